@@ -1,0 +1,233 @@
+"""What goes between the service and the device process, and nothing else does.
+
+In: a :class:`Request` holding one command, answered by a :class:`Reply`; and heartbeats. Out: :class:`Snapshot`
+(the newest whole state, may be skipped), :class:`Event` (numbered, never skipped) and :class:`JournalClosed`.
+Frames on the socket are a 4-byte little-endian length followed by MessagePack.
+"""
+
+from typing import Final, Literal
+
+import msgspec
+
+Mode = Literal[
+    "offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"
+]
+"""offline: no bus or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records.
+ready: a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque
+holds, on the path (also after the approach, at its start). playing. returning: slowly back to where the approach
+began, then torque off and ready again. stopped: latched, torque off once the stop's ramp has ended."""
+
+EstopState = Literal["closed", "pressed", "released", "unknown"]
+"""closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
+reply from the input for over two cycles, or none yet; counts as pressed."""
+
+PedalState = Literal["up", "down", "stuck", "unknown"]
+"""stuck: was down when teaching began and has not been up since; records nothing."""
+
+CommandName = Literal[
+    "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "return", "stop", "acknowledge"
+]
+COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
+    "teach",
+    "finish_teaching",
+    "load",
+    "unload",
+    "approach",
+    "play",
+    "pause",
+    "return",
+    "stop",
+    "acknowledge",
+)
+
+
+class _Message(msgspec.Struct, frozen=True, kw_only=True, tag_field="type"):
+    """Base of every struct on the socket."""
+
+
+class Refusal(_Message, tag="refusal"):
+    """A command not accepted: a stable code, a sentence for the therapist, and what to do next."""
+
+    code: str
+    message: str
+    next_step: str
+
+
+# -- commands -----------------------------------------------------------------------------------------------------
+
+
+class Teach(_Message, tag="teach"):
+    """Begin teaching: torque off, record while the pedal is down. From idle or ready."""
+
+    teaching_id: str
+
+
+class FinishTeaching(_Message, tag="finish_teaching"):
+    """End teaching; the journal is closed and handed over."""
+
+
+class Load(_Message, tag="load"):
+    """Check a recording against the limits and make it the one to be played. From idle or ready.
+
+    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order.
+    """
+
+    run_id: str
+    recording_id: str
+    times_s: bytes
+    angles_deg: bytes
+
+
+class Unload(_Message, tag="unload"):
+    """Forget the loaded recording. From ready."""
+
+
+class Approach(_Message, tag="approach"):
+    """Torque on, slowly to the recording's start, hold there (paused at 0 s). From ready."""
+
+
+class Play(_Message, tag="play"):
+    """Play on from where the path stands. From paused."""
+
+
+class Pause(_Message, tag="pause"):
+    """Slow down on the path and hold. From playing."""
+
+
+class Return(_Message, tag="return"):
+    """Slowly back to where the approach began, then torque off. From paused."""
+
+
+class Stop(_Message, tag="stop"):
+    """Controlled stop: ramp down, torque off, latch. Always accepted; jumps every queue."""
+
+
+class Acknowledge(_Message, tag="acknowledge"):
+    """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
+
+
+Command = (
+    Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Return | Stop | Acknowledge
+)
+
+
+class Request(_Message, tag="request"):
+    id: int
+    command: Command
+
+
+class Heartbeat(_Message, tag="heartbeat"):
+    """The service is alive. Sent at least every 50 ms."""
+
+
+# -- telemetry ----------------------------------------------------------------------------------------------------
+
+
+class Reply(_Message, tag="reply"):
+    id: int
+    refusal: Refusal | None = None
+
+
+class AxisState(_Message, tag="axis"):
+    """One axis. ``setpoint_deg`` equals the measured angle until torque is on."""
+
+    motor: int
+    setpoint_deg: float
+    measured_deg: float
+    speed_deg_s: float
+    torque_nm: float
+    age_ms: float | None
+    """Since the drive last answered; None when it never has."""
+
+
+class StopCause(_Message, tag="cause"):
+    """One row of the fault table, as it happened."""
+
+    code: str
+    category: Literal[0, 1, 2]
+    message: str
+    next_step: str
+    axis: int | None = None
+    cleared: bool
+    """Its condition no longer holds; acknowledging needs every cause cleared."""
+
+
+class StopState(_Message, tag="stop_state"):
+    """The latched stop: the first cause stays first, later ones are appended."""
+
+    causes: tuple[StopCause, ...]
+    at_ns: int
+    """time.monotonic_ns of the device when it began."""
+
+
+class RunState(_Message, tag="run"):
+    """The loaded recording and how far along it the path stands."""
+
+    run_id: str
+    recording_id: str
+    position_s: float
+    duration_s: float
+    left_s: float
+    """What is left of the present movement: of the approach while approaching, of the path otherwise."""
+    at_start: bool
+
+
+class TeachingState(_Message, tag="teaching_state"):
+    teaching_id: str
+    takes: int
+    recording: bool
+    take_s: float
+    """Length of the present or last take."""
+    samples: int
+
+
+class LoopState(_Message, tag="loop"):
+    """Health of the control loop, since it started."""
+
+    cycle_hz: int
+    rate_hz: int
+    cycles: int
+    overruns: int
+    """Cycles missed because the one before ended late."""
+    lateness_max_ms: float
+    bus_errors: int
+    telemetry_dropped: int
+    real_time: bool
+    """SCHED_FIFO was granted."""
+
+
+class Snapshot(_Message, tag="snapshot"):
+    """The newest whole state of one station."""
+
+    t_ns: int
+    mode: Mode
+    torque_on: bool
+    estop: EstopState
+    pedal: PedalState
+    axes: tuple[AxisState, ...]
+    stop: StopState | None
+    run: RunState | None
+    teaching: TeachingState | None
+    refusals: dict[CommandName, Refusal]
+    """Why each command that is not allowed now is not; one that is absent is allowed."""
+    loop: LoopState
+
+
+class Event(_Message, tag="event"):
+    """Something that happened; numbered without gaps from 1 since the device process started."""
+
+    number: int
+    t_ns: int
+    code: str
+    """mode, take_started, take_ended, fault, fault_cleared, command_refused, bus_opened, bus_lost, torque."""
+    message: str
+
+
+class JournalClosed(_Message, tag="journal_closed"):
+    """A teaching or run has ended and its journal is complete and synced on disk."""
+
+    path: str
+
+
+ToDevice = Request | Heartbeat
+FromDevice = Reply | Snapshot | Event | JournalClosed

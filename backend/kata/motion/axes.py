@@ -1,0 +1,49 @@
+"""The five axes of the apparatus and the six basic motions (Section 2.2 and Table 2 of Sun et al. 2025).
+
+Two sets of five numbers describe an arm, both in degrees and both in axis order 1-5:
+
+* a **pose**: what the body does: scapular abduction (phi), scapular upward rotation (psi), shoulder
+  abduction, shoulder flexion, external rotation;
+* the **motor angles** (theta): what the motors do. Motors 3-5 turn with the body; motors 1 and 2 move the
+  scapula through the parallel links (:mod:`kata.motion.linkage`).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+N_AXES: Final = 5
+AXES: Final = (1, 2, 3, 4, 5)
+"""Motor numbers, as the paper and the therapist count them."""
+
+POSE_COLUMNS: Final = (
+    "scapula_abduction",
+    "scapula_upward_rotation",
+    "shoulder_abduction",
+    "shoulder_flexion",
+    "external_rotation",
+)
+"""Names of a pose's five angles, in axis order; also the column names of a taught-motion CSV."""
+
+POSE_RANGE_DEG: Final = ((-20.0, 20.0), (-20.0, 20.0), (0.0, 120.0), (-20.0, 190.0), (-90.0, 40.0))
+"""The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 serves motions 3 and 5; the wider counts."""
+
+
+@dataclass(frozen=True)
+class BasicMotion:
+    """One row of Table 2: a basic motion, the pose angle it moves, its motors and its ROM in degrees."""
+
+    number: int
+    name: str
+    axis: int
+    motors: tuple[int, ...]
+    range_deg: tuple[float, float]
+
+
+BASIC_MOTIONS: Final = (
+    BasicMotion(1, "Abduction / adduction of the scapula", 1, (1, 2), (-20.0, 20.0)),
+    BasicMotion(2, "Upward / downward rotation of the scapula", 2, (1, 2), (-20.0, 20.0)),
+    BasicMotion(3, "Horizontal flexion / extension of the shoulder", 4, (4,), (-20.0, 130.0)),
+    BasicMotion(4, "Abduction / adduction of the shoulder", 3, (3,), (0.0, 120.0)),
+    BasicMotion(5, "Flexion / extension of the shoulder", 4, (4,), (-20.0, 190.0)),
+    BasicMotion(6, "External / internal rotation of the shoulder", 5, (5,), (-90.0, 40.0)),
+)
