@@ -26,7 +26,7 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     min_deg: float
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
-    max_speed_deg_s: float = 120.0
+    max_speed_deg_s: float = 150.0
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
     position_p_gain: int = 1600
@@ -77,6 +77,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     approach_speed_deg_s: float = 15.0
     following_error_deg: float = 20.0
     following_error_ms: int = 250
+    silence_ms: int = 60
+    """A drive or input that has not answered for this long is a fault."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 200
     """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent."""

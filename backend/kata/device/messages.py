@@ -15,11 +15,12 @@ Mode = Literal[
 """offline: no bus or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records.
 ready: a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque
 holds, on the path (also after the approach, at its start). playing. returning: slowly back to where the approach
-began, then torque off and ready again. stopped: latched, torque off once the stop's ramp has ended."""
+began; then torque off, the run has ended and the apparatus is idle. stopped: latched, torque off once the stop's ramp
+has ended."""
 
 EstopState = Literal["closed", "pressed", "released", "unknown"]
 """closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
-reply from the input for over two cycles, or none yet; counts as pressed."""
+reply from the input for longer than the station's ``silence_ms``, or none yet; counts as pressed."""
 
 PedalState = Literal["up", "down", "stuck", "unknown"]
 """stuck: was down when teaching began and has not been up since; records nothing."""
@@ -57,7 +58,7 @@ class Refusal(_Message, tag="refusal"):
 
 
 class Teach(_Message, tag="teach"):
-    """Begin teaching: torque off, record while the pedal is down. From idle or ready."""
+    """Begin teaching: torque off, record while the pedal is down. From idle."""
 
     teaching_id: str
 
@@ -67,7 +68,7 @@ class FinishTeaching(_Message, tag="finish_teaching"):
 
 
 class Load(_Message, tag="load"):
-    """Check a recording against the limits and make it the one to be played. From idle or ready.
+    """Check a recording against the limits and make it the one to be played: a new run. From idle.
 
     ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order.
     """
@@ -79,7 +80,7 @@ class Load(_Message, tag="load"):
 
 
 class Unload(_Message, tag="unload"):
-    """Forget the loaded recording. From ready."""
+    """Forget the loaded recording: the run ends unplayed. From ready."""
 
 
 class Approach(_Message, tag="approach"):
@@ -95,7 +96,7 @@ class Pause(_Message, tag="pause"):
 
 
 class Return(_Message, tag="return"):
-    """Slowly back to where the approach began, then torque off. From paused."""
+    """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
 
 class Stop(_Message, tag="stop"):

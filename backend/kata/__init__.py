@@ -1,0 +1,1 @@
+"""Kata: the software of a shoulder-rehabilitation apparatus. A motion is taught once and repeated exactly."""

@@ -1,0 +1,226 @@
+"""What a teaching or a run measured, on disk before anybody else has it.
+
+One file each: a header line of JSON, then records of type, length, payload and CRC-32. It is valid at any byte: what
+stands before the first record that is cut or damaged is good. The control thread appends to a ring in memory; the I/O
+thread writes and syncs. The service reads finished files into the database.
+"""
+
+import os
+import struct
+import zlib
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Final, Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from kata.motion.axes import N_AXES
+
+PHASE_APPROACHING: Final = 1
+PHASE_PLAYING: Final = 2
+PHASE_PAUSED: Final = 3
+PHASE_RETURNING: Final = 4
+PHASE_STOPPING: Final = 5
+
+SUFFIX: Final = ".journal"
+_RING_RECORDS: Final = 6000
+"""A minute at 100 Hz: longer than any disk may keep us waiting."""
+
+_SAMPLE: Final = struct.Struct("<qIBd15f")
+_FRAME: Final = struct.Struct("<BH")
+_CRC: Final = struct.Struct("<I")
+_TYPE_SAMPLE: Final = 1
+_TYPE_END: Final = 2
+_ROW: Final = np.dtype(
+    [
+        ("t_ns", "<i8"),
+        ("take", "<u4"),
+        ("phase", "u1"),
+        ("path_s", "<f8"),
+        ("setpoint_deg", "<f4", (N_AXES,)),
+        ("measured_deg", "<f4", (N_AXES,)),
+        ("torque_nm", "<f4", (N_AXES,)),
+    ]
+)
+
+
+class JournalError(ValueError):
+    """The file is not a journal, or not one this version can read."""
+
+
+class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format", tag="kata-journal/1"):
+    """First line of the file."""
+
+    kind: Literal["teaching", "run"]
+    id: str
+    """teaching_id or run_id."""
+    recording_id: str | None
+    station: str
+    rate_hz: int
+    started_at: datetime
+    """UTC, by the station's wall clock; samples carry the monotonic clock."""
+
+
+class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
+    """Last record: why it ended. A journal without one ended with its process."""
+
+    reason: Literal["finished", "completed", "returned", "stopped", "unloaded"]
+    cause_code: str | None = None
+    cause_message: str | None = None
+
+
+@dataclass(frozen=True)
+class Journal:
+    """One journal, read. ``n`` samples: a teaching holds those taken with the pedal down, a run all with torque on."""
+
+    kind: Literal["teaching", "run"]
+    id: str
+    recording_id: str | None
+    station: str
+    rate_hz: int
+    started_at: datetime
+    t_ns: NDArray[np.int64]
+    """(n,) monotonic clock of the device, when the drives answered."""
+    take: NDArray[np.uint32]
+    """(n,) from 1: press of the pedal to its release."""
+    phase: NDArray[np.uint8]
+    """(n,) PHASE_*; 0 in teaching."""
+    path_s: NDArray[np.float64]
+    """(n,) place on the recording's clock; NaN where there is none."""
+    setpoint_deg: NDArray[np.float32]
+    measured_deg: NDArray[np.float32]
+    torque_nm: NDArray[np.float32]
+    """(n, 5) each, axis order."""
+    end: JournalEnd | None
+    truncated: bool
+    """Something followed the last good record."""
+
+
+class JournalWriter:
+    """Appends to one journal. ``sample`` and ``finish`` never wait; ``flush`` does, and belongs to the I/O thread."""
+
+    def __init__(self, folder: Path, header: JournalHeader) -> None:
+        """Name the file and queue its header; nothing touches the disk before the first :meth:`flush`."""
+        self.path = folder / f"{header.kind}-{header.id}{SUFFIX}"
+        self.lost = 0
+        """Samples that found the ring full: a fault, never silent."""
+        self._ring: deque[bytes] = deque([msgspec.json.encode(header) + b"\n"])
+        self._finished = False
+        self._file: int | None = None
+
+    def sample(
+        self,
+        t_ns: int,
+        *,
+        take: int,
+        phase: int,
+        path_s: float,
+        setpoint_deg: Sequence[float],
+        measured_deg: Sequence[float],
+        torque_nm: Sequence[float],
+    ) -> None:
+        """Append one sample."""
+        if len(self._ring) >= _RING_RECORDS:
+            self.lost += 1
+            return
+        payload = _SAMPLE.pack(t_ns, take, phase, path_s, *setpoint_deg, *measured_deg, *torque_nm)
+        self._ring.append(_record(_TYPE_SAMPLE, payload))
+
+    def finish(self, end: JournalEnd) -> None:
+        """Append the last record; the next :meth:`flush` closes the file."""
+        self._ring.append(_record(_TYPE_END, msgspec.json.encode(end)))
+        self._finished = True
+
+    def flush(self) -> bool:
+        """Write what is queued and sync it to the disk.
+
+        :returns: whether the journal is finished, closed and complete on disk.
+        :raises OSError: when the disk will not have it.
+        """
+        finished = self._finished
+        chunks = [self._ring.popleft() for _ in range(len(self._ring))]
+        if self._file is None:
+            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
+            _sync_folder(self.path.parent)
+        if chunks:
+            data = memoryview(b"".join(chunks))
+            while data:
+                data = data[os.write(self._file, data) :]
+            os.fdatasync(self._file)
+        if finished:
+            os.close(self._file)
+        return finished
+
+
+def read(path: Path) -> Journal:
+    """Read a journal, up to the first record that is cut or damaged.
+
+    :raises JournalError: when its header is not one of ours.
+    :raises OSError: when the file cannot be read.
+    """
+    data = path.read_bytes()
+    line, _, body = data.partition(b"\n")
+    try:
+        header = msgspec.json.decode(line, type=JournalHeader)
+    except msgspec.MsgspecError as error:
+        raise JournalError(f"{path.name} is not a journal: {error}") from error
+    samples = bytearray()
+    end: JournalEnd | None = None
+    good = 0
+    for kind, payload, position in _records(body):
+        if kind == _TYPE_SAMPLE:
+            samples += payload
+        elif kind == _TYPE_END:
+            end = msgspec.json.decode(payload, type=JournalEnd)
+        good = position
+    rows = np.frombuffer(bytes(samples), dtype=_ROW)
+    return Journal(
+        kind=header.kind,
+        id=header.id,
+        recording_id=header.recording_id,
+        station=header.station,
+        rate_hz=header.rate_hz,
+        started_at=header.started_at,
+        t_ns=rows["t_ns"],
+        take=rows["take"],
+        phase=rows["phase"],
+        path_s=rows["path_s"],
+        setpoint_deg=rows["setpoint_deg"],
+        measured_deg=rows["measured_deg"],
+        torque_nm=rows["torque_nm"],
+        end=end,
+        truncated=good < len(body),
+    )
+
+
+
+def _record(kind: int, payload: bytes) -> bytes:
+    framed = _FRAME.pack(kind, len(payload)) + payload
+    return framed + _CRC.pack(zlib.crc32(framed))
+
+
+def _records(body: bytes) -> Iterator[tuple[int, bytes, int]]:
+    """Good records from the start: type, payload and where the record ends."""
+    position = 0
+    while position + _FRAME.size <= len(body):
+        kind, length = _FRAME.unpack_from(body, position)
+        payload_end = position + _FRAME.size + length
+        if payload_end + _CRC.size > len(body):
+            return
+        if _CRC.unpack_from(body, payload_end)[0] != zlib.crc32(body[position:payload_end]):
+            return
+        yield kind, body[position + _FRAME.size : payload_end], payload_end + _CRC.size
+        position = payload_end + _CRC.size
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
