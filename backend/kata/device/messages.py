@@ -46,7 +46,7 @@ class _Message(msgspec.Struct, frozen=True, kw_only=True, tag_field="type"):
     """Base of every struct on the socket."""
 
 
-class Refusal(_Message, tag="refusal"):
+class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
     """A command not accepted: a stable code, a sentence for the therapist, and what to do next."""
 
     code: str
@@ -57,17 +57,17 @@ class Refusal(_Message, tag="refusal"):
 # -- commands -----------------------------------------------------------------------------------------------------
 
 
-class Teach(_Message, tag="teach"):
+class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
     """Begin teaching: torque off, record while the pedal is down. From idle."""
 
     teaching_id: str
 
 
-class FinishTeaching(_Message, tag="finish_teaching"):
+class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching"):
     """End teaching; the journal is closed and handed over."""
 
 
-class Load(_Message, tag="load"):
+class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and make it the one to be played: a new run. From idle.
 
     ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order.
@@ -79,31 +79,31 @@ class Load(_Message, tag="load"):
     angles_deg: bytes
 
 
-class Unload(_Message, tag="unload"):
+class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
     """Forget the loaded recording: the run ends unplayed. From ready."""
 
 
-class Approach(_Message, tag="approach"):
+class Approach(_Message, frozen=True, kw_only=True, tag="approach"):
     """Torque on, slowly to the recording's start, hold there (paused at 0 s). From ready."""
 
 
-class Play(_Message, tag="play"):
+class Play(_Message, frozen=True, kw_only=True, tag="play"):
     """Play on from where the path stands. From paused."""
 
 
-class Pause(_Message, tag="pause"):
+class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
     """Slow down on the path and hold. From playing."""
 
 
-class Return(_Message, tag="return"):
+class Return(_Message, frozen=True, kw_only=True, tag="return"):
     """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
 
-class Stop(_Message, tag="stop"):
+class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
     """Controlled stop: ramp down, torque off, latch. Always accepted; jumps every queue."""
 
 
-class Acknowledge(_Message, tag="acknowledge"):
+class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):
     """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
 
 
@@ -112,36 +112,36 @@ Command = (
 )
 
 
-class Request(_Message, tag="request"):
+class Request(_Message, frozen=True, kw_only=True, tag="request"):
     id: int
     command: Command
 
 
-class Heartbeat(_Message, tag="heartbeat"):
+class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
     """The service is alive. Sent at least every 50 ms."""
 
 
 # -- telemetry ----------------------------------------------------------------------------------------------------
 
 
-class Reply(_Message, tag="reply"):
+class Reply(_Message, frozen=True, kw_only=True, tag="reply"):
     id: int
     refusal: Refusal | None = None
 
 
-class AxisState(_Message, tag="axis"):
-    """One axis. ``setpoint_deg`` equals the measured angle until torque is on."""
+class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
+    """One axis. ``setpoint_deg`` equals the measured angle until torque is on; None while the drive never answered."""
 
     motor: int
-    setpoint_deg: float
-    measured_deg: float
+    setpoint_deg: float | None
+    measured_deg: float | None
     speed_deg_s: float
     torque_nm: float
     age_ms: float | None
     """Since the drive last answered; None when it never has."""
 
 
-class StopCause(_Message, tag="cause"):
+class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
     """One row of the fault table, as it happened."""
 
     code: str
@@ -153,7 +153,7 @@ class StopCause(_Message, tag="cause"):
     """Its condition no longer holds; acknowledging needs every cause cleared."""
 
 
-class StopState(_Message, tag="stop_state"):
+class StopState(_Message, frozen=True, kw_only=True, tag="stop_state"):
     """The latched stop: the first cause stays first, later ones are appended."""
 
     causes: tuple[StopCause, ...]
@@ -161,7 +161,7 @@ class StopState(_Message, tag="stop_state"):
     """time.monotonic_ns of the device when it began."""
 
 
-class RunState(_Message, tag="run"):
+class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     """The loaded recording and how far along it the path stands."""
 
     run_id: str
@@ -173,7 +173,7 @@ class RunState(_Message, tag="run"):
     at_start: bool
 
 
-class TeachingState(_Message, tag="teaching_state"):
+class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
     teaching_id: str
     takes: int
     recording: bool
@@ -182,7 +182,7 @@ class TeachingState(_Message, tag="teaching_state"):
     samples: int
 
 
-class LoopState(_Message, tag="loop"):
+class LoopState(_Message, frozen=True, kw_only=True, tag="loop"):
     """Health of the control loop, since it started."""
 
     cycle_hz: int
@@ -197,7 +197,7 @@ class LoopState(_Message, tag="loop"):
     """SCHED_FIFO was granted."""
 
 
-class Snapshot(_Message, tag="snapshot"):
+class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
     """The newest whole state of one station."""
 
     t_ns: int
@@ -214,7 +214,7 @@ class Snapshot(_Message, tag="snapshot"):
     loop: LoopState
 
 
-class Event(_Message, tag="event"):
+class Event(_Message, frozen=True, kw_only=True, tag="event"):
     """Something that happened; numbered without gaps from 1 since the device process started."""
 
     number: int
@@ -224,7 +224,7 @@ class Event(_Message, tag="event"):
     message: str
 
 
-class JournalClosed(_Message, tag="journal_closed"):
+class JournalClosed(_Message, frozen=True, kw_only=True, tag="journal_closed"):
     """A teaching or run has ended and its journal is complete and synced on disk."""
 
     path: str

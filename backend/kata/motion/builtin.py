@@ -48,4 +48,4 @@ def _through(name: str, points: tuple[tuple[float, ...], ...]) -> Taught:
         leg = Approach(start, goal, SPEED_DEG_S)
         steps = int(np.ceil(leg.duration_s / _STEP_S))
         poses += [leg.at(leg.duration_s * n / steps) for n in range(1, steps + 1)]
-    return Taught(name, np.arange(len(poses)) * _STEP_S, np.array(poses))
+    return Taught(name, np.arange(len(poses), dtype=np.float64) * _STEP_S, np.array(poses))

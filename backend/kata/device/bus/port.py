@@ -1,0 +1,88 @@
+"""What the control loop wants of a bus, in degrees and newton metres, whatever the servos speak."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class BusError(Exception):
+    """The bus or a drive on it cannot be used; the message says which and why. Absent replies are not errors."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveReading:
+    """One drive's answer, with the time it came (``time.monotonic_ns``)."""
+
+    t_ns: int
+    position_deg: float
+    speed_deg_s: float
+    torque_nm: float
+
+
+@dataclass(frozen=True, slots=True)
+class InputReading:
+    """The two contacts. ``estop_open``: the normally closed emergency stop is open, so pressed or its wire broken."""
+
+    t_ns: int
+    estop_open: bool
+    pedal_down: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DriveStatus:
+    """What one drive says of itself; one axis (0-4) is asked each cycle."""
+
+    t_ns: int
+    axis: int
+    torque_on: bool
+    hardware_error: int
+    watchdog_tripped: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """All that came back in one cycle; None where a reply stayed away."""
+
+    drives: tuple[DriveReading | None, ...]
+    inputs: InputReading | None
+    status: DriveStatus | None
+
+
+class Bus(Protocol):
+    """A driver. Every call returns within a limit worked out from bytes and baud rate, and retries nothing."""
+
+    errors: int
+    """Replies that stayed away or came damaged, since the start."""
+
+    def open(self) -> None:
+        """Open the port, switch torque off, set every drive up.
+
+        :raises BusError: when the port cannot be opened or a drive does not answer.
+        """
+
+    def read(self) -> Reading:
+        """Ask inputs, drives and one drive's status.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def write_setpoints(self, angles_deg: Sequence[float]) -> None:
+        """Send five goal positions, degrees, axis order.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def torque_on(self, hold_deg: Sequence[float]) -> None:
+        """Make the drives hold these five angles, then energise them.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def torque_off(self) -> None:
+        """De-energise all drives at once.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def close(self) -> None:
+        """Close the port; never raises."""

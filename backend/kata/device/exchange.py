@@ -1,0 +1,263 @@
+"""Between the control thread and everybody else: commands in, telemetry and journals out.
+
+The control thread's side takes and leaves without ever waiting. The I/O thread's side moves bytes between queues, the
+socket to the service and the journal files.
+"""
+
+import logging
+import math
+import os
+import select
+import socket
+import struct
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from kata.device.config import StationConfig
+from kata.device.journal import JournalHeader, JournalWriter
+from kata.device.messages import (
+    Command,
+    Event,
+    FromDevice,
+    Heartbeat,
+    JournalClosed,
+    Load,
+    Refusal,
+    Reply,
+    Request,
+    Snapshot,
+    Stop,
+    ToDevice,
+)
+from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
+
+log = logging.getLogger(__name__)
+
+FRAME: Final = struct.Struct("<I")
+MAX_FRAME: Final = 64 * 1024 * 1024
+"""Room for a recording of more than ten hours at 100 Hz."""
+_POLL_S: Final = 0.01
+_FLUSH_NS: Final = 50_000_000
+_SNAPSHOTS_KEPT: Final = 20
+_COMMANDS_KEPT: Final = 100
+_LAST_WORDS_S: Final = 1.0
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A command on its way to the machine; what could be checked outside the control thread has been."""
+
+    id: int
+    command: Command
+    trajectory: Trajectory | None
+    refusal: Refusal | None
+
+
+class Exchange:
+    """The queues, and the I/O thread that serves them."""
+
+    def __init__(self, config: StationConfig, connection: socket.socket, journal_folder: Path) -> None:
+        self._config = config
+        self._socket = connection
+        self._folder = journal_folder
+        self._commands: deque[Taken] = deque()
+        self._stop_requested = False
+        self._heard_ns = time.monotonic_ns()
+        self._snapshots: deque[Snapshot] = deque()
+        self._letters: deque[Reply | Event | JournalClosed] = deque()
+        self._journals: list[JournalWriter] = []
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
+        self._encoder = msgspec.msgpack.Encoder()
+        self._decoder = msgspec.msgpack.Decoder(ToDevice)
+        self.closing = False
+        """The service is gone, or asked this process to end."""
+        self.journal_ok = True
+        self.dropped = 0
+        """Snapshots that a slow service never got."""
+
+    def start(self) -> None:
+        """Start the I/O thread."""
+        self._thread.start()
+
+    def finish(self) -> None:
+        """The control thread has ended: let the last journal reach the disk and the last words the service."""
+        self._ended.set()
+        self._thread.join()
+
+    # -- the control thread's side --------------------------------------------------------------------------------
+
+    def take_stop(self) -> bool:
+        """Whether a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
+        requested, self._stop_requested = self._stop_requested, False
+        return requested
+
+    def take_command(self) -> Taken | None:
+        """At most one command a cycle."""
+        return self._commands.popleft() if self._commands else None
+
+    def service_age_ms(self, t_ns: int) -> float:
+        """Since the service was last heard; infinite when it is gone."""
+        return math.inf if self.closing else (t_ns - self._heard_ns) / 1e6
+
+    def reply(self, reply: Reply) -> None:
+        """Answer a command."""
+        self._letters.append(reply)
+
+    def publish_event(self, event: Event) -> None:
+        """Tell what happened."""
+        self._letters.append(event)
+
+    def publish_snapshot(self, snapshot: Snapshot) -> None:
+        """Tell the present state; the oldest one unsent gives way."""
+        if len(self._snapshots) >= _SNAPSHOTS_KEPT:
+            self._snapshots.popleft()
+            self.dropped += 1
+        self._snapshots.append(snapshot)
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        """A new journal, which the I/O thread will write until it is finished."""
+        writer = JournalWriter(self._folder, header)
+        self._journals.append(writer)
+        return writer
+
+    # -- the I/O thread's side ------------------------------------------------------------------------------------
+
+    def _serve(self) -> None:
+        try:
+            self._move_bytes()
+        finally:
+            # Whatever ends this thread, the control thread must not go on without it.
+            self.closing = True
+
+    def _move_bytes(self) -> None:
+        incoming = bytearray()
+        outgoing = bytearray()
+        flushed_ns = 0
+        self._socket.setblocking(False)
+        while not self._ended.is_set():
+            wants_write = [self._socket] if outgoing else []
+            readable, _, _ = select.select([] if self.closing else [self._socket], wants_write, [], _POLL_S)
+            if readable:
+                self._receive(incoming)
+            now_ns = time.monotonic_ns()
+            if now_ns - flushed_ns >= _FLUSH_NS:
+                flushed_ns = now_ns
+                self._flush_journals()
+            self._send(outgoing)
+            if self.closing:
+                self._ended.wait(_POLL_S)
+        self._flush_journals()
+        until_ns = time.monotonic_ns() + int(_LAST_WORDS_S * 1e9)
+        self._send(outgoing)
+        while outgoing and time.monotonic_ns() < until_ns:
+            select.select([], [self._socket], [], _POLL_S)
+            self._send(outgoing)
+
+    def _receive(self, incoming: bytearray) -> None:
+        try:
+            data = self._socket.recv(1 << 20)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            log.info("the service is gone")
+            self.closing = True
+            return
+        incoming += data
+        for frame in frames(incoming):
+            self._heard_ns = time.monotonic_ns()
+            try:
+                message = self._decoder.decode(frame)
+            except msgspec.MsgspecError as error:
+                log.error("a message that cannot be understood was ignored: %s", error)
+                continue
+            if not isinstance(message, Heartbeat):
+                self._accept(message)
+
+    def _accept(self, request: Request) -> None:
+        if isinstance(request.command, Stop):
+            self._stop_requested = True
+            self._letters.append(Reply(id=request.id))
+            return
+        if len(self._commands) >= _COMMANDS_KEPT:
+            crowded = Refusal(code="busy", message="Too many commands are waiting.", next_step="Wait a moment.")
+            self._letters.append(Reply(id=request.id, refusal=crowded))
+            return
+        trajectory: Trajectory | None = None
+        refusal: Refusal | None = None
+        if isinstance(request.command, Load):
+            try:
+                trajectory = self._trajectory(request.command)
+            except TrajectoryError as error:
+                refusal = Refusal(
+                    code="unplayable",
+                    message=f"This recording cannot be played: {error}.",
+                    next_step="Teach the motion again, within the range and more slowly.",
+                )
+        self._commands.append(Taken(request.id, request.command, trajectory, refusal))
+
+    def _trajectory(self, load: Load) -> Trajectory:
+        """Built and checked here, so that a long recording costs the control thread nothing."""
+        try:
+            times = np.frombuffer(load.times_s, dtype="<f8")
+            angles = np.frombuffer(load.angles_deg, dtype="<f8").reshape(-1, len(self._config.axes))
+        except ValueError as error:
+            raise TrajectoryError("its samples are cut short") from error
+        trajectory = Trajectory(times, angles)
+        limits = [AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s) for axis in self._config.axes]
+        # Half of what a measured angle may be beyond: what was taught at the end of the range must be playable.
+        trajectory.check(limits, self._config.limit_tolerance_deg / 2)
+        return trajectory
+
+    def _flush_journals(self) -> None:
+        for writer in list(self._journals):
+            try:
+                if writer.flush():
+                    self._journals.remove(writer)
+                    self._letters.append(JournalClosed(path=str(writer.path)))
+                self.journal_ok = True
+            except OSError as error:
+                if self.journal_ok:
+                    log.error("%s cannot be written: %s", writer.path.name, os.strerror(error.errno or 0))
+                self.journal_ok = False
+
+    def _send(self, outgoing: bytearray) -> None:
+        if self.closing and not outgoing and not self._letters:
+            return
+        # Snapshots wait here, and the oldest are dropped, while the service does not read.
+        if len(outgoing) < 1 << 16:
+            messages: list[FromDevice] = [self._letters.popleft() for _ in range(len(self._letters))]
+            messages += [self._snapshots.popleft() for _ in range(len(self._snapshots))]
+            for message in messages:
+                data = self._encoder.encode(message)
+                outgoing += FRAME.pack(len(data)) + data
+        try:
+            if outgoing:
+                del outgoing[: self._socket.send(outgoing)]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.closing = True
+            outgoing.clear()
+
+
+def frames(incoming: bytearray) -> Iterator[bytes]:
+    """Take whole frames off the front of what has come."""
+    while len(incoming) >= FRAME.size:
+        (length,) = FRAME.unpack_from(incoming)
+        if length > MAX_FRAME:
+            raise ValueError(f"a frame of {length} bytes is longer than any message")
+        if len(incoming) < FRAME.size + length:
+            return
+        yield bytes(incoming[FRAME.size : FRAME.size + length])
+        del incoming[: FRAME.size + length]

@@ -1,0 +1,219 @@
+"""The control loop, the only one: wait for the deadline, read, supervise, step, write, publish.
+
+Deadlines are absolute; a missed one is skipped whole and counted. Nothing here waits for anybody: journal, commands
+and telemetry pass through queues to the I/O thread (:mod:`kata.device.exchange`).
+"""
+
+import logging
+import math
+import time
+from collections.abc import Callable
+from typing import Final
+
+from kata.device.bus.port import Bus, BusError, Reading
+from kata.device.config import StationConfig
+from kata.device.exchange import Exchange
+from kata.device.facts import Facts, Observer
+from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
+from kata.device.modes import Machine
+from kata.device.supervisor import judge
+
+log = logging.getLogger(__name__)
+
+SNAPSHOT_HZ: Final = 10
+_REOPEN_NS: Final = 1_000_000_000
+
+
+class ControlLoop:
+    """One apparatus under control."""
+
+    def __init__(
+        self, config: StationConfig, bus: Bus, exchange: Exchange, *, real_time: bool, now_ns: Callable[[], int]
+    ) -> None:
+        self._config = config
+        self._bus = bus
+        self._exchange = exchange
+        self._real_time = real_time
+        self._now_ns = now_ns
+        self._observer = Observer(config)
+        self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
+        self._connected = False
+        self._connection_problem = ""
+        self._try_open_at_ns = 0
+        self._period_ns = 1_000_000_000 // config.cycle_hz
+        self._cycles = 0
+        self._overruns = 0
+        self._lateness_max_ns = 0
+        self._shown: tuple[object, ...] = ()
+        self._shown_at_ns = 0
+
+    def run(self) -> None:
+        """Until the service is gone and nothing is left to end. Torque is off when it returns."""
+        deadline_ns = self._now_ns()
+        try:
+            while True:
+                opened = not self._connected and self._open()
+                now_ns = self._now_ns()
+                if opened:
+                    # Setting the drives up takes many cycles; torque is off, and none of them was due.
+                    deadline_ns = now_ns
+                late_ns = now_ns - deadline_ns
+                missed = max(0, late_ns // self._period_ns)
+                self._overruns += missed
+                deadline_ns += missed * self._period_ns
+                if not self.cycle(deadline_ns, late_ns / 1e6):
+                    return
+                deadline_ns += self._period_ns
+                time.sleep(max(0, deadline_ns - self._now_ns()) / 1e9)
+                self._lateness_max_ns = max(self._lateness_max_ns, self._now_ns() - deadline_ns)
+        finally:
+            self._torque_off_at_last()
+
+    def cycle(self, t_ns: int, late_ms: float) -> bool:
+        """One cycle; False when the service is gone and everything has come to its end."""
+        self._cycles += 1
+        reading = self._read()
+        facts = self._observer.facts(
+            t_ns,
+            reading,
+            service_age_ms=self._exchange.service_age_ms(t_ns),
+            late_ms=late_ms,
+            journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
+        )
+        torque_was_on = self._machine.torque_on
+        try:
+            self._machine.step(facts, judge(facts, self._config), self._exchange.take_stop())
+            self._take_command(facts)
+        except Exception:
+            log.exception("the control program met an error of its own")
+            self._machine.fail(facts)
+        self._write(torque_was_on, facts)
+        self._observer.commanded(t_ns, self._machine.torque_on, self._machine.setpoint_deg)
+        self._publish(facts)
+        return not (self._exchange.closing and self._machine.close())
+
+    # -- the bus --------------------------------------------------------------------------------------------------
+
+    def _open(self) -> bool:
+        if self._now_ns() < self._try_open_at_ns:
+            return False
+        try:
+            self._bus.open()
+        except BusError as error:
+            self._lost(error)
+            return True
+        self._connected = True
+        self._connection_problem = ""
+        log.info("connected to %s", self._config.port)
+        return True
+
+    def _lost(self, error: BusError) -> None:
+        self._bus.close()
+        self._connected = False
+        self._try_open_at_ns = self._now_ns() + _REOPEN_NS
+        if str(error) != self._connection_problem:
+            self._connection_problem = str(error)
+            log.warning("not connected: %s", error)
+
+    def _read(self) -> Reading | None:
+        if not self._connected:
+            return None
+        try:
+            return self._bus.read()
+        except BusError as error:
+            self._lost(error)
+            return None
+
+    def _write(self, torque_was_on: bool, facts: Facts) -> None:
+        machine = self._machine
+        if not self._connected:
+            return
+        try:
+            if not machine.torque_on:
+                # Sent until each drive itself says that it has none.
+                if torque_was_on or any(reported is not False for reported in facts.torque_reported):
+                    self._bus.torque_off()
+            elif not torque_was_on:
+                self._bus.torque_on(machine.setpoint_deg)
+            elif machine.setpoint_due:
+                self._bus.write_setpoints(machine.setpoint_deg)
+        except BusError as error:
+            self._lost(error)
+
+    def _torque_off_at_last(self) -> None:
+        try:
+            if self._connected:
+                self._bus.torque_off()
+        except BusError as error:
+            log.error("torque could not be switched off: %s", error)
+        self._bus.close()
+
+    # -- the service ----------------------------------------------------------------------------------------------
+
+    def _take_command(self, facts: Facts) -> None:
+        taken = self._exchange.take_command()
+        if taken is None:
+            return
+        refusal = taken.refusal or self._machine.command(taken.command, taken.trajectory, facts)
+        self._exchange.reply(Reply(id=taken.id, refusal=refusal))
+
+    def _publish(self, facts: Facts) -> None:
+        """Ten snapshots a second, and one at once when something that matters has changed."""
+        machine = self._machine
+        estop = self._estop(facts)
+        showing = (machine.mode, machine.torque_on, estop, machine.pedal(facts), machine.stop and len(machine.stop.keys))
+        due = facts.t_ns - self._shown_at_ns >= 1_000_000_000 // SNAPSHOT_HZ
+        if due or showing != self._shown:
+            self._shown = showing
+            self._shown_at_ns = facts.t_ns
+            self._exchange.publish_snapshot(self._snapshot(facts, estop))
+
+    def _estop(self, facts: Facts) -> EstopState:
+        if facts.estop != "closed":
+            return "pressed" if facts.estop == "open" else "unknown"
+        stop = self._machine.stop
+        return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
+
+    def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
+        machine = self._machine
+        refusals = machine.refusals(facts)
+        if machine.mode == "offline" and self._connection_problem:
+            told = Refusal(
+                code="is_offline",
+                message=f"The apparatus is not connected: {self._connection_problem}.",
+                next_step="Switch it on and check the RS-485 adapter.",
+            )
+            refusals = {name: told for name in refusals}
+        return Snapshot(
+            t_ns=facts.t_ns,
+            mode=machine.mode,
+            torque_on=machine.torque_on or any(facts.torque_reported),
+            estop=estop,
+            pedal=machine.pedal(facts),
+            axes=tuple(self._axis(n, facts) for n in range(len(self._config.axes))),
+            stop=machine.stop.state() if machine.stop else None,
+            run=machine.run_state(),
+            teaching=machine.teaching_state(),
+            refusals=refusals,
+            loop=LoopState(
+                cycle_hz=self._config.cycle_hz,
+                rate_hz=self._config.rate_hz,
+                cycles=self._cycles,
+                overruns=self._overruns,
+                lateness_max_ms=self._lateness_max_ns / 1e6,
+                bus_errors=self._bus.errors,
+                telemetry_dropped=self._exchange.dropped,
+                real_time=self._real_time,
+            ),
+        )
+
+    def _axis(self, n: int, facts: Facts) -> AxisState:
+        known = math.isfinite(facts.drive_age_ms[n])
+        return AxisState(
+            motor=n + 1,
+            setpoint_deg=self._machine.setpoint_deg[n] if known else None,
+            measured_deg=facts.measured_deg[n] if known else None,
+            speed_deg_s=facts.speed_deg_s[n],
+            torque_nm=facts.torque_nm[n],
+            age_ms=facts.drive_age_ms[n] if known else None,
+        )

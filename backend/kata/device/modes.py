@@ -1,0 +1,498 @@
+"""The modes of the apparatus: what is allowed when, and one step for each.
+
+The machine knows neither bus nor clock. Each cycle it is given the facts, the faults that hold and at most one
+command, and says what the drives are to do.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import count
+from typing import Final
+
+import numpy as np
+
+from kata.device import journal
+from kata.device.config import StationConfig
+from kata.device.facts import Facts
+from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
+from kata.device.messages import (
+    COMMAND_NAMES,
+    Acknowledge,
+    Approach,
+    Command,
+    CommandName,
+    Event,
+    FinishTeaching,
+    Load,
+    Mode,
+    Pause,
+    PedalState,
+    Play,
+    Refusal,
+    Return,
+    RunState,
+    Teach,
+    TeachingState,
+    Unload,
+)
+from kata.device.movement import Movement
+from kata.device.supervisor import Key, LatchedStop
+from kata.motion import approach
+from kata.motion.trajectory import Trajectory
+
+log = logging.getLogger(__name__)
+
+_ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
+    "teach": ("idle",),
+    "finish_teaching": ("teaching",),
+    "load": ("idle",),
+    "unload": ("ready",),
+    "approach": ("ready",),
+    "play": ("paused",),
+    "pause": ("playing",),
+    "return": ("paused",),
+    "acknowledge": ("stopped",),
+}
+"""Stop is allowed in every mode."""
+
+_COMMAND_OF: Final[dict[type, CommandName]] = {
+    Teach: "teach",
+    FinishTeaching: "finish_teaching",
+    Load: "load",
+    Unload: "unload",
+    Approach: "approach",
+    Play: "play",
+    Pause: "pause",
+    Return: "return",
+    Acknowledge: "acknowledge",
+}
+
+_PHASES: Final[dict[Mode, int]] = {
+    "approaching": journal.PHASE_APPROACHING,
+    "playing": journal.PHASE_PLAYING,
+    "paused": journal.PHASE_PAUSED,
+    "returning": journal.PHASE_RETURNING,
+    "stopped": journal.PHASE_STOPPING,
+}
+
+_WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
+    "offline": ("The apparatus is not connected.", "Switch it on and check the RS-485 adapter."),
+    "idle": ("No recording is loaded.", "Load a recording first."),
+    "teaching": ("Teaching is going on.", "Finish teaching first."),
+    "ready": ("A recording is loaded, and the arm is not at its start yet.", "Move to the start, or unload it."),
+    "approaching": ("The arm is on its way to the start.", "Wait until it is there, or stop."),
+    "playing": ("The recording is playing.", "Pause first, or stop."),
+    "paused": ("The arm is held on the recording's path.", "Play on, go back, or stop."),
+    "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
+    "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
+}
+
+
+@dataclass
+class _Run:
+    run_id: str
+    recording_id: str
+    trajectory: Trajectory
+    journal: JournalWriter
+    came_from: np.ndarray[tuple[int], np.dtype[np.float64]] | None = None
+    """Where the approach began, and where the arm is taken back to."""
+    position_s: float = 0.0
+    played_to_end: bool = False
+
+
+@dataclass
+class _Teaching:
+    teaching_id: str
+    journal: JournalWriter
+    pedal_was_up: bool = False
+    """Recording needs a press: a pedal held down since before teaching began records nothing."""
+    takes: int = 0
+    samples: int = 0
+    take_began_ns: int | None = None
+    """None while the pedal is up."""
+    take_s: float = 0.0
+    cycles: int = 0
+
+
+class Machine:
+    """Modes, runs and teachings of one apparatus.
+
+    After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are what the drives are to do.
+    """
+
+    def __init__(
+        self,
+        config: StationConfig,
+        open_journal: Callable[[JournalHeader], JournalWriter],
+        emit: Callable[[Event], None],
+    ) -> None:
+        self._config = config
+        self._open_journal = open_journal
+        self._emit_event = emit
+        self._event_numbers = count(1)
+        self._t_ns = 0
+        self._run: _Run | None = None
+        self._teaching: _Teaching | None = None
+        self._movement: Movement | None = None
+        self.mode: Mode = "offline"
+        self.stop: LatchedStop | None = None
+        self.torque_on = False
+        self.setpoint_deg: tuple[float, ...] = (float("nan"),) * len(config.axes)
+        self._period_s = 1.0 / config.cycle_hz
+        self._divider = config.cycle_hz // config.rate_hz
+        self._lead_s = 0.5 / config.rate_hz
+        """A setpoint holds until the next one: it aims at the middle of that time."""
+        self._grid = 0
+
+    # -- one cycle ------------------------------------------------------------------------------------------------
+
+    def step(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
+        """Let one cycle pass: faults first, then the mode's own step."""
+        self._t_ns = facts.t_ns
+        self._grid += 1
+        if self.mode == "offline":
+            self._leave_offline(facts, holding)
+        if self.mode != "offline":
+            self._supervise(facts, holding, stop_requested)
+        self._STEPS[self.mode](self, facts)
+        if not self.torque_on:
+            self.setpoint_deg = facts.measured_deg
+
+    def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
+        """Everything must have been seen to be good; only a pressed emergency stop may remain, and stops at once."""
+        if all(code == "estop_pressed" for code, _ in holding):
+            self._enter("idle")
+
+    def _supervise(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
+        keys: list[Key] = list(holding)
+        new: list[Key]
+        if self.stop:
+            new = self.stop.update(keys)
+        elif keys or (stop_requested and (self.torque_on or self._teaching)):
+            self.stop = LatchedStop(facts.t_ns)
+            new = self.stop.update(keys)
+        else:
+            return
+        if stop_requested and ("operator_stop", None) not in self.stop.keys:
+            self.stop.keys.append(("operator_stop", None))
+            new.append(("operator_stop", None))
+        for cause in self.stop.causes():
+            if (cause.code, None if cause.axis is None else cause.axis - 1) in new:
+                self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
+        if self.mode != "stopped":
+            if self._movement:
+                self._movement.going = False
+            self._end_teaching()
+            self._enter("stopped")
+
+    # Each mode's step ------------------------------------------------------------------------------------------------
+
+    def _step_stopped(self, facts: Facts) -> None:
+        assert self.stop is not None
+        if self.torque_on and self.stop.category == 0:
+            self._cut_torque()
+        elif self.torque_on:
+            self._move(facts)
+            if self._movement is None or self._movement.stands or self._movement.ended:
+                self._cut_torque()
+        if not self.torque_on and self._run:
+            first = self.stop.causes()[0]
+            self._end_run(JournalEnd(reason="stopped", cause_code=first.code, cause_message=first.message))
+
+    def _step_teaching(self, facts: Facts) -> None:
+        teaching = self._teaching
+        assert teaching is not None
+        pressed = facts.pedal_down is True
+        if not pressed:
+            teaching.pedal_was_up = teaching.pedal_was_up or facts.pedal_down is False
+            self._end_take()
+            return
+        if not teaching.pedal_was_up:
+            return
+        if teaching.take_began_ns is None:
+            teaching.takes += 1
+            teaching.cycles = 0
+            teaching.take_began_ns = facts.t_ns
+            self._emit("take_started", f"Take {teaching.takes} is being recorded.")
+        teaching.take_s = (facts.t_ns - teaching.take_began_ns) / 1e9
+        if teaching.cycles % self._divider == 0 and facts.measured_t_ns is not None:
+            teaching.samples += 1
+            self._record(facts, teaching.journal, teaching.takes, 0, teaching.take_s)
+        teaching.cycles += 1
+
+    def _step_moving(self, facts: Facts) -> None:
+        self._move(facts)
+        movement = self._movement
+        assert movement is not None and self._run is not None
+        if self.mode == "approaching" and movement.ended:
+            self._movement = Movement(self._run.trajectory, going=False)
+            self._enter("paused")
+        elif self.mode == "playing" and movement.ended:
+            self._run.played_to_end = True
+            self._begin_return()
+        elif self.mode == "playing" and movement.stands:
+            self._enter("paused")
+        elif self.mode == "returning" and movement.ended:
+            self._cut_torque()
+            self._end_run(JournalEnd(reason="completed" if self._run.played_to_end else "returned"))
+            self._enter("idle")
+
+    def _step_resting(self, facts: Facts) -> None:
+        """Torque is off, nothing happens."""
+
+    _STEPS: Final[dict[Mode, Callable[["Machine", Facts], None]]] = {
+        "offline": _step_resting,
+        "idle": _step_resting,
+        "ready": _step_resting,
+        "teaching": _step_teaching,
+        "approaching": _step_moving,
+        "playing": _step_moving,
+        "paused": _step_moving,
+        "returning": _step_moving,
+        "stopped": _step_stopped,
+    }
+
+    # -- commands -------------------------------------------------------------------------------------------------
+
+    def refusal(self, name: CommandName, facts: Facts) -> Refusal | None:
+        """Why a command would not be accepted now; None when it would."""
+        if name == "stop":
+            return None
+        if self.mode not in _ALLOWED_IN[name]:
+            if name == "acknowledge":
+                return Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do.")
+            if name == "finish_teaching":
+                return Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do.")
+            message, next_step = _WHAT_IS_ON[self.mode]
+            return Refusal(code=f"is_{self.mode}", message=message, next_step=next_step)
+        if name == "acknowledge":
+            return self._refuse_acknowledge()
+        if name == "approach":
+            return self._refuse_approach(facts)
+        if name == "pause" and self._movement and not self._movement.going:
+            return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
+        return None
+
+    def refusals(self, facts: Facts) -> dict[CommandName, Refusal]:
+        """Every command that is not allowed now, and why."""
+        found = {name: self.refusal(name, facts) for name in COMMAND_NAMES}
+        return {name: refusal for name, refusal in found.items() if refusal}
+
+    def command(self, command: Command, trajectory: Trajectory | None, facts: Facts) -> Refusal | None:
+        """Carry out a command other than Stop, or refuse it. ``trajectory`` belongs to Load."""
+        refusal = self.refusal(_COMMAND_OF[type(command)], facts)
+        if refusal:
+            return refusal
+        match command:
+            case Teach():
+                header = self._header("teaching", command.teaching_id, None)
+                self._teaching = _Teaching(command.teaching_id, self._open_journal(header))
+                self._enter("teaching")
+            case FinishTeaching():
+                self._end_teaching()
+                self._enter("idle")
+            case Load():
+                assert trajectory is not None
+                header = self._header("run", command.run_id, command.recording_id)
+                self._run = _Run(command.run_id, command.recording_id, trajectory, self._open_journal(header))
+                self._enter("ready")
+            case Unload():
+                self._end_run(JournalEnd(reason="unloaded"))
+                self._enter("idle")
+            case Approach():
+                self._begin_approach(facts)
+            case Play():
+                assert self._movement is not None
+                self._movement.going = True
+                self._enter("playing")
+            case Pause():
+                assert self._movement is not None
+                self._movement.going = False
+            case Return():
+                self._begin_return()
+            case Acknowledge():
+                self.stop = None
+                self._movement = None
+                self._enter("idle")
+        return None
+
+    def close(self) -> bool:
+        """End what has no torque on it, because the service is gone; True when nothing is left."""
+        if self.torque_on:
+            return False
+        self._end_teaching()
+        if self._run:
+            self._end_run(JournalEnd(reason="unloaded"))
+        return True
+
+    def fail(self, facts: Facts) -> None:
+        """The program met an error of its own: stop, category 0."""
+        self._t_ns = facts.t_ns
+        self.stop = self.stop or LatchedStop(facts.t_ns)
+        if ("unexpected_error", None) not in self.stop.keys:
+            self.stop.keys.append(("unexpected_error", None))
+        self._cut_torque()
+        if self.mode != "stopped":
+            self._end_teaching()
+            self._enter("stopped")
+
+    # -- as the snapshot tells it ---------------------------------------------------------------------------------
+
+    def pedal(self, facts: Facts) -> PedalState:
+        """The pedal as it counts."""
+        if facts.pedal_down is None:
+            return "unknown"
+        if facts.pedal_down and self._teaching and not self._teaching.pedal_was_up:
+            return "stuck"
+        return "down" if facts.pedal_down else "up"
+
+    def run_state(self) -> RunState | None:
+        """The loaded recording and the place on its path."""
+        run, movement = self._run, self._movement
+        if run is None:
+            return None
+        duration = run.trajectory.duration_s
+        left = duration - run.position_s
+        if movement and movement.path is not run.trajectory:
+            left = movement.path.duration_s - movement.position_s
+        return RunState(
+            run_id=run.run_id,
+            recording_id=run.recording_id,
+            position_s=run.position_s,
+            duration_s=duration,
+            left_s=left,
+            at_start=self.mode == "paused" and run.position_s == 0.0,
+        )
+
+    def teaching_state(self) -> TeachingState | None:
+        """Takes so far."""
+        teaching = self._teaching
+        if teaching is None:
+            return None
+        return TeachingState(
+            teaching_id=teaching.teaching_id,
+            takes=teaching.takes,
+            recording=teaching.take_began_ns is not None,
+            take_s=teaching.take_s,
+            samples=teaching.samples,
+        )
+
+    @property
+    def setpoint_due(self) -> bool:
+        """This cycle is one in which a setpoint is sent and a sample recorded."""
+        return self._grid % self._divider == 0
+
+    @property
+    def journal_ok(self) -> bool:
+        """Nothing measured has been lost on the way to the disk."""
+        open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
+        return not any(writer.lost for writer in open_now if writer)
+
+    # -- parts ----------------------------------------------------------------------------------------------------
+
+    def _refuse_acknowledge(self) -> Refusal | None:
+        assert self.stop is not None
+        if self.torque_on:
+            return Refusal(code="still_stopping", message="The arm is slowing down.", next_step="Wait a moment.")
+        for cause in self.stop.causes():
+            if not cause.cleared:
+                return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
+        return None
+
+    def _refuse_approach(self, facts: Facts) -> Refusal | None:
+        for motor, (axis, angle) in enumerate(zip(self._config.axes, facts.measured_deg, strict=True), start=1):
+            if not axis.min_deg - self._config.limit_tolerance_deg < angle < axis.max_deg + self._config.limit_tolerance_deg:
+                return Refusal(
+                    code="outside_range",
+                    message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
+                    next_step="Move the arm back by hand.",
+                )
+        return None
+
+    def _begin_approach(self, facts: Facts) -> None:
+        run = self._run
+        assert run is not None
+        run.came_from = np.array(facts.measured_deg)
+        way = approach.Approach(run.came_from, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
+        self._movement = Movement(way)
+        self.setpoint_deg = facts.measured_deg
+        self.torque_on = True
+        self._emit("torque", "Torque is on.")
+        self._enter("approaching")
+
+    def _begin_return(self) -> None:
+        assert self._run is not None and self._run.came_from is not None
+        here = np.array(self.setpoint_deg)
+        self._movement = Movement(approach.Approach(here, self._run.came_from, self._config.approach_speed_deg_s))
+        self._enter("returning")
+
+    def _move(self, facts: Facts) -> None:
+        """Record what the last setpoint came to, and go on along the path."""
+        movement, run = self._movement, self._run
+        assert movement is not None and run is not None
+        on_recording = movement.path is run.trajectory
+        if self.setpoint_due:
+            if facts.measured_t_ns is not None:
+                since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
+                place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
+                self._record(facts, run.journal, 0, _PHASES[self.mode], place)
+            self.setpoint_deg = tuple(float(angle) for angle in movement.setpoint(self._lead_s))
+        movement.advance(self._period_s)
+        if on_recording:
+            run.position_s = movement.position_s
+
+    def _record(self, facts: Facts, writer: JournalWriter, take: int, phase: int, path_s: float) -> None:
+        assert facts.measured_t_ns is not None
+        writer.sample(
+            facts.measured_t_ns,
+            take=take,
+            phase=phase,
+            path_s=path_s,
+            setpoint_deg=self.setpoint_deg,
+            measured_deg=facts.measured_deg,
+            torque_nm=facts.torque_nm,
+        )
+
+    def _cut_torque(self) -> None:
+        if self.torque_on:
+            self.torque_on = False
+            self._emit("torque", "Torque is off.")
+
+    def _end_take(self) -> None:
+        teaching = self._teaching
+        if teaching and teaching.take_began_ns is not None:
+            teaching.take_began_ns = None
+            self._emit("take_ended", f"Take {teaching.takes} has ended after {teaching.take_s:.1f} s.")
+
+    def _end_teaching(self) -> None:
+        self._end_take()
+        if self._teaching:
+            self._teaching.journal.finish(JournalEnd(reason="finished"))
+            self._teaching = None
+
+    def _end_run(self, end: JournalEnd) -> None:
+        assert self._run is not None
+        self._run.journal.finish(end)
+        self._run = None
+        self._movement = None
+
+    def _header(self, kind: str, identity: str, recording_id: str | None) -> JournalHeader:
+        return JournalHeader(
+            kind="teaching" if kind == "teaching" else "run",
+            id=identity,
+            recording_id=recording_id,
+            station=self._config.name,
+            rate_hz=self._config.rate_hz,
+            started_at=datetime.now(UTC),
+        )
+
+    def _enter(self, mode: Mode) -> None:
+        if mode != self.mode:
+            self.mode = mode
+            self._emit("mode", mode)
+
+    def _emit(self, code: str, message: str) -> None:
+        log.info("%s: %s", code, message)
+        self._emit_event(Event(number=next(self._event_numbers), t_ns=self._t_ns, code=code, message=message))

@@ -1,0 +1,61 @@
+"""Supervision: the facts of a cycle in, the faults that hold out; and the stop they latch."""
+
+from dataclasses import dataclass, field
+
+from kata.device.config import StationConfig
+from kata.device.facts import Facts
+from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault
+from kata.device.messages import StopCause, StopState
+
+Key = tuple[str, int | None]
+"""A fault's code and axis (0-4) or None."""
+
+
+def judge(facts: Facts, config: StationConfig) -> list[Key]:
+    """Every fault that holds in this cycle, in the table's order."""
+    return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(facts, config)]
+
+
+@dataclass
+class LatchedStop:
+    """A stop from its first cause until it is acknowledged: the first cause stays first, later ones are appended."""
+
+    at_ns: int
+    keys: list[Key] = field(default_factory=list)
+    holding: frozenset[Key] = frozenset()
+
+    def update(self, keys: list[Key]) -> list[Key]:
+        """Take in what holds now; returns what is new."""
+        self.holding = frozenset(keys)
+        new = [key for key in keys if key not in self.keys]
+        self.keys += new
+        return new
+
+    @property
+    def category(self) -> int:
+        """The strictest of the causes."""
+        return min(FAULT_BY_CODE[code].category for code, _ in self.keys)
+
+    @property
+    def cleared(self) -> bool:
+        """No cause holds any more."""
+        return not self.holding
+
+    def causes(self) -> tuple[StopCause, ...]:
+        """As the snapshot tells them."""
+        return tuple(self._cause(FAULT_BY_CODE[code], axis) for code, axis in self.keys)
+
+    def state(self) -> StopState:
+        """As the snapshot tells it."""
+        return StopState(causes=self.causes(), at_ns=self.at_ns)
+
+    def _cause(self, fault: Fault, axis: int | None) -> StopCause:
+        motor = None if axis is None else axis + 1
+        return StopCause(
+            code=fault.code,
+            category=fault.category,
+            message=fault.message.format(motor=motor),
+            next_step=fault.next_step,
+            axis=motor,
+            cleared=(fault.code, axis) not in self.holding,
+        )
