@@ -1,0 +1,189 @@
+"""A stepped clock and an apparatus without a wire: the control loop's sequences, thousands of cycles in a second.
+
+The drives here follow their setpoint at once; how real ones follow is the simulator's business.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.config import StationConfig
+from kata.device.exchange import Taken
+from kata.device.journal import Journal, JournalHeader, JournalWriter, read
+from kata.device.loop import ControlLoop
+from kata.device.messages import Command, Event, Refusal, Reply, Snapshot
+from kata.motion.trajectory import Trajectory
+
+REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
+
+
+@dataclass
+class SteppedApparatus:
+    """A :class:`~kata.device.bus.port.Bus`; tests set its fields as the world would."""
+
+    angles_deg: list[float] = field(default_factory=lambda: list(REST_DEG))
+    torque: list[bool] = field(default_factory=lambda: [False] * 5)
+    estop_open: bool = False
+    pedal_down: bool = False
+    silent: set[int] = field(default_factory=set)
+    inputs_silent: bool = False
+    hardware_error: list[int] = field(default_factory=lambda: [0] * 5)
+    watchdog_tripped: bool = False
+    gone: bool = False
+    stuck: set[int] = field(default_factory=set)
+    deaf_to_torque_off: set[int] = field(default_factory=set)
+    written: list[tuple[float, ...]] = field(default_factory=list)
+    errors: int = 0
+    t_ns: int = 0
+    _cycle: int = 0
+
+    def open(self) -> None:
+        self._check()
+        self.torque_off()
+
+    def read(self) -> Reading:
+        self._check()
+        self._cycle += 1
+        axis = self._cycle % 5
+        drives = tuple(
+            None if n in self.silent else DriveReading(self.t_ns, angle, 0.0, 0.0)
+            for n, angle in enumerate(self.angles_deg)
+        )
+        inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
+        status = DriveStatus(
+            self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped
+        )
+        return Reading(drives, inputs, None if axis in self.silent else status)
+
+    def write_setpoints(self, angles_deg: Sequence[float]) -> None:
+        self._check()
+        self.written.append(tuple(angles_deg))
+        for n, angle in enumerate(angles_deg):
+            if self.torque[n] and n not in self.stuck:
+                self.angles_deg[n] = angle
+
+    def torque_on(self, hold_deg: Sequence[float]) -> None:
+        self._check()
+        self.torque = [True] * 5
+        self.write_setpoints(hold_deg)
+
+    def torque_off(self) -> None:
+        self._check()
+        self.torque = [on and n in self.deaf_to_torque_off for n, on in enumerate(self.torque)]
+
+    def close(self) -> None:
+        pass
+
+    def _check(self) -> None:
+        if self.gone:
+            raise BusError("the port is gone")
+
+
+@dataclass
+class SteppedExchange:
+    """Stands where the I/O thread's queues are; journals go to a folder when they are read."""
+
+    folder: Path
+    commands: list[Taken] = field(default_factory=list)
+    stop: bool = False
+    closing: bool = False
+    service_silent_ms: float = 0.0
+    journal_ok: bool = True
+    dropped: int = 0
+    replies: list[Reply] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    snapshots: list[Snapshot] = field(default_factory=list)
+    journals: list[JournalWriter] = field(default_factory=list)
+
+    def take_stop(self) -> bool:
+        stop, self.stop = self.stop, False
+        return stop
+
+    def take_command(self) -> Taken | None:
+        return self.commands.pop(0) if self.commands else None
+
+    def service_age_ms(self, t_ns: int) -> float:
+        return self.service_silent_ms
+
+    def reply(self, reply: Reply) -> None:
+        self.replies.append(reply)
+
+    def publish_event(self, event: Event) -> None:
+        self.events.append(event)
+
+    def publish_snapshot(self, snapshot: Snapshot) -> None:
+        self.snapshots.append(snapshot)
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        self.journals.append(JournalWriter(self.folder, header))
+        return self.journals[-1]
+
+
+class Stepped:
+    """The loop, the apparatus and the clock in one hand."""
+
+    def __init__(
+        self, folder: Path, config: StationConfig | None = None, apparatus: SteppedApparatus | None = None
+    ) -> None:
+        self.config = config or StationConfig()
+        self.apparatus = apparatus or SteppedApparatus()
+        self.exchange = SteppedExchange(folder)
+        self._t_ns = 1_000_000_000
+        self.loop = ControlLoop(
+            self.config,
+            self.apparatus,
+            self.exchange,  # type: ignore[arg-type]
+            real_time=False,
+            now_ns=lambda: self._t_ns,
+        )
+        self.loop._open()
+        self.forward(0.2)
+
+    def forward(self, seconds: float, late_ms: float = 0.0) -> None:
+        """Let time pass, cycle by cycle."""
+        for _ in range(round(seconds * self.config.cycle_hz)):
+            self.cycle(late_ms)
+
+    def cycle(self, late_ms: float = 0.0) -> bool:
+        """One cycle; what :meth:`ControlLoop.cycle` says."""
+        self._t_ns += 1_000_000_000 // self.config.cycle_hz
+        self.apparatus.t_ns = self._t_ns
+        return self.loop.cycle(self._t_ns, late_ms)
+
+    def send(self, command: Command, trajectory: Trajectory | None = None) -> Refusal | None:
+        """One command and the cycle that takes it."""
+        self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None))
+        self.cycle()
+        return self.exchange.replies[-1].refusal
+
+    def until(self, mode: str, within_s: float = 30.0) -> None:
+        """Let time pass until a mode is reached."""
+        for _ in range(round(within_s * self.config.cycle_hz)):
+            if self.mode == mode:
+                return
+            self.cycle()
+        raise AssertionError(f"{mode} was not reached within {within_s} s; the mode is {self.mode}")
+
+    @property
+    def mode(self) -> str:
+        return self.exchange.snapshots[-1].mode
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The newest; forward a little first when a value that changes quietly matters."""
+        return self.exchange.snapshots[-1]
+
+    @property
+    def torque(self) -> bool:
+        return any(self.apparatus.torque)
+
+    def causes(self) -> list[str]:
+        stop = self.snapshot.stop
+        return [cause.code for cause in stop.causes] if stop else []
+
+    def journal(self, number: int = -1) -> Journal:
+        """A journal as it stands on disk after everything queued was written."""
+        writer = self.exchange.journals[number]
+        writer.flush()
+        return read(writer.path)

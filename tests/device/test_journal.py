@@ -1,0 +1,98 @@
+"""The journal: valid at any byte, and nothing in it made up."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.journal import JournalEnd, JournalError, JournalHeader, JournalWriter, read
+
+HEADER = JournalHeader(
+    kind="run", id="a-run", recording_id="a-recording", station="S", rate_hz=100, started_at=datetime(2026, 1, 2, tzinfo=UTC)
+)
+
+
+def _writer(folder: Path, samples: int) -> JournalWriter:
+    writer = JournalWriter(folder, HEADER)
+    for n in range(samples):
+        writer.sample(
+            n * 10_000_000,
+            take=0,
+            phase=journal.PHASE_PLAYING,
+            path_s=n / 100,
+            setpoint_deg=[n + 0.1 * axis for axis in range(5)],
+            measured_deg=[n - 0.1 * axis for axis in range(5)],
+            torque_nm=[0.5] * 5,
+        )
+    return writer
+
+
+def test_what_goes_in_comes_out(tmp_path: Path) -> None:
+    writer = _writer(tmp_path, 50)
+    assert not writer.flush()
+    writer.finish(JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed."))
+    assert writer.flush()
+
+    kept = read(writer.path)
+    assert (kept.kind, kept.id, kept.recording_id) == ("run", "a-run", "a-recording")
+    assert kept.started_at == HEADER.started_at
+    assert kept.t_ns.tolist() == [n * 10_000_000 for n in range(50)]
+    assert kept.measured_deg[7] == pytest.approx([7.0, 6.9, 6.8, 6.7, 6.6])
+    assert kept.setpoint_deg.shape == (50, 5)
+    assert kept.end == JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed.")
+    assert not kept.truncated
+
+
+def test_cut_at_any_byte_the_samples_before_the_cut_are_whole(tmp_path: Path) -> None:
+    writer = _writer(tmp_path, 4)
+    writer.finish(JournalEnd(reason="completed"))
+    writer.flush()
+    data = writer.path.read_bytes()
+    body = data.index(b"\n") + 1
+    whole = [len(read(_cut(tmp_path, data[:length])).t_ns) for length in range(body, len(data) + 1)]
+
+    assert whole == sorted(whole)
+    assert (whole[0], whole[-1]) == (0, 4)
+    assert read(_cut(tmp_path, data[:-1])).end is None
+    assert read(_cut(tmp_path, data[:-1])).truncated
+
+
+def test_a_flipped_bit_ends_the_good_part(tmp_path: Path) -> None:
+    writer = _writer(tmp_path, 4)
+    writer.flush()
+    data = bytearray(writer.path.read_bytes())
+    body = data.index(b"\n") + 1
+    record = (len(data) - body) // 4
+    data[body + 2 * record + 20] ^= 0x01
+    kept = read(_cut(tmp_path, bytes(data)))
+
+    assert len(kept.t_ns) == 2
+    assert kept.truncated
+
+
+@pytest.mark.parametrize("data", [b"", b"hello\n", b'{"format":"kata-journal/9","kind":"run"}\n'])
+def test_other_files_are_refused(tmp_path: Path, data: bytes) -> None:
+    with pytest.raises(JournalError, match="is not a journal"):
+        read(_cut(tmp_path, data))
+
+
+def test_a_full_ring_loses_and_counts_instead_of_waiting(tmp_path: Path) -> None:
+    writer = _writer(tmp_path, 7000)
+    assert writer.lost > 0
+    writer.flush()
+    assert len(read(writer.path).t_ns) == 7000 - writer.lost
+    assert np.all(np.diff(read(writer.path).t_ns) == 10_000_000)
+
+
+def test_two_journals_never_share_a_file(tmp_path: Path) -> None:
+    _writer(tmp_path, 1).flush()
+    with pytest.raises(FileExistsError):
+        _writer(tmp_path, 1).flush()
+
+
+def _cut(folder: Path, data: bytes) -> Path:
+    path = folder / "cut.journal"
+    path.write_bytes(data)
+    return path

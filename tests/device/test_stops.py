@@ -1,0 +1,282 @@
+"""What stops the apparatus, by the stepped clock: every row of the fault table, and what it takes to go on."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.faults import FAULT_BY_CODE, FAULTS
+from kata.device.messages import Acknowledge, Approach, Play
+from tests.device.conftest import LOAD, a_trajectory
+from tests.device.stepped import Stepped, SteppedApparatus
+
+
+def test_the_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:
+    playing.apparatus.estop_open = True
+    playing.cycle()
+
+    assert not playing.torque
+    assert playing.mode == "stopped"
+    assert playing.snapshot.estop == "pressed"
+    assert playing.causes() == ["estop_pressed"]
+
+
+def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(playing: Stepped) -> None:
+    playing.apparatus.estop_open = True
+    playing.forward(0.2)
+    refusal = playing.send(Acknowledge())
+    assert refusal is not None
+    assert refusal.code == "estop_pressed"
+    assert "release the switch" in refusal.next_step
+
+    playing.apparatus.estop_open = False
+    playing.forward(5.0)
+    assert playing.mode == "stopped"
+    assert playing.snapshot.estop == "released"
+    assert not playing.torque
+    refusal = playing.send(Play())
+    assert refusal is not None
+    assert refusal.code == "is_stopped"
+
+    assert playing.send(Acknowledge()) is None
+    playing.forward(5.0)
+    assert playing.mode == "idle"
+    assert playing.snapshot.estop == "closed"
+    assert not playing.torque
+
+    # A new start is a whole one: load, approach, play.
+    assert playing.send(LOAD, a_trajectory()) is None
+    assert playing.send(Approach()) is None
+    playing.until("paused")
+    assert playing.send(Play()) is None
+    playing.until("idle")
+
+
+def test_an_emergency_stop_found_pressed_at_start_is_a_stop(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path, apparatus=SteppedApparatus(estop_open=True))
+
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["estop_pressed"]
+
+
+def test_nothing_is_idle_before_every_drive_has_been_seen(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path, apparatus=SteppedApparatus(silent={4}))
+    assert stepped.mode == "offline"
+    assert stepped.snapshot.axes[4].measured_deg is None
+
+    stepped.apparatus.silent = set()
+    stepped.forward(0.2)
+    assert stepped.mode == "idle"
+
+
+def test_nothing_is_idle_before_the_emergency_stop_has_been_seen(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path, apparatus=SteppedApparatus(inputs_silent=True))
+    assert stepped.mode == "offline"
+    assert stepped.snapshot.estop == "unknown"
+
+    stepped.apparatus.inputs_silent = False
+    stepped.forward(0.2)
+    assert stepped.mode == "idle"
+
+
+def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
+    playing.apparatus.estop_open = True
+    playing.forward(0.1)
+
+    end = playing.journal().end
+    assert end is not None
+    assert (end.reason, end.cause_code) == ("stopped", "estop_pressed")
+
+
+def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
+    playing.exchange.stop = True
+    playing.cycle()
+    assert playing.mode == "stopped"
+    assert playing.torque
+
+    playing.forward(0.3)
+    assert not playing.torque
+    assert playing.causes() == ["operator_stop"]
+    kept = playing.journal()
+    stopping = kept.path_s[kept.phase == journal.PHASE_STOPPING]
+    assert np.all(np.diff(stopping) >= 0)
+    assert np.diff(stopping)[-1] < np.diff(stopping)[0]
+
+
+def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+    playing.exchange.stop = True
+    playing.forward(0.05)
+    playing.apparatus.estop_open = True
+    playing.cycle()
+
+    assert not playing.torque
+    assert playing.causes() == ["operator_stop", "estop_pressed"]
+
+
+def test_a_stop_with_nothing_going_on_is_taken_and_latches_nothing(stepped: Stepped) -> None:
+    stepped.exchange.stop = True
+    stepped.forward(0.1)
+    assert stepped.mode == "idle"
+
+
+def test_the_stop_is_taken_before_a_command_that_came_earlier(stepped: Stepped) -> None:
+    stepped.send(LOAD, a_trajectory())
+    stepped.send(Approach())
+    stepped.until("paused")
+    stepped.exchange.stop = True
+    refusal = stepped.send(Play())
+
+    assert refusal is not None
+    assert refusal.code == "is_stopped"
+
+
+def _press(stepped: Stepped) -> None:
+    stepped.apparatus.estop_open = True
+
+
+def _lose_inputs(stepped: Stepped) -> None:
+    stepped.apparatus.inputs_silent = True
+
+
+def _unplug(stepped: Stepped) -> None:
+    stepped.apparatus.gone = True
+
+
+def _silence(stepped: Stepped) -> None:
+    stepped.apparatus.silent = {2}
+
+
+def _overheat(stepped: Stepped) -> None:
+    stepped.apparatus.hardware_error[1] = 4
+
+
+def _trip(stepped: Stepped) -> None:
+    stepped.apparatus.watchdog_tripped = True
+
+
+def _switch_itself_off(stepped: Stepped) -> None:
+    stepped.apparatus.torque[4] = False
+
+
+def _push_out(stepped: Stepped) -> None:
+    stepped.apparatus.stuck = {4}
+    stepped.apparatus.angles_deg[4] = 50.0
+
+
+def _hold(stepped: Stepped) -> None:
+    stepped.apparatus.stuck = {2}
+    stepped.apparatus.angles_deg[2] = 60.0
+
+
+def _silence_service(stepped: Stepped) -> None:
+    stepped.exchange.service_silent_ms = 600.0
+
+
+def _fill_disk(stepped: Stepped) -> None:
+    stepped.exchange.journal_ok = False
+
+
+@pytest.mark.parametrize(
+    ("code", "happen"),
+    [
+        ("estop_pressed", _press),
+        ("estop_unknown", _lose_inputs),
+        ("bus_lost", _unplug),
+        ("drive_silent", _silence),
+        ("drive_error", _overheat),
+        ("drive_watchdog", _trip),
+        ("torque_lost", _switch_itself_off),
+        ("position_limit", _push_out),
+        ("following_error", _hold),
+        ("service_silent", _silence_service),
+        ("journal_fault", _fill_disk),
+    ],
+)
+def test_each_fault_stops_by_its_own_category_and_names_itself(
+    playing: Stepped, code: str, happen: Callable[[Stepped], None]
+) -> None:
+    happen(playing)
+    playing.until("stopped", within_s=0.6)
+    assert playing.causes()[0] == code
+    torque_commanded = playing.loop._machine.torque_on
+    assert torque_commanded == (FAULT_BY_CODE[code].category == 1)
+
+    playing.forward(0.3)
+    assert not playing.loop._machine.torque_on
+    if code != "bus_lost":  # nobody can reach the drives then; their own watchdog stops them
+        assert not playing.torque
+
+
+def test_a_late_loop_stops_the_movement(playing: Stepped) -> None:
+    playing.cycle(late_ms=300.0)
+    assert playing.causes() == ["overrun"]
+
+
+def test_torque_that_will_not_go_off_is_cut_again_every_cycle_and_told(playing: Stepped) -> None:
+    playing.apparatus.deaf_to_torque_off = {3}
+    playing.apparatus.estop_open = True
+    playing.forward(0.5)
+    assert "torque_remains" in playing.causes()
+    assert playing.snapshot.torque_on
+
+    playing.apparatus.deaf_to_torque_off = set()
+    playing.forward(0.1)
+    assert not playing.torque
+
+
+def test_an_error_in_the_control_program_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError("as if")
+
+    monkeypatch.setattr(playing.loop._machine, "_move", broken)
+    playing.cycle()
+    assert not playing.torque
+    assert playing.mode == "stopped"
+    assert playing.causes() == ["unexpected_error"]
+
+
+def test_when_the_bus_comes_back_nothing_moves_by_itself(playing: Stepped) -> None:
+    playing.apparatus.gone = True
+    playing.forward(0.1)
+    playing.apparatus.gone = False
+    playing.forward(2.0)
+    playing.loop._try_open_at_ns = 0
+    assert playing.loop._open()
+    playing.forward(1.0)
+
+    assert playing.mode == "stopped"
+    assert not playing.torque
+    assert playing.send(Acknowledge()) is None
+    assert playing.mode == "idle"
+
+
+def test_a_silent_drive_without_torque_is_a_stop_too(stepped: Stepped) -> None:
+    stepped.apparatus.silent = {0}
+    stepped.forward(0.2)
+    assert stepped.causes() == ["drive_silent"]
+    refusal = stepped.send(Acknowledge())
+    assert refusal is not None
+    assert refusal.message == "Motor 1 does not answer."
+
+
+def test_when_the_service_is_gone_a_playback_ends_without_torque(playing: Stepped) -> None:
+    playing.exchange.closing = True
+    playing.exchange.service_silent_ms = float("inf")
+    cycles = 0
+    while playing.cycle():
+        cycles += 1
+        assert cycles < 50
+
+    assert not playing.torque
+    end = playing.journal().end
+    assert end is not None
+    assert (end.reason, end.cause_code) == ("stopped", "service_silent")
+
+
+def test_the_table_reads_well() -> None:
+    assert len(FAULT_BY_CODE) == len(FAULTS)
+    for fault in FAULTS:
+        assert fault.message.endswith(".")
+        assert fault.next_step.endswith(".")

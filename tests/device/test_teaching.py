@@ -1,0 +1,117 @@
+"""Teaching by the stepped clock: torque off, and the pedal decides what is recorded."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device.config import StationConfig
+from kata.device.messages import FinishTeaching, Teach
+from tests.device.stepped import Stepped
+
+TEACH = Teach(teaching_id="teaching")
+
+
+def test_records_only_while_the_pedal_is_down(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.5)
+    for take in (1, 2):
+        stepped.apparatus.pedal_down = True
+        stepped.apparatus.angles_deg[2] = 10.0 * take
+        stepped.forward(1.0)
+        stepped.apparatus.pedal_down = False
+        stepped.forward(0.5)
+    stepped.send(FinishTeaching())
+
+    kept = stepped.journal()
+    assert kept.kind == "teaching"
+    assert list(np.unique(kept.take)) == [1, 2]
+    for take in (1, 2):
+        # The contact must have been steady for two cycles before it counts, at both ends.
+        assert np.count_nonzero(kept.take == take) == pytest.approx(100, abs=1)
+        assert kept.measured_deg[kept.take == take, 2] == pytest.approx(10.0 * take)
+    assert not np.any(np.diff(kept.t_ns[kept.take == 1]) != 10_000_000)
+
+
+def test_torque_is_off_throughout(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.apparatus.pedal_down = True
+    for _ in range(100):
+        stepped.cycle()
+        assert not stepped.torque
+
+
+def test_a_pedal_held_down_since_before_records_nothing_until_it_was_up(stepped: Stepped) -> None:
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.2)
+    stepped.send(TEACH)
+    stepped.forward(0.5)
+    assert stepped.snapshot.pedal == "stuck"
+    assert stepped.snapshot.teaching is not None
+    assert stepped.snapshot.teaching.samples == 0
+
+    stepped.apparatus.pedal_down = False
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.5)
+    assert stepped.snapshot.pedal == "down"
+    assert stepped.snapshot.teaching.takes == 1
+
+
+def test_a_bouncing_contact_makes_no_take(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    for _ in range(20):
+        stepped.apparatus.pedal_down = not stepped.apparatus.pedal_down
+        stepped.cycle()
+    stepped.apparatus.pedal_down = False
+    stepped.forward(0.2)
+
+    assert stepped.snapshot.teaching is not None
+    assert stepped.snapshot.teaching.takes == 0
+
+
+def test_at_ten_hertz_the_sample_times_are_a_tenth_of_a_second_apart(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path, StationConfig(rate_hz=10))
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    stepped.forward(1.0)
+
+    assert np.diff(stepped.journal().t_ns) == pytest.approx(0.1e9)
+
+
+def test_a_cycle_without_all_five_angles_is_a_gap_and_not_a_made_up_sample(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.5)
+    stepped.apparatus.silent = {3}
+    stepped.cycle()
+    stepped.apparatus.silent = set()
+    stepped.forward(0.5)
+
+    gaps = np.diff(stepped.journal().t_ns)
+    assert sorted(gaps)[-2:] == [10_000_000, 20_000_000]
+
+
+def test_the_emergency_stop_ends_the_teaching_and_keeps_what_was_taught(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    stepped.forward(1.0)
+    stepped.apparatus.estop_open = True
+    stepped.forward(0.1)
+
+    assert stepped.mode == "stopped"
+    kept = stepped.journal()
+    assert len(kept.t_ns) > 90
+    assert kept.end is not None
+
+
+def test_stop_in_teaching_latches(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.exchange.stop = True
+    stepped.forward(0.1)
+
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["operator_stop"]
