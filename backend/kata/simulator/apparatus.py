@@ -1,0 +1,211 @@
+"""The simulated apparatus as a whole: five servos on one mechanism, a hand, a pedal, a switch, and time.
+
+The emergency stop is wired as in the apparatus: normally closed, to external port 1 of drive 1. It is a signal only;
+nothing but the control software cuts the torque here. The pedal is normally open, on port 2.
+"""
+
+import math
+import time
+from collections import deque
+from collections.abc import Sequence
+from typing import Final, Literal
+
+import msgspec
+import numpy as np
+
+from kata.motion.axes import N_AXES
+from kata.motion.linkage import motor_angles_deg
+from kata.simulator.hand import Hand
+from kata.simulator.plant import STEP_S, Plant
+from kata.simulator.servos import Servo
+
+_STEP_NS: Final = int(STEP_S * 1e9)
+_CATCH_UP_NS: Final = 500_000_000
+"""After a longer gap (the process was stopped) time is let go: nobody saw it."""
+_ESTOP_PORT: Final = 1
+_PEDAL_PORT: Final = 2
+_EVENTS_KEPT: Final = 200
+_STRENGTHS: Final = (1.0, 1.0, 1.0, 1.0, 0.8)
+
+What = Literal[
+    "estop_pressed",
+    "estop_released",
+    "pedal_down",
+    "pedal_up",
+    "torque_on",
+    "torque_off",
+    "hand_started",
+    "hand_left",
+]
+
+
+class Happening(msgspec.Struct, frozen=True):
+    """Something physical, at ``time.monotonic_ns``."""
+
+    t_ns: int
+    what: What
+    motor: int | None = None
+
+
+class AxisNow(msgspec.Struct, frozen=True):
+    """One axis as it really is, whatever its drive reports."""
+
+    motor: int
+    angle_deg: float
+    speed_deg_s: float
+    torque_on: bool
+    torque_nm: float
+
+
+class HandNow(msgspec.Struct, frozen=True):
+    """The hand, and how long until it has let go."""
+
+    phase: Literal["away", "reaching", "tracing", "leaving"]
+    motion: str | None
+    left_s: float
+
+
+class State(msgspec.Struct, frozen=True):
+    """The whole simulated apparatus, and what happened lately."""
+
+    t_ns: int
+    pedal_down: bool
+    estop_pressed: bool
+    hand: HandNow
+    axes: tuple[AxisNow, ...]
+    events: tuple[Happening, ...]
+
+
+class HandRefusal(Exception):
+    """The hand cannot do this now; the message says why."""
+
+
+class Apparatus:
+    """Everything between the wire and the patient."""
+
+    def __init__(self, seed: int | None = None) -> None:
+        self.servos = [Servo(n + 1, strength) for n, strength in enumerate(_STRENGTHS)]
+        self._plant = Plant(seed)
+        self._hand = Hand()
+        self._foot_down = False
+        self._estop_pressed = False
+        self._events: deque[Happening] = deque(maxlen=_EVENTS_KEPT)
+        self._now_ns = time.monotonic_ns()
+        self._pedal_down = False
+        self._set_contacts()
+
+    # -- time -----------------------------------------------------------------------------------------------------
+
+    def advance(self, now_ns: int) -> None:
+        """Let the world go on until ``now_ns``."""
+        self._now_ns = max(self._now_ns, now_ns - _CATCH_UP_NS)
+        while self._now_ns + _STEP_NS <= now_ns:
+            self._now_ns += _STEP_NS
+            self._step()
+        for servo, angle, speed in zip(self.servos, self._plant.angle, self._plant.speed, strict=True):
+            servo.show(angle, speed)
+
+    def _step(self) -> None:
+        plant = self._plant
+        for servo, angle, speed in zip(self.servos, plant.angle, plant.speed, strict=True):
+            servo.control(angle, speed, STEP_S)
+        torques: Sequence[float] = [servo.torque_nm for servo in self.servos]
+        if self._hand.phase != "away":
+            pull = self._hand.torques_nm(plant.angle, plant.speed, STEP_S)
+            if pull is None:
+                self._happened("hand_left")
+            else:
+                torques = [motor + hand for motor, hand in zip(torques, pull, strict=True)]
+            self._settle_pedal()
+        plant.step(torques)
+
+    # -- the wire -------------------------------------------------------------------------------------------------
+
+    def write(self, servo: Servo, address: int, data: bytes, now_ns: int) -> int:
+        """A register write that reached a drive; its error byte."""
+        was_on = servo.torque_on
+        error = servo.write(address, data, self._plant.angle[self.servos.index(servo)])
+        self._torque_may_have_changed(servo, was_on, now_ns)
+        return error
+
+    def reboot(self, servo: Servo, now_ns: int) -> None:
+        """A reboot that reached a drive."""
+        was_on = servo.torque_on
+        servo.reboot()
+        self._torque_may_have_changed(servo, was_on, now_ns)
+
+    def _torque_may_have_changed(self, servo: Servo, was_on: bool, now_ns: int) -> None:
+        if servo.torque_on != was_on:
+            motor = self.servos.index(servo) + 1
+            self._events.append(Happening(now_ns, "torque_on" if servo.torque_on else "torque_off", motor))
+
+    # -- the people -----------------------------------------------------------------------------------------------
+
+    def step_on_pedal(self, down: bool) -> None:
+        """A foot of its own, besides the one that belongs to the guiding hand."""
+        self._foot_down = down
+        self._settle_pedal()
+
+    def press_estop(self, pressed: bool) -> None:
+        """Press the switch, or release it."""
+        if pressed != self._estop_pressed:
+            self._estop_pressed = pressed
+            self._happened("estop_pressed" if pressed else "estop_released", time.monotonic_ns())
+            self._set_contacts()
+
+    def guide(self, name: str, times_s: Sequence[float], poses_deg: Sequence[Sequence[float]], pedal: bool) -> None:
+        """Let the hand take the arm along a motion given as poses.
+
+        :raises HandRefusal: while torque is on, while the hand is busy, or when the motion is none.
+        """
+        if any(servo.torque_on for servo in self.servos):
+            raise HandRefusal("the motors hold the arm: the hand guides only while torque is off")
+        if self._hand.phase != "away":
+            raise HandRefusal("the hand is still guiding the arm")
+        times, poses = np.asarray(times_s, dtype=np.float64), np.asarray(poses_deg, dtype=np.float64)
+        if times.ndim != 1 or len(times) < 2 or poses.shape != (len(times), N_AXES) or np.any(np.diff(times) <= 0):
+            raise HandRefusal("a motion needs two or more rows of five angles, and time that increases")
+        try:
+            angles = motor_angles_deg(poses)
+        except ValueError as error:
+            raise HandRefusal(str(error)) from error
+        here = [math.degrees(angle) for angle in self._plant.angle]
+        self._hand.guide(name, times - times[0], angles, here, pedal)
+        self._happened("hand_started")
+
+    def let_go(self) -> None:
+        """The hand leaves the arm where it is."""
+        if self._hand.phase != "away":
+            self._hand.let_go()
+            self._happened("hand_left")
+        self._foot_down = False
+        self._settle_pedal()
+
+    def state(self) -> State:
+        """As it is now."""
+        return State(
+            t_ns=self._now_ns,
+            pedal_down=self._pedal_down,
+            estop_pressed=self._estop_pressed,
+            hand=HandNow(self._hand.phase, self._hand.motion, self._hand.left_s),
+            axes=tuple(
+                AxisNow(n + 1, math.degrees(angle), math.degrees(speed), servo.torque_on, servo.torque_nm)
+                for n, (servo, angle, speed) in enumerate(
+                    zip(self.servos, self._plant.angle, self._plant.speed, strict=True)
+                )
+            ),
+            events=tuple(self._events),
+        )
+
+    def _settle_pedal(self) -> None:
+        down = self._foot_down or self._hand.wants_pedal
+        if down != self._pedal_down:
+            self._pedal_down = down
+            self._happened("pedal_down" if down else "pedal_up")
+            self._set_contacts()
+
+    def _set_contacts(self) -> None:
+        self.servos[0].contacts = {_ESTOP_PORT: not self._estop_pressed, _PEDAL_PORT: self._pedal_down}
+
+    def _happened(self, what: What, t_ns: int | None = None) -> None:
+        self._events.append(Happening(self._now_ns if t_ns is None else t_ns, what))

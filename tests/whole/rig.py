@@ -1,0 +1,137 @@
+"""The real processes, without a service: a simulated apparatus, the device process, and our end of its socket."""
+
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import msgspec
+
+from kata.device.config import StationConfig
+from kata.device.exchange import FRAME, frames
+from kata.device.messages import (
+    Command,
+    Event,
+    FromDevice,
+    Heartbeat,
+    JournalClosed,
+    Refusal,
+    Reply,
+    Request,
+    Snapshot,
+)
+from kata.simulator.apparatus import Happening
+from kata.simulator.process import SimulatorProcess
+
+
+class Rig:
+    """Starts both processes in a folder; everything waits for events, with a limit."""
+
+    def __init__(self, folder: Path, **config: object) -> None:
+        self.folder = folder
+        self.simulator = SimulatorProcess(folder)
+        self.hand = self.simulator.client()
+        self.config = StationConfig(port=self.simulator.port, **config)  # type: ignore[arg-type]
+        station = folder / "station.toml"
+        station.write_bytes(msgspec.toml.encode(self.config))
+        self.journals = folder / "journal"
+        ours, theirs = socket.socketpair()
+        self._log = (folder / "device.log").open("ab")
+        self.device = subprocess.Popen(
+            [sys.executable, "-m", "kata.device", "--station", str(station), "--journal", str(self.journals),
+             "--socket", str(theirs.fileno())],
+            pass_fds=[theirs.fileno()],
+            stderr=self._log,
+        )  # fmt: skip
+        theirs.close()
+        self._socket = ours
+        self._incoming = bytearray()
+        self._decoder = msgspec.msgpack.Decoder(FromDevice)
+        self._requests = 0
+        self._replies: dict[int, Reply] = {}
+        self.heartbeats = True
+        self.snapshots: list[Snapshot] = []
+        self.events: list[Event] = []
+        self.closed: list[Path] = []
+
+    @property
+    def snapshot(self) -> Snapshot:
+        return self.snapshots[-1]
+
+    def pump(self) -> None:
+        """Beat, and take what comes within 20 ms."""
+        if self.heartbeats:
+            self._send(Heartbeat())
+        readable, _, _ = select.select([self._socket], [], [], 0.02)
+        if not readable:
+            return
+        data = self._socket.recv(1 << 20)
+        if not data:
+            raise AssertionError("the device process is gone:\n" + (self.folder / "device.log").read_text())
+        self._incoming += data
+        for frame in frames(self._incoming):
+            message = self._decoder.decode(frame)
+            match message:
+                case Snapshot():
+                    self.snapshots.append(message)
+                case Event():
+                    self.events.append(message)
+                case JournalClosed():
+                    self.closed.append(Path(message.path))
+                case Reply():
+                    self._replies[message.id] = message
+
+    def until(self, condition: Callable[[], object], within_s: float = 20.0) -> None:
+        """Pump until it holds."""
+        limit = time.monotonic() + within_s
+        while not condition():
+            assert time.monotonic() < limit, f"not within {within_s} s; {self.snapshots[-1:]}"
+            self.pump()
+
+    def until_mode(self, mode: str, within_s: float = 60.0) -> None:
+        """Pump until the apparatus is in this mode."""
+        self.until(lambda: self.snapshots and self.snapshot.mode == mode, within_s)
+
+    def send(self, command: Command) -> Refusal | None:
+        """Send and wait for the answer."""
+        self._requests += 1
+        number = self._requests
+        self._send(Request(id=number, command=command))
+        self.until(lambda: number in self._replies)
+        return self._replies[number].refusal
+
+    def happened(self, what: str) -> list[Happening]:
+        """What the simulator saw itself, on its side of the wire."""
+        return [event for event in self.hand.state().events if event.what == what]
+
+    def hang_up(self) -> None:
+        """As a service that has died."""
+        self._socket.close()
+
+    def close(self) -> None:
+        self._socket.close()
+        try:
+            self.device.wait(5.0)
+        finally:
+            self.device.kill()
+            self.device.wait()
+            self.hand.close()
+            self.simulator.close()
+            self._log.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _send(self, message: Request | Heartbeat) -> None:
+        data = msgspec.msgpack.encode(message)
+        self._socket.sendall(FRAME.pack(len(data)) + data)
