@@ -12,8 +12,7 @@ from typing import Self
 
 import msgspec
 
-from kata.device.config import StationConfig
-from kata.device.exchange import FRAME, frames
+from kata.device import config
 from kata.device.messages import (
     Command,
     Event,
@@ -24,6 +23,8 @@ from kata.device.messages import (
     Reply,
     Request,
     Snapshot,
+    frame,
+    frames,
 )
 from kata.simulator.apparatus import Happening
 from kata.simulator.process import SimulatorProcess
@@ -32,13 +33,13 @@ from kata.simulator.process import SimulatorProcess
 class Rig:
     """Starts both processes in a folder; everything waits for events, with a limit."""
 
-    def __init__(self, folder: Path, **config: object) -> None:
+    def __init__(self, folder: Path, **settings: object) -> None:
         self.folder = folder
         self.simulator = SimulatorProcess(folder)
         self.hand = self.simulator.client()
-        self.config = StationConfig(port=self.simulator.port, **config)  # type: ignore[arg-type]
+        self.config = config.StationConfig(port=self.simulator.port, **settings)  # type: ignore[arg-type]
         station = folder / "station.toml"
-        station.write_bytes(msgspec.toml.encode(self.config))
+        config.write(self.config, station)
         self.journals = folder / "journal"
         ours, theirs = socket.socketpair()
         self._log = (folder / "device.log").open("ab")
@@ -74,8 +75,8 @@ class Rig:
         if not data:
             raise AssertionError("the device process is gone:\n" + (self.folder / "device.log").read_text())
         self._incoming += data
-        for frame in frames(self._incoming):
-            message = self._decoder.decode(frame)
+        for encoded in frames(self._incoming):
+            message = self._decoder.decode(encoded)
             match message:
                 case Snapshot():
                     self.snapshots.append(message)
@@ -133,5 +134,4 @@ class Rig:
         self.close()
 
     def _send(self, message: Request | Heartbeat) -> None:
-        data = msgspec.msgpack.encode(message)
-        self._socket.sendall(FRAME.pack(len(data)) + data)
+        self._socket.sendall(frame(message))

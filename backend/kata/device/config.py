@@ -124,3 +124,8 @@ def read(path: Path) -> StationConfig:
         raise ConfigError(f"{path}: {error.strerror}") from error
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
         raise ConfigError(f"{path}: {error}") from error
+
+
+def write(config: StationConfig, path: Path) -> None:
+    """Write a station's TOML file, every value spelt out."""
+    path.write_bytes(msgspec.toml.encode(config))

@@ -9,7 +9,6 @@ import math
 import os
 import select
 import socket
-import struct
 import threading
 import time
 from collections import deque
@@ -36,14 +35,13 @@ from kata.device.messages import (
     Snapshot,
     Stop,
     ToDevice,
+    frame,
+    frames,
 )
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 log = logging.getLogger(__name__)
 
-FRAME: Final = struct.Struct("<I")
-MAX_FRAME: Final = 64 * 1024 * 1024
-"""Room for a recording of more than ten hours at 100 Hz."""
 _POLL_S: Final = 0.01
 _FLUSH_NS: Final = 50_000_000
 _SNAPSHOTS_KEPT: Final = 20
@@ -76,7 +74,6 @@ class Exchange:
         self._journals: list[JournalWriter] = []
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
-        self._encoder = msgspec.msgpack.Encoder()
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
@@ -174,10 +171,10 @@ class Exchange:
             self.closing = True
             return
         incoming += data
-        for frame in frames(incoming):
+        for data in frames(incoming):
             self._heard_ns = time.monotonic_ns()
             try:
-                message = self._decoder.decode(frame)
+                message = self._decoder.decode(data)
             except msgspec.MsgspecError as error:
                 log.error("a message that cannot be understood was ignored: %s", error)
                 continue
@@ -239,8 +236,7 @@ class Exchange:
             messages: list[FromDevice] = [self._letters.popleft() for _ in range(len(self._letters))]
             messages += [self._snapshots.popleft() for _ in range(len(self._snapshots))]
             for message in messages:
-                data = self._encoder.encode(message)
-                outgoing += FRAME.pack(len(data)) + data
+                outgoing += frame(message)
         try:
             if outgoing:
                 del outgoing[: self._socket.send(outgoing)]
@@ -250,14 +246,3 @@ class Exchange:
             self.closing = True
             outgoing.clear()
 
-
-def frames(incoming: bytearray) -> Iterator[bytes]:
-    """Take whole frames off the front of what has come."""
-    while len(incoming) >= FRAME.size:
-        (length,) = FRAME.unpack_from(incoming)
-        if length > MAX_FRAME:
-            raise ValueError(f"a frame of {length} bytes is longer than any message")
-        if len(incoming) < FRAME.size + length:
-            return
-        yield bytes(incoming[FRAME.size : FRAME.size + length])
-        del incoming[: FRAME.size + length]

@@ -5,6 +5,8 @@ In: a :class:`Request` holding one command, answered by a :class:`Reply`; and he
 Frames on the socket are a 4-byte little-endian length followed by MessagePack.
 """
 
+import struct
+from collections.abc import Iterator
 from typing import Final, Literal
 
 import msgspec
@@ -232,3 +234,31 @@ class JournalClosed(_Message, frozen=True, kw_only=True, tag="journal_closed"):
 
 ToDevice = Request | Heartbeat
 FromDevice = Reply | Snapshot | Event | JournalClosed
+
+
+# -- frames -------------------------------------------------------------------------------------------------------
+
+_LENGTH: Final = struct.Struct("<I")
+_LONGEST: Final = 64 * 1024 * 1024
+"""Room for a recording of more than ten hours at 100 Hz."""
+
+
+def frame(message: ToDevice | FromDevice) -> bytes:
+    """A message as it goes on the socket."""
+    data = msgspec.msgpack.encode(message)
+    return _LENGTH.pack(len(data)) + data
+
+
+def frames(incoming: bytearray) -> Iterator[bytes]:
+    """Take whole messages off the front of what has come.
+
+    :raises ValueError: when what came cannot be ours.
+    """
+    while len(incoming) >= _LENGTH.size:
+        (length,) = _LENGTH.unpack_from(incoming)
+        if length > _LONGEST:
+            raise ValueError(f"a frame of {length} bytes is longer than any message")
+        if len(incoming) < _LENGTH.size + length:
+            return
+        yield bytes(incoming[_LENGTH.size : _LENGTH.size + length])
+        del incoming[: _LENGTH.size + length]
