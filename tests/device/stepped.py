@@ -51,9 +51,7 @@ class SteppedApparatus:
             for n, angle in enumerate(self.angles_deg)
         )
         inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
-        status = DriveStatus(
-            self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped
-        )
+        status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
         return Reading(drives, inputs, None if axis in self.silent else status)
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
@@ -173,6 +171,10 @@ class Stepped:
     def snapshot(self) -> Snapshot:
         """The newest; forward a little first when a value that changes quietly matters."""
         return self.exchange.snapshots[-1]
+
+    @property
+    def estop(self) -> str:
+        return self.snapshot.estop
 
     @property
     def torque(self) -> bool:

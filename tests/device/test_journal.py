@@ -10,7 +10,13 @@ from kata.device import journal
 from kata.device.journal import JournalEnd, JournalError, JournalHeader, JournalWriter, read
 
 HEADER = JournalHeader(
-    kind="run", id="a-run", recording_id="a-recording", station="S", rate_hz=100, started_at=datetime(2026, 1, 2, tzinfo=UTC)
+    kind="run",
+    id="a-run",
+    recording_id="a-recording",
+    station="S",
+    rate_hz=100,
+    started_at=datetime(2026, 1, 2, tzinfo=UTC),
+    started_ns=0,
 )
 
 

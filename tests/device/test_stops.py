@@ -19,7 +19,7 @@ def test_the_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Step
 
     assert not playing.torque
     assert playing.mode == "stopped"
-    assert playing.snapshot.estop == "pressed"
+    assert playing.estop == "pressed"
     assert playing.causes() == ["estop_pressed"]
 
 
@@ -34,7 +34,7 @@ def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(p
     playing.apparatus.estop_open = False
     playing.forward(5.0)
     assert playing.mode == "stopped"
-    assert playing.snapshot.estop == "released"
+    assert playing.estop == "released"
     assert not playing.torque
     refusal = playing.send(Play())
     assert refusal is not None
@@ -43,7 +43,7 @@ def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(p
     assert playing.send(Acknowledge()) is None
     playing.forward(5.0)
     assert playing.mode == "idle"
-    assert playing.snapshot.estop == "closed"
+    assert playing.estop == "closed"
     assert not playing.torque
 
     # A new start is a whole one: load, approach, play.
@@ -74,7 +74,7 @@ def test_nothing_is_idle_before_every_drive_has_been_seen(tmp_path: Path) -> Non
 def test_nothing_is_idle_before_the_emergency_stop_has_been_seen(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(inputs_silent=True))
     assert stepped.mode == "offline"
-    assert stepped.snapshot.estop == "unknown"
+    assert stepped.estop == "unknown"
 
     stepped.apparatus.inputs_silent = False
     stepped.forward(0.2)

@@ -46,15 +46,17 @@ def test_a_pedal_held_down_since_before_records_nothing_until_it_was_up(stepped:
     stepped.forward(0.2)
     stepped.send(TEACH)
     stepped.forward(0.5)
-    assert stepped.snapshot.pedal == "stuck"
-    assert stepped.snapshot.teaching is not None
-    assert stepped.snapshot.teaching.samples == 0
+    held = stepped.snapshot
+    assert held.pedal == "stuck"
+    assert held.teaching is not None
+    assert held.teaching.samples == 0
 
     stepped.apparatus.pedal_down = False
     stepped.forward(0.1)
     stepped.apparatus.pedal_down = True
     stepped.forward(0.5)
     assert stepped.snapshot.pedal == "down"
+    assert stepped.snapshot.teaching is not None
     assert stepped.snapshot.teaching.takes == 1
 
 

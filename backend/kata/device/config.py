@@ -52,9 +52,7 @@ _MOTOR_RANGES_DEG: Final = ((-19.0, 43.0), (88.0, 129.0), *POSE_RANGE_DEG[2:])
 
 
 def _default_axes() -> tuple[Axis, ...]:
-    return tuple(
-        Axis(id=n + 1, min_deg=low, max_deg=high) for n, (low, high) in enumerate(_MOTOR_RANGES_DEG)
-    )
+    return tuple(Axis(id=n + 1, min_deg=low, max_deg=high) for n, (low, high) in enumerate(_MOTOR_RANGES_DEG))
 
 
 class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -12,7 +12,6 @@ import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -245,4 +244,3 @@ class Exchange:
         except OSError:
             self.closing = True
             outgoing.clear()
-

@@ -142,4 +142,5 @@ class Observer:
 
 
 def _age_ms(t_ns: int, then_ns: int) -> float:
-    return (t_ns - then_ns) / 1e6
+    """A cycle's time is its deadline; what was answered within it is a little younger than that, so of age 0."""
+    return max(0, t_ns - then_ns) / 1e6

@@ -63,7 +63,9 @@ class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format
     station: str
     rate_hz: int
     started_at: datetime
-    """UTC, by the station's wall clock; samples carry the monotonic clock."""
+    """UTC, by the station's wall clock."""
+    started_ns: int
+    """The same moment by the monotonic clock, which samples carry."""
 
 
 class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,6 +86,7 @@ class Journal:
     station: str
     rate_hz: int
     started_at: datetime
+    started_ns: int
     t_ns: NDArray[np.int64]
     """(n,) monotonic clock of the device, when the drives answered."""
     take: NDArray[np.uint32]
@@ -186,6 +189,7 @@ def read(path: Path) -> Journal:
         station=header.station,
         rate_hz=header.rate_hz,
         started_at=header.started_at,
+        started_ns=header.started_ns,
         t_ns=rows["t_ns"],
         take=rows["take"],
         phase=rows["phase"],
@@ -196,7 +200,6 @@ def read(path: Path) -> Journal:
         end=end,
         truncated=good < len(body),
     )
-
 
 
 def _record(kind: int, payload: bytes) -> bytes:

@@ -161,7 +161,13 @@ class ControlLoop:
         """Ten snapshots a second, and one at once when something that matters has changed."""
         machine = self._machine
         estop = self._estop(facts)
-        showing = (machine.mode, machine.torque_on, estop, machine.pedal(facts), machine.stop and len(machine.stop.keys))
+        showing = (
+            machine.mode,
+            machine.torque_on,
+            estop,
+            machine.pedal(facts),
+            machine.stop and len(machine.stop.keys),
+        )
         due = facts.t_ns - self._shown_at_ns >= 1_000_000_000 // SNAPSHOT_HZ
         if due or showing != self._shown:
             self._shown = showing
@@ -183,7 +189,7 @@ class ControlLoop:
                 message=f"The apparatus is not connected: {self._connection_problem}.",
                 next_step="Switch it on and check the RS-485 adapter.",
             )
-            refusals = {name: told for name in refusals}
+            refusals = dict.fromkeys(refusals, told)
         return Snapshot(
             t_ns=facts.t_ns,
             mode=machine.mode,

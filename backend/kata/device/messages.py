@@ -11,9 +11,7 @@ from typing import Final, Literal
 
 import msgspec
 
-Mode = Literal[
-    "offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"
-]
+Mode = Literal["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"]
 """offline: no bus or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records.
 ready: a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque
 holds, on the path (also after the approach, at its start). playing. returning: slowly back to where the approach
@@ -109,12 +107,12 @@ class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):
     """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
 
 
-Command = (
-    Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Return | Stop | Acknowledge
-)
+Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Return | Stop | Acknowledge
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
+    """A command, and the number that its reply will carry."""
+
     id: int
     command: Command
 
@@ -127,6 +125,8 @@ class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
 
 
 class Reply(_Message, frozen=True, kw_only=True, tag="reply"):
+    """Accepted, or refused."""
+
     id: int
     refusal: Refusal | None = None
 
@@ -176,6 +176,8 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
+    """The teaching that goes on, and its present or last take."""
+
     teaching_id: str
     takes: int
     recording: bool

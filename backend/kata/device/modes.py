@@ -5,7 +5,7 @@ command, and says what the drives are to do.
 """
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import count
@@ -381,7 +381,7 @@ class Machine:
 
     @property
     def setpoint_due(self) -> bool:
-        """This cycle is one in which a setpoint is sent and a sample recorded."""
+        """A setpoint is sent and a sample recorded in this cycle."""
         return self._grid % self._divider == 0
 
     @property
@@ -403,7 +403,11 @@ class Machine:
 
     def _refuse_approach(self, facts: Facts) -> Refusal | None:
         for motor, (axis, angle) in enumerate(zip(self._config.axes, facts.measured_deg, strict=True), start=1):
-            if not axis.min_deg - self._config.limit_tolerance_deg < angle < axis.max_deg + self._config.limit_tolerance_deg:
+            if (
+                not axis.min_deg - self._config.limit_tolerance_deg
+                < angle
+                < axis.max_deg + self._config.limit_tolerance_deg
+            ):
                 return Refusal(
                     code="outside_range",
                     message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
@@ -486,6 +490,7 @@ class Machine:
             station=self._config.name,
             rate_hz=self._config.rate_hz,
             started_at=datetime.now(UTC),
+            started_ns=self._t_ns,
         )
 
     def _enter(self, mode: Mode) -> None:

@@ -59,9 +59,7 @@ def main() -> int:
 
 
 def _control(config: StationConfig, exchange: Exchange) -> None:
-    loop = ControlLoop(
-        config, DynamixelBus(config), exchange, real_time=_become_real_time(), now_ns=time.monotonic_ns
-    )
+    loop = ControlLoop(config, DynamixelBus(config), exchange, real_time=_become_real_time(), now_ns=time.monotonic_ns)
     loop.run()
 
 
@@ -73,5 +71,3 @@ def _become_real_time() -> bool:
         log.warning("no real-time scheduling (%s): cycles may be late on a busy computer", error.strerror)
         return False
     return True
-
-

@@ -71,7 +71,9 @@ def parse_csv(text: str, name: str) -> Taught:
     for cells in reader:
         if not any(cell.strip() for cell in cells):
             continue
-        rows.append([_number(cells, place, column, reader.line_num) for place, column in zip(places, wanted, strict=True)])
+        rows.append(
+            [_number(cells, place, column, reader.line_num) for place, column in zip(places, wanted, strict=True)]
+        )
         _check(rows, reader.line_num)
     if len(rows) < 2 or rows[-1][0] - rows[0][0] < MIN_DURATION_S:
         raise TaughtError(f"the motion is too short: {MIN_DURATION_S} s and two rows are the least")

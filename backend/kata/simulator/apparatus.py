@@ -76,7 +76,7 @@ class State(msgspec.Struct, frozen=True):
     events: tuple[Happening, ...]
 
 
-class HandRefusal(Exception):
+class HandRefusedError(Exception):
     """The hand cannot do this now; the message says why."""
 
 
@@ -156,19 +156,19 @@ class Apparatus:
     def guide(self, name: str, times_s: Sequence[float], poses_deg: Sequence[Sequence[float]], pedal: bool) -> None:
         """Let the hand take the arm along a motion given as poses.
 
-        :raises HandRefusal: while torque is on, while the hand is busy, or when the motion is none.
+        :raises HandRefusedError: while torque is on, while the hand is busy, or when the motion is none.
         """
         if any(servo.torque_on for servo in self.servos):
-            raise HandRefusal("the motors hold the arm: the hand guides only while torque is off")
+            raise HandRefusedError("the motors hold the arm: the hand guides only while torque is off")
         if self._hand.phase != "away":
-            raise HandRefusal("the hand is still guiding the arm")
+            raise HandRefusedError("the hand is still guiding the arm")
         times, poses = np.asarray(times_s, dtype=np.float64), np.asarray(poses_deg, dtype=np.float64)
         if times.ndim != 1 or len(times) < 2 or poses.shape != (len(times), N_AXES) or np.any(np.diff(times) <= 0):
-            raise HandRefusal("a motion needs two or more rows of five angles, and time that increases")
+            raise HandRefusedError("a motion needs two or more rows of five angles, and time that increases")
         try:
             angles = motor_angles_deg(poses)
         except ValueError as error:
-            raise HandRefusal(str(error)) from error
+            raise HandRefusedError(str(error)) from error
         here = [math.degrees(angle) for angle in self._plant.angle]
         self._hand.guide(name, times - times[0], angles, here, pedal)
         self._happened("hand_started")

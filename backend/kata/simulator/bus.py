@@ -61,12 +61,12 @@ class ServoBus:
             after_s += servo.return_delay_s + len(data) * self.byte_s(baud)
             yield Answer(data, after_s)
 
-    def _single(
-        self, listening: dict[int, Servo], instruction: Instruction, now_ns: int
-    ) -> list[tuple[Servo, bytes]]:
+    def _single(self, listening: dict[int, Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
         """Instructions for one drive, or for all by the broadcast address, which only a ping has answered."""
         broadcast = instruction.drive_id == protocol.BROADCAST
-        addressed = list(listening.values()) if broadcast else [listening[i] for i in (instruction.drive_id,) if i in listening]
+        addressed = (
+            list(listening.values()) if broadcast else [listening[i] for i in (instruction.drive_id,) if i in listening]
+        )
         answers = []
         for servo in addressed:
             error, data = self._one(servo, instruction, now_ns)

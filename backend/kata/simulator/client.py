@@ -8,7 +8,7 @@ from typing import Self
 import msgspec
 
 from kata.motion.taught import Taught
-from kata.simulator.apparatus import HandRefusal, State
+from kata.simulator.apparatus import HandRefusedError, State
 from kata.simulator.control import Estop, Guide, Look, Outcome, Pedal, Release, Wish
 
 
@@ -33,7 +33,7 @@ class SimulatorClient:
     def guide(self, motion: Taught, *, pedal: bool = True) -> State:
         """Let the hand take the arm along a motion.
 
-        :raises HandRefusal: while torque is on or the hand is busy.
+        :raises HandRefusedError: while torque is on or the hand is busy.
         """
         wish = Guide(motion.name, motion.times_s.tolist(), motion.poses_deg.tolist(), pedal)
         return self._ask(wish)
@@ -63,5 +63,5 @@ class SimulatorClient:
         self._socket.sendall(msgspec.json.encode(wish) + b"\n")
         outcome = msgspec.json.decode(self._stream.readline(), type=Outcome)
         if outcome.state is None:
-            raise HandRefusal(outcome.error or "the simulator gave no reason")
+            raise HandRefusedError(outcome.error or "the simulator gave no reason")
         return outcome.state

@@ -7,7 +7,7 @@ from typing import Final
 
 import msgspec
 
-from kata.simulator.apparatus import Apparatus, HandRefusal, State
+from kata.simulator.apparatus import Apparatus, HandRefusedError, State
 
 _LONGEST: Final = 64 * 1024 * 1024
 
@@ -103,7 +103,7 @@ class ControlServer:
     def _outcome(self, line: bytes) -> Outcome:
         try:
             self._do(self._decoder.decode(line))
-        except (HandRefusal, msgspec.MsgspecError) as error:
+        except (HandRefusedError, msgspec.MsgspecError) as error:
             return Outcome(ok=False, error=str(error))
         return Outcome(ok=True, state=self._apparatus.state())
 

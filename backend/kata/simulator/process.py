@@ -9,7 +9,6 @@ import logging
 import os
 import select
 import signal
-import socket
 import subprocess
 import sys
 import termios
@@ -107,7 +106,8 @@ def main() -> int:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()
     gc.freeze()
-    print(json.dumps({"port": wire.port}), flush=True)
+    sys.stdout.write(json.dumps({"port": wire.port}) + "\n")
+    sys.stdout.flush()
     try:
         _serve(apparatus, wire, control)
     finally:

@@ -1,0 +1,162 @@
+"""The ``kata`` command."""
+
+import asyncio
+import json
+import logging
+import os
+import socket
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Annotated, Any, NoReturn
+
+import typer
+import uvicorn
+from rich.console import Console
+
+from kata.clinic.problems import ProblemError
+from kata.database.upgrade import DatabaseError
+from kata.demo import DemoError, demonstrate, write
+from kata.device.config import ConfigError
+from kata.motion.taught import TaughtError
+from kata.settings import Settings
+from kata.simulator.process import SimulatorError
+from kata.web.app import create_app
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+_console = Console(stderr=True, highlight=False)
+
+
+def main() -> None:
+    """Entry of ``kata``."""
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def _common(show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """The software of a shoulder-rehabilitation apparatus."""
+    if show_version:
+        typer.echo(f"kata {version('kata')}")
+        raise typer.Exit
+
+
+@app.command()
+def serve(
+    simulate: Annotated[bool, typer.Option("--simulate", help="Start a simulated apparatus.")] = False,
+    station: Annotated[Path | None, typer.Option(help="The station's TOML file.")] = None,
+    host: Annotated[str | None, typer.Option(help="Address to listen on; 127.0.0.1 unless given.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; 8000 unless given, 0 for any free one.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+    rate_hz: Annotated[
+        int | None, typer.Option(help="Samples and setpoints a second, instead of the station's.")
+    ] = None,
+    reload: Annotated[
+        bool, typer.Option("--reload", help="Start anew when the program changes (for developers).")
+    ] = False,
+) -> None:
+    """Serve the clinic: page, API and the apparatus' control."""
+    given: dict[str, Any] = {"station": station, "host": host, "port": port, "data": data, "rate_hz": rate_hz}
+    given["simulate"] = simulate or None
+    settings = Settings(**{name: value for name, value in given.items() if value is not None})
+    if not settings.simulate and not settings.station:
+        _fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.getLogger("alembic").setLevel(logging.WARNING)
+    if reload:
+        _serve_reloading(settings)
+    else:
+        asyncio.run(_serve(settings))
+
+
+@app.command()
+def demo(
+    taught: Annotated[Path, typer.Option(help="The motion to teach: CSV with time_s and the five pose columns.")],
+    out: Annotated[Path | None, typer.Option(help="Write the errors to this JSON file.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Keep the database here; a new folder unless given.")] = None,
+    rate_hz: Annotated[int | None, typer.Option(help="Samples and setpoints a second.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Vary the simulated mechanics by up to 30 %.")] = None,
+) -> None:
+    """Teach a motion to a simulated apparatus, play it back, and show the error of every motor."""
+    folder = data or Path(mkdtemp(prefix="kata-demo-"))
+    if (folder / "kata.db").exists():
+        _fail(f"{folder} holds a database already; the demonstration wants a fresh one.")
+    logging.basicConfig(level=logging.WARNING)
+    settings = Settings(data=folder, database_url="", simulate=True, rate_hz=rate_hz, seed=seed)
+    try:
+        result = demonstrate(taught, settings, Console())
+        if out:
+            write(result, out)
+    except (TaughtError, DemoError, ProblemError, ConfigError, DatabaseError, SimulatorError, OSError) as error:
+        _fail(str(error))
+    typer.echo(f"Patient, recording and session are in {folder / 'kata.db'}")
+
+
+@app.command()
+def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None) -> None:
+    """Print the OpenAPI document of the service."""
+    text = json.dumps(create_app(Settings()).openapi(), indent=2, ensure_ascii=False) + "\n"
+    if out:
+        out.write_text(text)
+    else:
+        typer.echo(text, nl=False)
+
+
+class _Server(uvicorn.Server):
+    """Says where the page is once it really is there, and what was wrong when it is not."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            host, port = self.servers[0].sockets[0].getsockname()[:2]
+            shown = "127.0.0.1" if host == "0.0.0.0" else host
+            _console.print(f"[bold]Kata is ready: http://{shown}:{port}[/bold]  (Ctrl-C ends it)")
+
+
+async def _serve(settings: Settings) -> None:
+    """With the lifespan in our own hands, its errors are ours to put into words."""
+    application = create_app(settings)
+    listening = _listen(settings)
+    try:
+        async with application.router.lifespan_context(application):
+            server = _Server(
+                uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
+            )
+            await server.serve([listening])
+    except (ConfigError, DatabaseError, SimulatorError) as error:
+        _fail(str(error))
+
+
+def _listen(settings: Settings) -> socket.socket:
+    try:
+        return socket.create_server((settings.host, settings.port))
+    except OSError as error:
+        _fail(
+            f"Cannot listen on {settings.host}:{settings.port}: {error.strerror}. "
+            "Is Kata running already? Another port: --port 8001."
+        )
+
+
+def _serve_reloading(settings: Settings) -> None:
+    """The reloader starts processes of its own; they find the settings in the environment."""
+    values: dict[str, Any] = settings.model_dump(mode="json", exclude_none=True)
+    os.environ.update({f"KATA_{name.upper()}": str(value) for name, value in values.items()})
+    uvicorn.run(
+        "kata.cli:development_app",
+        factory=True,
+        host=settings.host,
+        port=settings.port,
+        reload=True,
+        reload_dirs=[str(Path(__file__).parent)],
+        log_level="info",
+    )
+
+
+def development_app() -> Any:
+    """What the reloader imports."""
+    return create_app(Settings())
+
+
+def _fail(message: str) -> NoReturn:
+    _console.print(f"[bold red]{message}[/bold red]")
+    sys.exit(1)

@@ -1,0 +1,86 @@
+"""What routes ask for, and how their errors are documented."""
+
+from typing import Annotated, Any, Final
+
+from fastapi import Depends, Request
+from pydantic import BaseModel, Field
+
+from kata.clinic.figures import FigureWorker
+from kata.clinic.importer import Importer
+from kata.database.engine import Database
+from kata.station.station import Station
+
+
+class ProblemField(BaseModel):
+    """One field that is wrong."""
+
+    pointer: str = Field(
+        description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
+    )
+    detail: str = Field(examples=["must be between 1900 and today"])
+
+
+class Problem(BaseModel):
+    """A problem document (RFC 9457), media type application/problem+json."""
+
+    type: str = Field("about:blank", description="Always about:blank: ``code`` tells the kind.")
+    title: str = Field(description="The HTTP status in words.", examples=["Conflict"])
+    status: int = Field(ge=400, le=599, examples=[409])
+    detail: str = Field(description="What is wrong, in a sentence for the user.", examples=["No recording is loaded."])
+    code: str = Field(description="Stable name of the cause.", examples=["is_idle"])
+    next_step: str = Field("", description="What the user can do.", examples=["Load a recording first."])
+    errors: list[ProblemField] = Field(
+        default_factory=list, description="Which fields, where the request itself is wrong."
+    )
+
+
+class _Problems:
+    """Documentation of error answers."""
+
+    _SENTENCES: Final = {
+        403: "Not from this page: the request came from another site.",
+        404: "There is no such thing.",
+        409: "Not now: refused, with cause and next step.",
+        410: "It was there, and can no longer be read.",
+        422: "The request itself is wrong: see its errors.",
+        503: "The apparatus' control program is not running.",
+    }
+
+    def of(self, *statuses: int) -> dict[int | str, dict[str, Any]]:
+        """For a route's ``responses``."""
+        return {
+            status: {
+                "description": self._SENTENCES[status],
+                "content": {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}},
+            }
+            for status in statuses
+        }
+
+
+PROBLEMS: Final = _Problems()
+
+
+def _database(request: Request) -> Database:
+    database: Database = request.app.state.database
+    return database
+
+
+def _station(request: Request) -> Station:
+    station: Station = request.app.state.station
+    return station
+
+
+def _importer(request: Request) -> Importer:
+    importer: Importer = request.app.state.importer
+    return importer
+
+
+def _figures(request: Request) -> FigureWorker:
+    figures: FigureWorker = request.app.state.figures
+    return figures
+
+
+TheDatabase = Annotated[Database, Depends(_database)]
+TheStation = Annotated[Station, Depends(_station)]
+TheImporter = Annotated[Importer, Depends(_importer)]
+TheFigures = Annotated[FigureWorker, Depends(_figures)]

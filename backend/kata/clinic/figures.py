@@ -1,0 +1,138 @@
+"""Plotly figures, built in a worker process: a long plot must not keep the service from its heartbeats."""
+
+import json
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, Final
+
+import plotly.graph_objects as go  # type: ignore[import-untyped]
+from plotly.subplots import make_subplots  # type: ignore[import-untyped]
+
+from kata.clinic.problems import ProblemError
+from kata.database.arrays import UnreadableError, decode
+from kata.device.journal import PHASE_PLAYING
+from kata.motion.axes import AXES
+from kata.motion.tracking import compare
+
+# Red, yellow and cyan are kept for alarms. These are told apart by everybody, and in grey by their brightness.
+_TAUGHT: Final = "#1f3a93"
+_PLAYED: Final = "#e07b00"
+_ERROR: Final = "#5e9c76"
+_LAYOUT: Final = {
+    "template": "plotly_white",
+    "margin": {"l": 60, "r": 60, "t": 30, "b": 45},
+    "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+    "hovermode": "x unified",
+    "font": {"family": "system-ui, sans-serif", "size": 13},
+}
+
+
+class FigureWorker:
+    """One process of its own that turns samples into figures."""
+
+    def __init__(self) -> None:
+        self._pool = self._new_pool()
+
+    def build(self, figure: Callable[..., str], *blobs: bytes) -> str:
+        """Run one of this module's figures on stored samples; waits for it, so call it from a worker thread.
+
+        :returns: JSON.
+        :raises ProblemError: 410 when the samples cannot be read.
+        """
+        try:
+            return self._pool.submit(figure, *blobs).result()
+        except UnreadableError as error:
+            raise ProblemError(
+                410,
+                "unreadable_samples",
+                "The samples are damaged and cannot be drawn.",
+                "Restore them from a backup.",
+            ) from error
+        except BrokenProcessPool:
+            # The worker was killed, for want of memory perhaps. Once more, with a new one.
+            self._pool.shutdown(wait=False)
+            self._pool = self._new_pool()
+            return self._pool.submit(figure, *blobs).result()
+
+    def close(self) -> None:
+        """End the worker."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    @staticmethod
+    def _new_pool() -> ProcessPoolExecutor:
+        pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
+        pool.submit(_warm_up)
+        return pool
+
+
+def recording(taught_blob: bytes) -> str:
+    """A recording's five angles over time, one under the other, as JSON of a Plotly figure."""
+    taught = decode(taught_blob)
+    figure = make_subplots(rows=len(AXES), cols=1, shared_xaxes=True, vertical_spacing=0.03)
+    for motor in AXES:
+        line = go.Scatter(
+            x=taught["time_s"],
+            y=taught["angle_deg"][:, motor - 1],
+            name=f"Motor {motor}",
+            line={"color": _TAUGHT, "width": 1.5},
+        )
+        figure.add_trace(line, row=motor, col=1)
+        figure.update_yaxes(title_text=f"Motor {motor}, deg", row=motor, col=1)
+    figure.update_xaxes(title_text="Time, s", row=len(AXES), col=1)
+    figure.update_layout(**_LAYOUT, showlegend=False, height=900)
+    return str(figure.to_json())
+
+
+def run(taught_blob: bytes, run_blob: bytes) -> str:
+    """The paper's figure for each motor, as JSON of ``RunFigures``: both angles on the left axis, the error on the right."""
+    taught, played = decode(taught_blob), decode(run_blob)
+    playing = played["phase"] == PHASE_PLAYING
+    compared = compare(
+        taught["time_s"], taught["angle_deg"], played["path_s"][playing], played["measured_deg"][playing]
+    )
+    figures = []
+    for axis, motor in enumerate(AXES):
+        figure = go.Figure(
+            [
+                _line(taught["time_s"], taught["angle_deg"][:, axis], "Teaching", _TAUGHT),
+                _line(compared.times_s, compared.played_deg[:, axis], "Playback", _PLAYED, dash="dash"),
+                _line(compared.times_s, compared.error_deg[:, axis], "Error", _ERROR, yaxis="y2", width=1.2),
+            ]
+        )
+        figure.update_layout(
+            **_LAYOUT,
+            height=340,
+            xaxis={"title": {"text": "Time, s"}},
+            yaxis={"title": {"text": "Angle, deg"}},
+            yaxis2={
+                "title": {"text": "Error, deg"},
+                "overlaying": "y",
+                "side": "right",
+                "showgrid": False,
+                "zeroline": True,
+                "range": _symmetric(compared.error_deg[:, axis]),
+            },
+        )
+        figures.append({"motor": motor, "figure": json.loads(str(figure.to_json()))})
+    return json.dumps({"motors": figures})
+
+
+def _line(
+    x: Any, y: Any, name: str, colour: str, *, dash: str = "solid", width: float = 2.0, yaxis: str = "y"
+) -> go.Scatter:
+    unit = "%{y:.2f} deg"
+    return go.Scatter(
+        x=x, y=y, name=name, yaxis=yaxis, hovertemplate=unit, line={"color": colour, "width": width, "dash": dash}
+    )
+
+
+def _symmetric(error_deg: Any) -> list[float]:
+    """An error axis with zero in the middle, never so narrow that noise looks like a fault."""
+    reach = max(2.0, 1.2 * float(abs(error_deg).max()))
+    return [-reach, reach]
+
+
+def _warm_up() -> None:
+    """Plotly takes a second to import; better now than at the first plot."""

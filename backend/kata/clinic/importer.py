@@ -1,0 +1,103 @@
+"""Journals into rows, exactly once.
+
+Ids are made at the source, so a journal that was imported before a crash, and is found again after it, changes nothing. A
+file leaves the folder only after its rows are committed.
+"""
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+from uuid import UUID
+
+from sqlalchemy.orm import Session
+
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import service as sessions
+from kata.database.engine import Database
+from kata.device import journal
+
+log = logging.getLogger(__name__)
+
+_IMPORTED: Final = "imported"
+_UNREADABLE: Final = "unreadable"
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A record that came out of a journal."""
+
+    what: Literal["recording", "run"]
+    id: UUID
+    patient_id: UUID
+    session_id: UUID | None
+
+
+class Importer:
+    """Reads finished journals from a folder."""
+
+    def __init__(self, database: Database, folder: Path, on_saved: Callable[[Saved], None]) -> None:
+        """``on_saved`` is called from the importing thread, after the commit."""
+        self._database = database
+        self._folder = folder
+        self._on_saved = on_saved
+        self._one_at_a_time = threading.Lock()
+
+    def run(self, finished: Path | None = None) -> None:
+        """Import one finished journal; or all there are, while no device process writes any.
+
+        Waits for the disk: call it from a worker thread.
+        """
+        with self._one_at_a_time:
+            for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
+                try:
+                    self._import(path)
+                except Exception:
+                    # One journal that cannot be imported must not keep the others from it; it stays for the next try.
+                    log.exception("%s could not be imported; it stays where it is", path.name)
+
+    def run_at_start(self) -> None:
+        """As :meth:`run`, while no device process is running; then close what has lost its journal."""
+        self.run()
+        with self._database.write() as session:
+            lost = sessions.give_up_unended(session)
+        if lost:
+            log.warning("%d playbacks had not ended when the service did, and left no journal", lost)
+
+    def _import(self, path: Path) -> None:
+        try:
+            kept = journal.read(path)
+            identity = UUID(kept.id)
+        except ValueError as error:
+            log.error("%s: %s; it is kept in %s", path.name, error, _UNREADABLE)
+            _move(path, _UNREADABLE)
+            return
+        if kept.truncated:
+            log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
+        with self._database.write() as session:
+            saved = self._keep(session, kept, identity)
+        if saved is None:
+            log.error("%s belongs to nothing this database knows; it is kept in %s", path.name, _UNREADABLE)
+            _move(path, _UNREADABLE)
+            return
+        _move(path, _IMPORTED)
+        for record in saved:
+            self._on_saved(record)
+
+    @staticmethod
+    def _keep(session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
+        if kept.kind == "teaching":
+            rows = recordings.keep_teaching(session, kept)
+            return None if rows is None else [Saved("recording", row.id, row.patient_id, None) for row in rows]
+        run = sessions.keep_run(session, kept)
+        if run is None:
+            return None
+        return [Saved("run", identity, run.recording.patient_id, run.session_id)]
+
+
+def _move(path: Path, folder: str) -> None:
+    target = path.parent / folder
+    target.mkdir(exist_ok=True)
+    path.replace(target / path.name)

@@ -1,0 +1,49 @@
+"""REST for patients."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query
+
+from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.patients import service
+from kata.clinic.patients.schemas import Patient, PatientCreate, PatientPage, PatientUpdate
+
+router = APIRouter(prefix="/api/patients", tags=["patients"])
+
+
+@router.get("", responses=PROBLEMS.of(422))
+def list_patients(
+    database: TheDatabase,
+    search: Annotated[str, Query(max_length=100, description="Words of name, kana or clinic number.")] = "",
+    archived: Annotated[bool, Query(description="Archived patients instead of present ones.")] = False,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+    offset: Annotated[int, Query(ge=0)] = 0,
+) -> PatientPage:
+    """Patients in the order of their names."""
+    with database.read() as session:
+        rows, total = service.find(session, search=search, archived=archived, limit=limit, offset=offset)
+        return PatientPage(items=[Patient.model_validate(row) for row in rows], total=total)
+
+
+@router.post("", status_code=201, responses=PROBLEMS.of(409, 422))
+def create_patient(database: TheDatabase, patient: PatientCreate) -> Patient:
+    """Sign a patient up."""
+    with database.write() as session:
+        row = service.create(session, patient)
+    return Patient.model_validate(row)
+
+
+@router.get("/{patient_id}", responses=PROBLEMS.of(404, 422))
+def get_patient(database: TheDatabase, patient_id: UUID) -> Patient:
+    """One patient."""
+    with database.read() as session:
+        return Patient.model_validate(service.get(session, patient_id))
+
+
+@router.patch("/{patient_id}", responses=PROBLEMS.of(404, 409, 422))
+def update_patient(database: TheDatabase, patient_id: UUID, change: PatientUpdate) -> Patient:
+    """Change any part of a patient's record; archive or restore it."""
+    with database.write() as session:
+        row = service.update(session, patient_id, change)
+    return Patient.model_validate(row)

@@ -1,0 +1,1 @@
+"""Recordings: motions that were taught, one a take, immutable."""

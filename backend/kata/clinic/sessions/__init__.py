@@ -1,0 +1,1 @@
+"""Sessions: visits, and the runs in them."""

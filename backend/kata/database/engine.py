@@ -1,0 +1,81 @@
+"""Connections: many readers and, on SQLite, exactly one writer.
+
+SQLite before 3.51.3 can corrupt a write-ahead log when two connections write and checkpoint at the same time. Here only
+one connection ever writes, and it alone checkpoints.
+"""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from sqlalchemy import Engine, create_engine, event
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.orm import Session
+from sqlalchemy.pool import QueuePool
+
+_BUSY_MS: Final = 5000
+
+
+class Database:
+    """The clinic's database. Ask it for a session to read or a session to write; both are short."""
+
+    def __init__(self, url: str) -> None:
+        """``url`` is SQLAlchemy's; nothing is opened yet."""
+        self.url = make_url(url)
+        if self.url.get_backend_name() == "sqlite":
+            self.writer = _sqlite(self.url, writes=True)
+            self.reader = _sqlite(self.url, writes=False)
+        else:
+            self.writer = self.reader = create_engine(self.url, pool_pre_ping=True)
+
+    @property
+    def file(self) -> Path | None:
+        """The SQLite file; None on a server."""
+        is_file = self.url.get_backend_name() == "sqlite" and self.url.database
+        return Path(str(self.url.database)) if is_file else None
+
+    @contextmanager
+    def read(self) -> Iterator[Session]:
+        """A session that only reads."""
+        with Session(self.reader) as session:
+            yield session
+
+    @contextmanager
+    def write(self) -> Iterator[Session]:
+        """A session that is committed when its block ends well, and rolled back when it does not.
+
+        Rows stay readable after the commit.
+        """
+        with Session(self.writer, expire_on_commit=False) as session, session.begin():
+            yield session
+
+    def close(self) -> None:
+        """Close every connection."""
+        self.reader.dispose()
+        self.writer.dispose()
+
+
+def _sqlite(url: URL, *, writes: bool) -> Engine:
+    engine = create_engine(url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10)
+
+    def connected(connection: sqlite3.Connection, record: Any) -> None:
+        # sqlite3's own transaction handling begins too late for us: see `begun`.
+        connection.isolation_level = None
+        for pragma in (
+            "journal_mode = WAL",
+            "synchronous = FULL",
+            "foreign_keys = ON",
+            f"busy_timeout = {_BUSY_MS}",
+            "query_only = OFF" if writes else "query_only = ON",
+            "wal_autocheckpoint = 1000" if writes else "wal_autocheckpoint = 0",
+        ):
+            connection.execute(f"PRAGMA {pragma}")
+
+    def begun(connection: Any) -> None:
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    event.listen(engine, "connect", connected)
+    event.listen(engine, "begin", begun)
+    return engine

@@ -1,0 +1,45 @@
+"""Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
+
+from pathlib import Path
+
+from platformdirs import user_data_path
+from pydantic import Field, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """One object for everything that differs between deployments. What differs between stations is in their TOML."""
+
+    model_config = SettingsConfigDict(env_prefix="KATA_", extra="ignore")
+
+    data: Path = Field(default_factory=lambda: user_data_path("kata"))
+    """Folder for database, journals and the simulator's files."""
+    database_url: str = ""
+    """SQLAlchemy's; a SQLite file in the data folder when empty."""
+    station: Path | None = None
+    """The station's TOML file."""
+    simulate: bool = False
+    """Start a simulated apparatus instead of opening the station's port."""
+    seed: int | None = None
+    """Varies the simulated mechanics by up to 30 %."""
+    rate_hz: int | None = None
+    """Overrides the station's own."""
+    taught: Path | None = None
+    """Folder of recorded motions (CSV) that the simulated hand can follow."""
+    host: str = "127.0.0.1"
+    port: int = 8000
+
+    @field_validator("data")
+    @classmethod
+    def _absolute(cls, data: Path) -> Path:
+        return data.absolute()
+
+    @property
+    def effective_database_url(self) -> str:
+        """What is really opened."""
+        return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def journal(self) -> Path:
+        """Folder of journals."""
+        return self.data / "journal"

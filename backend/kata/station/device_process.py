@@ -1,0 +1,139 @@
+"""Starts the device process, watches it, and starts a new one when it has ended. A new one resumes nothing."""
+
+import asyncio
+import logging
+import socket
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from kata.device.messages import FromDevice, Heartbeat, ToDevice, frame, frames
+
+log = logging.getLogger(__name__)
+
+_HEARTBEAT_S: Final = 0.05
+_RESTART_S: Final = (0.5, 1.0, 2.0, 5.0)
+"""Pauses before starting anew; the last one again and again."""
+_STEADY_S: Final = 30.0
+"""A process that lived this long counts as good again."""
+_END_LIMIT_S: Final = 5.0
+
+
+class DeviceProcess:
+    """The child process and the socket to it.
+
+    Heartbeats come from the service's own event loop, and not from a thread: when the loop hangs, the device is to know.
+    """
+
+    def __init__(
+        self,
+        station_file: Path,
+        journal_folder: Path,
+        on_message: Callable[[FromDevice], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        self._station_file = station_file
+        self._journal_folder = journal_folder
+        self._on_message = on_message
+        self._on_end = on_end
+        self._writer: asyncio.StreamWriter | None = None
+        self._child: asyncio.subprocess.Process | None = None
+        self._keeper: asyncio.Task[None] | None = None
+        self._decoder = msgspec.msgpack.Decoder(FromDevice)
+        self.starts = 0
+
+    @property
+    def running(self) -> bool:
+        """Whether there is one to talk to."""
+        return self._writer is not None
+
+    def start(self) -> None:
+        """Begin to keep one running."""
+        self._keeper = asyncio.create_task(self._keep(), name="device process")
+
+    def send(self, message: ToDevice) -> None:
+        """Queue a message; it is lost when no process runs, and its reply then never comes."""
+        if self._writer is not None and not self._writer.is_closing():
+            self._writer.write(frame(message))
+
+    async def close(self) -> None:
+        """Hang up, and wait until it has stopped, kept its journal and ended."""
+        if self._keeper:
+            self._keeper.cancel()
+            await asyncio.gather(self._keeper, return_exceptions=True)
+        if self._writer:
+            self._writer.close()
+            self._writer = None
+        if self._child:
+            await self._wait_for_end(self._child)
+
+    async def _keep(self) -> None:
+        failures = 0
+        loop = asyncio.get_running_loop()
+        while True:
+            began = loop.time()
+            try:
+                await self._run_one()
+            except OSError as error:
+                log.error("the device process cannot be started: %s", error)
+            failures = 1 if loop.time() - began > _STEADY_S else failures + 1
+            pause_s = _RESTART_S[min(failures, len(_RESTART_S)) - 1]
+            log.warning("the device process has ended; a new one starts in %.1f s", pause_s)
+            await asyncio.sleep(pause_s)
+
+    async def _run_one(self) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._child = await asyncio.create_subprocess_exec(
+                sys.executable,
+                *("-m", "kata.device"),
+                *("--station", str(self._station_file)),
+                *("--journal", str(self._journal_folder)),
+                *("--socket", str(theirs.fileno())),
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,
+            )
+        reader, self._writer = await asyncio.open_connection(sock=ours)
+        self.starts += 1
+        beating = asyncio.create_task(self._beat(), name="heartbeats")
+        try:
+            await self._listen(reader)
+        except ValueError as error:
+            log.error("the device process said something that cannot be understood: %s", error)
+        finally:
+            beating.cancel()
+        self._writer.close()
+        self._writer = None
+        await self._wait_for_end(self._child)
+        self._on_end()
+
+    async def _listen(self, reader: asyncio.StreamReader) -> None:
+        incoming = bytearray()
+        while data := await self._read(reader):
+            incoming += data
+            for encoded in frames(incoming):
+                self._on_message(self._decoder.decode(encoded))
+
+    @staticmethod
+    async def _read(reader: asyncio.StreamReader) -> bytes:
+        try:
+            return await reader.read(1 << 20)
+        except ConnectionError:
+            return b""
+
+    async def _beat(self) -> None:
+        while True:
+            self.send(Heartbeat())
+            await asyncio.sleep(_HEARTBEAT_S)
+
+    @staticmethod
+    async def _wait_for_end(child: asyncio.subprocess.Process) -> None:
+        try:
+            await asyncio.wait_for(child.wait(), _END_LIMIT_S)
+        except TimeoutError:
+            log.error("the device process did not end by itself and is killed; the drives' watchdog stops them")
+            child.kill()
+            await child.wait()

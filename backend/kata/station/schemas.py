@@ -1,0 +1,152 @@
+"""Live state as it goes to the browser: the device's snapshot, and how far it can be believed."""
+
+from datetime import datetime
+from typing import Annotated, Literal
+from uuid import UUID
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from kata.device.messages import CommandName, EstopState, Mode, PedalState
+
+DeviceState = Literal["starting", "running", "restarting"]
+Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
+
+
+class _Schema(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class AxisInfo(_Schema):
+    """What one motor may do."""
+
+    motor: Motor
+    min_deg: float = Field(description="Lower end of its range, degrees.", examples=[-20.0])
+    max_deg: float = Field(description="Upper end of its range, degrees.", examples=[190.0])
+    max_speed_deg_s: float = Field(gt=0, description="Fastest it may be moved, degrees a second.", examples=[150.0])
+
+
+class StationInfo(_Schema):
+    """What does not change while the service runs."""
+
+    name: str = Field(examples=["Station 1"])
+    rate_hz: int = Field(ge=1, description="Samples and setpoints a second.", examples=[100])
+    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.", examples=[100])
+    simulated: bool = Field(
+        description="The apparatus is a simulated one; /api/simulator moves its hand, pedal and switch."
+    )
+    axes: list[AxisInfo] = Field(min_length=5, max_length=5, description="Axis order 1-5.")
+
+
+class AxisLive(_Schema):
+    """One axis now."""
+
+    motor: Motor
+    setpoint_deg: float | None = Field(
+        description="Degrees; equals the measured angle while torque is off; null while the drive never answered."
+    )
+    measured_deg: float | None = Field(description="Degrees; null while the drive never answered.")
+    speed_deg_s: float = Field(description="Degrees a second.")
+    torque_nm: float = Field(description="Newton metres, from the drive's current.")
+    age_ms: float | None = Field(ge=0, description="Since the drive last answered, when the snapshot was made.")
+
+
+class StopCauseLive(_Schema):
+    """Why the apparatus has stopped."""
+
+    code: str = Field(examples=["estop_pressed"])
+    category: Literal[0, 1, 2] = Field(description="0: torque off at once. 1: ramped down, then torque off. 2: held.")
+    message: str = Field(examples=["The emergency stop was pressed."])
+    next_step: str = Field(examples=["Look after the patient, release the switch, then acknowledge."])
+    axis: int | None = Field(ge=1, le=5, description="Motor number, where it belongs to one.")
+    cleared: bool = Field(description="Its condition no longer holds; acknowledging needs every cause cleared.")
+
+
+class StopLive(_Schema):
+    """A latched stop, first cause first."""
+
+    causes: list[StopCauseLive] = Field(min_length=1)
+
+
+class PatientRef(_Schema):
+    """Who is on the apparatus."""
+
+    id: UUID
+    name: str = Field(examples=["Yamada Hanako"])
+
+
+class RunLive(_Schema):
+    """The loaded recording and how far along it the arm is."""
+
+    run_id: UUID
+    recording_id: UUID
+    session_id: UUID | None
+    recording_name: str | None
+    patient: PatientRef | None
+    position_s: float = Field(ge=0, description="Place on the recording, seconds.")
+    duration_s: float = Field(ge=0, description="Length of the recording, seconds.")
+    left_s: float = Field(
+        description="Seconds left of the approach or return while those go on, else of the recording."
+    )
+    at_start: bool = Field(description="Held at the recording's start: ready to play.")
+
+
+class TeachingLive(_Schema):
+    """The teaching that goes on."""
+
+    teaching_id: UUID
+    patient: PatientRef | None
+    takes: int = Field(ge=0, description="Takes begun.")
+    recording: bool = Field(description="The pedal is down and samples are kept.")
+    take_s: float = Field(ge=0, description="Length of the present or last take, seconds.")
+    samples: int = Field(ge=0, description="Samples kept in all takes.")
+
+
+class RefusalLive(_Schema):
+    """Why a command would not be accepted now."""
+
+    code: str = Field(examples=["is_idle"])
+    message: str = Field(examples=["No recording is loaded."])
+    next_step: str = Field(examples=["Load a recording first."])
+
+
+class LoopLive(_Schema):
+    """Health of the control loop since it started."""
+
+    cycle_hz: int
+    rate_hz: int
+    cycles: int = Field(ge=0)
+    overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")
+    lateness_max_ms: float = Field(ge=0)
+    bus_errors: int = Field(ge=0, description="Replies that stayed away or came damaged.")
+    telemetry_dropped: int = Field(ge=0, description="Snapshots that never reached the service.")
+    real_time: bool = Field(description="SCHED_FIFO was granted.")
+
+
+class Live(_Schema):
+    """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
+
+    device: DeviceState
+    age_ms: float | None = Field(
+        ge=0, description="Since the device process last said anything; null when it never has."
+    )
+    mode: Mode
+    torque_on: bool
+    estop: EstopState
+    pedal: PedalState
+    axes: list[AxisLive]
+    stop: StopLive | None
+    run: RunLive | None
+    teaching: TeachingLive | None
+    refusals: dict[CommandName, RefusalLive] = Field(
+        description="Commands not allowed now, and why; others are allowed."
+    )
+    loop: LoopLive | None
+
+
+class EventLive(_Schema):
+    """Something that happened on the apparatus."""
+
+    number: int = Field(ge=1, description="Without gaps since the device process started.")
+    code: str = Field(examples=["take_started"])
+    message: str = Field(examples=["Take 1 is being recorded."])
+    at: datetime

@@ -1,0 +1,230 @@
+"""The station: one door for commands, one stream of telemetry."""
+
+import asyncio
+import itertools
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Final
+from uuid import UUID
+
+import msgspec
+
+from kata.device.config import StationConfig
+from kata.device.messages import (
+    COMMAND_NAMES,
+    Command,
+    Event,
+    FromDevice,
+    JournalClosed,
+    Refusal,
+    Reply,
+    Request,
+    Snapshot,
+)
+from kata.station.device_process import DeviceProcess
+from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
+
+log = logging.getLogger(__name__)
+
+_REPLY_LIMIT_S: Final = 2.0
+_EVENTS_WAITING: Final = 1000
+_OFFLINE: Final = Refusal(
+    code="device_offline",
+    message="The apparatus' control program is not running.",
+    next_step="It is started again by itself; wait a moment.",
+)
+
+
+@dataclass
+class Subscription:
+    """One listener's share of the telemetry: a nudge when something changed, and every event since the last look."""
+
+    changed: asyncio.Event = field(default_factory=asyncio.Event)
+    waiting: deque[object] = field(default_factory=deque)
+    overflown: bool = False
+    """So far behind that events would have to be dropped; it has to begin anew."""
+
+    def put(self, item: object) -> None:
+        """An event, or a notice of something saved."""
+        if len(self.waiting) >= _EVENTS_WAITING:
+            self.overflown = True
+        else:
+            self.waiting.append(item)
+        self.changed.set()
+
+
+@dataclass(frozen=True)
+class Occupation:
+    """Whose arm it is and what was loaded: known to the service, not to the device."""
+
+    id: str
+    """The teaching's or the run's."""
+    patient: PatientRef
+    recording_name: str | None = None
+    session_id: UUID | None = None
+
+
+class Station:
+    """One apparatus. Lives in the service's event loop; every method is to be called there."""
+
+    def __init__(
+        self,
+        config: StationConfig,
+        station_file: Path,
+        journal_folder: Path,
+        *,
+        simulated: bool,
+        on_journal: Callable[[Path | None], None],
+    ) -> None:
+        """``on_journal`` is called with a journal that is complete, or with None when a device process has ended and may
+        have left some behind.
+        """
+        self.info = StationInfo(
+            name=config.name,
+            rate_hz=config.rate_hz,
+            cycle_hz=config.cycle_hz,
+            simulated=simulated,
+            axes=[
+                AxisInfo(motor=n, min_deg=a.min_deg, max_deg=a.max_deg, max_speed_deg_s=a.max_speed_deg_s)
+                for n, a in enumerate(config.axes, start=1)
+            ],
+        )
+        self._on_journal = on_journal
+        self._process = DeviceProcess(station_file, journal_folder, self._take, self._ended)
+        self._numbers = itertools.count(1)
+        self._replies: dict[int, asyncio.Future[Refusal | None]] = {}
+        self._snapshot: Snapshot | None = None
+        self._snapshot_at_s = 0.0
+        self._occupation: Occupation | None = None
+        self._subscriptions: list[Subscription] = []
+
+    def start(self) -> None:
+        """Start the device process and keep it running."""
+        self._process.start()
+
+    async def close(self) -> None:
+        """Let the device process come to its end: torque off, journal kept."""
+        await self._process.close()
+        self._on_journal(None)
+
+    # -- the door -------------------------------------------------------------------------------------------------
+
+    async def command(self, command: Command, occupation: Occupation | None = None) -> Refusal | None:
+        """Ask the device for something; None when it is accepted.
+
+        ``occupation`` says for whom, where the command is one that begins something.
+        """
+        if not self._process.running:
+            return _OFFLINE
+        number = next(self._numbers)
+        reply: asyncio.Future[Refusal | None] = asyncio.get_running_loop().create_future()
+        self._replies[number] = reply
+        if occupation:
+            self._occupation = occupation
+        self._process.send(Request(id=number, command=command))
+        try:
+            return await asyncio.wait_for(reply, _REPLY_LIMIT_S)
+        except TimeoutError:
+            return Refusal(
+                code="no_answer",
+                message="The apparatus' control program did not answer.",
+                next_step="Look at the apparatus before trying again: the command may still have been carried out.",
+            )
+        finally:
+            del self._replies[number]
+
+    # -- telemetry ------------------------------------------------------------------------------------------------
+
+    def live(self) -> Live:
+        """The newest state, with its age."""
+        snapshot = self._snapshot
+        running = self._process.running and snapshot is not None
+        age_ms = None if snapshot is None else (time.monotonic() - self._snapshot_at_s) * 1000
+        if running and snapshot is not None:
+            state = msgspec.to_builtins(snapshot)
+            state["run"] = self._with_occupation(state["run"], "run_id")
+            state["teaching"] = self._with_occupation(state["teaching"], "teaching_id")
+        else:
+            state = self._unknown(snapshot)
+        device = "running" if running else "starting" if self._process.starts <= 1 else "restarting"
+        return Live.model_validate(state | {"device": device, "age_ms": age_ms})
+
+    @contextmanager
+    def subscribed(self) -> Iterator[Subscription]:
+        """Listen for as long as the context lasts."""
+        subscription = Subscription()
+        self._subscriptions.append(subscription)
+        try:
+            yield subscription
+        finally:
+            self._subscriptions.remove(subscription)
+
+    def tell(self, item: object) -> None:
+        """Something that every listener has to know besides the device's own events."""
+        for subscription in self._subscriptions:
+            subscription.put(item)
+
+    # -- what the device process says -----------------------------------------------------------------------------
+
+    def _take(self, message: FromDevice) -> None:
+        match message:
+            case Reply():
+                waiting = self._replies.get(message.id)
+                if waiting and not waiting.done():
+                    waiting.set_result(message.refusal)
+            case Snapshot():
+                self._snapshot = message
+                self._snapshot_at_s = time.monotonic()
+                for subscription in self._subscriptions:
+                    subscription.changed.set()
+            case Event():
+                since = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
+                self.tell(
+                    EventLive(
+                        number=message.number, code=message.code, message=message.message, at=datetime.now(UTC) - since
+                    )
+                )
+            case JournalClosed():
+                self._on_journal(Path(message.path))
+
+    def _ended(self) -> None:
+        self._snapshot = None
+        for waiting in self._replies.values():
+            if not waiting.done():
+                waiting.set_result(_OFFLINE)
+        for subscription in self._subscriptions:
+            subscription.changed.set()
+        self._on_journal(None)
+
+    def _with_occupation(self, state: dict[str, Any] | None, key: str) -> dict[str, Any] | None:
+        if state is None:
+            return None
+        known = self._occupation if self._occupation and self._occupation.id == state[key] else None
+        return state | {
+            "patient": known.patient if known else None,
+            "recording_name": known.recording_name if known else None,
+            "session_id": known.session_id if known else None,
+        }
+
+    @staticmethod
+    def _unknown(snapshot: Snapshot | None) -> dict[str, Any]:
+        """With nobody there to say otherwise, everything is unknown."""
+        refusal = msgspec.to_builtins(_OFFLINE)
+        return {
+            "mode": "offline",
+            "torque_on": False,
+            "estop": "unknown",
+            "pedal": "unknown",
+            "axes": msgspec.to_builtins(snapshot.axes) if snapshot else [],
+            "stop": None,
+            "run": None,
+            "teaching": None,
+            "refusals": {name: refusal for name in COMMAND_NAMES if name != "stop"},
+            "loop": None,
+        }

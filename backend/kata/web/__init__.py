@@ -1,0 +1,1 @@
+"""Puts it together: the app, its errors, the WebSocket, the page."""

@@ -1,0 +1,188 @@
+"""The service: everything is put together here, started in order and ended in the opposite one."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final, Literal
+from urllib.parse import urlsplit
+
+import msgspec
+from fastapi import APIRouter, FastAPI
+from pydantic import Field
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from kata.clinic.dependencies import Problem, TheDatabase, TheStation
+from kata.clinic.fields import Schema
+from kata.clinic.figures import FigureWorker
+from kata.clinic.importer import Importer, Saved
+from kata.clinic.patients.router import router as patients
+from kata.clinic.recordings.router import router as recordings
+from kata.clinic.sessions.router import router as sessions
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.device import config
+from kata.settings import Settings
+from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import DeviceState
+from kata.station.station import Station
+from kata.web import live, page, problems
+from kata.web.simulator import Simulation
+from kata.web.simulator import router as simulator
+from kata.web.station import router as station_router
+
+log = logging.getLogger(__name__)
+
+_DESCRIPTION: Final = """
+Teach a motion by hand, play it back, compare. Angles are degrees, speeds degrees a second, torques newton metres, times
+seconds; moments are UTC. Errors are problem documents (RFC 9457) with a stable `code`, a sentence and a next step.
+"""
+
+_FOREIGN: Final = "The request came from another site's page."
+
+health = APIRouter(prefix="/api/health", tags=["health"])
+
+
+class Health(Schema):
+    """Whether the service does its work."""
+
+    status: Literal["ok", "degraded"] = Field(description="degraded: the device process is not running.")
+    version: str
+    database: Literal["sqlite", "postgresql"]
+    device: DeviceState
+
+
+@health.get("")
+def get_health(database: TheDatabase, station: TheStation) -> Health:
+    """For whoever watches the service."""
+    device = station.live().device
+    return Health(
+        status="ok" if device == "running" else "degraded",
+        version=version("kata"),
+        database="sqlite" if database.file else "postgresql",
+        device=device,
+    )
+
+
+class SameOrigin:
+    """Refuses changes and WebSockets that another site's page asks for in the user's name."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let through what comes from this page, or from no page at all."""
+        if scope["type"] == "websocket" or (scope["type"] == "http" and scope["method"] not in ("GET", "HEAD")):
+            headers = Headers(scope=scope)
+            origin = headers.get("origin")
+            if origin and urlsplit(origin).netloc != headers.get("host"):
+                if scope["type"] == "websocket":
+                    await send({"type": "websocket.close", "code": 1008, "reason": "another site's page"})
+                else:
+                    await problems.document(403, "foreign_origin", _FOREIGN)(scope, receive, send)
+                return
+        await self._app(scope, receive, send)
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The service, not started yet."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with AsyncExitStack() as stack:
+            await _start(app, settings, stack)
+            yield
+
+    app = FastAPI(
+        title="Kata",
+        version=version("kata"),
+        description=_DESCRIPTION,
+        license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        lifespan=lifespan,
+        generate_unique_id_function=lambda route: route.name,
+        docs_url="/api/docs",
+        redoc_url=None,
+        openapi_url="/api/openapi.json",
+    )
+    for router in (health, patients, recordings, sessions, station_router, simulator, live.router):
+        app.include_router(router)
+    problems.install(app)
+    live.document(app)
+    _document_problems(app)
+    page.install(app)
+    app.add_middleware(SameOrigin)
+    return app
+
+
+async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
+    """In order; the stack ends what was started, also when the next step fails."""
+    settings.journal.mkdir(parents=True, exist_ok=True)
+    database = Database(settings.effective_database_url)
+    stack.callback(database.close)
+    await asyncio.to_thread(upgrade, database)
+    figures = FigureWorker()
+    stack.callback(figures.close)
+
+    loop = asyncio.get_running_loop()
+    importing: set[asyncio.Task[None]] = set()
+
+    def saved(record: Saved) -> None:
+        loop.call_soon_threadsafe(app.state.station.tell, record)
+
+    importer = Importer(database, settings.journal, saved)
+
+    def import_journal(finished: Path | None) -> None:
+        task = asyncio.create_task(asyncio.to_thread(importer.run, finished), name="import")
+        importing.add(task)
+        task.add_done_callback(importing.discard)
+
+    async def import_last() -> None:
+        await asyncio.gather(*importing)
+
+    station_config = config.read(settings.station) if settings.station else config.StationConfig()
+    simulation: Simulation | None = None
+    if settings.simulate:
+        process = await asyncio.to_thread(SimulatorProcess, settings.data, settings.seed)
+        stack.callback(process.close)
+        simulation = Simulation(process, settings.taught)
+        station_config = msgspec.structs.replace(station_config, port=process.port)
+    if settings.rate_hz:
+        station_config = msgspec.structs.replace(station_config, rate_hz=settings.rate_hz)
+    station_file = settings.data / "station-in-use.toml"
+    config.write(station_config, station_file)
+
+    station = Station(
+        station_config, station_file, settings.journal, simulated=settings.simulate, on_journal=import_journal
+    )
+    app.state.database, app.state.figures, app.state.station, app.state.simulation = (
+        database,
+        figures,
+        station,
+        simulation,
+    )
+    await asyncio.to_thread(importer.run_at_start)
+    stack.push_async_callback(import_last)
+    stack.push_async_callback(station.close)
+    station.start()
+
+
+def _document_problems(app: FastAPI) -> None:
+    """The problem document's schema, and in place of FastAPI's own error body wherever that stands."""
+    made = app.openapi
+
+    def openapi() -> dict[str, object]:
+        if app.openapi_schema is None:
+            document = made()
+            schemas = document["components"]["schemas"]
+            schemas.pop("HTTPValidationError", None)
+            schemas.pop("ValidationError", None)
+            described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+            schemas.update(described.pop("$defs"))
+            schemas["Problem"] = described
+            app.openapi_schema = document
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]

@@ -1,0 +1,141 @@
+"""The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not."""
+
+import asyncio
+import time
+from datetime import datetime
+from typing import Any, Final, Literal
+from uuid import UUID
+
+from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
+from pydantic import BaseModel, Field
+
+from kata.clinic.importer import Saved
+from kata.database.base import utc_now
+from kata.device.messages import EstopState, Mode
+from kata.station.schemas import EventLive, Live, StationInfo
+from kata.station.station import Station, Subscription
+
+router = APIRouter()
+
+_PERIOD_S: Final = 0.1
+
+
+class _LiveMessage(BaseModel):
+    sequence: int = Field(ge=1, description="Without gaps on one connection; a gap means: connect again.")
+    sent_at: datetime = Field(description="UTC, by the service's clock.")
+    estop: EstopState
+    mode: Mode
+
+
+class SnapshotMessage(_LiveMessage):
+    """The first message on every connection: everything."""
+
+    kind: Literal["snapshot"] = "snapshot"
+    station: StationInfo
+    live: Live
+
+
+class ChangeMessage(_LiveMessage):
+    """Ten times a second: the top-level fields of Live that have changed since the last message, perhaps none."""
+
+    kind: Literal["change"] = "change"
+    live: dict[str, Any] = Field(description="A part of Live.")
+
+
+class EventMessage(_LiveMessage):
+    """Something that happened; none is left out."""
+
+    kind: Literal["event"] = "event"
+    event: EventLive
+
+
+class SavedMessage(_LiveMessage):
+    """A teaching's take or a run has reached the database."""
+
+    kind: Literal["saved"] = "saved"
+    what: Literal["recording", "run"]
+    id: UUID
+    patient_id: UUID
+    session_id: UUID | None
+
+
+def document(app: FastAPI) -> None:
+    """Put the messages into the OpenAPI document: WebSockets have no place of their own there."""
+
+    @app.webhooks.post("live", tags=["station"])
+    def live(message: SnapshotMessage | ChangeMessage | EventMessage | SavedMessage) -> None:
+        """What the service sends on the WebSocket /api/live. It expects nothing back."""
+
+
+@router.websocket("/api/live")
+async def live(socket: WebSocket) -> None:
+    """Tell one listener, until it leaves."""
+    station: Station = socket.app.state.station
+    await socket.accept()
+    # Listening finds out that the other end has gone, even while nothing can be sent.
+    listening = asyncio.create_task(_listen(socket))
+    try:
+        with station.subscribed() as subscription:
+            telling = asyncio.create_task(_tell(socket, station, subscription))
+            _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
+            for task in pending:
+                task.cancel()
+            await asyncio.gather(listening, telling, return_exceptions=True)
+    finally:
+        listening.cancel()
+
+
+async def _listen(socket: WebSocket) -> None:
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _tell(socket: WebSocket, station: Station, subscription: Subscription) -> None:
+    """Changes are merged while a slow listener keeps us waiting; events never are."""
+    told: dict[str, Any] = {}
+    sequence = 0
+    try:
+        while not subscription.overflown:
+            subscription.changed.clear()
+            live = station.live()
+            state = live.model_dump(mode="json")
+            sequence += 1
+            common: dict[str, Any] = {
+                "sequence": sequence,
+                "sent_at": utc_now(),
+                "estop": live.estop,
+                "mode": live.mode,
+            }
+            if sequence == 1:
+                message: _LiveMessage = SnapshotMessage(**common, station=station.info, live=live)
+            else:
+                changed = {name: value for name, value in state.items() if told.get(name) != value}
+                message = ChangeMessage(**common, live=changed)
+            told = state
+            await socket.send_text(message.model_dump_json())
+            while subscription.waiting:
+                sequence += 1
+                await socket.send_text(_notice(subscription.waiting.popleft(), common | {"sequence": sequence}))
+            await _until_next(subscription)
+        await socket.close(1013, "too far behind: connect again")
+    except WebSocketDisconnect:
+        return
+
+
+async def _until_next(subscription: Subscription) -> None:
+    """A tenth of a second; less when something happened that is not just another sample."""
+    until = time.monotonic() + _PERIOD_S
+    while (left := until - time.monotonic()) > 0 and not subscription.waiting:
+        try:
+            await asyncio.wait_for(subscription.changed.wait(), left)
+        except TimeoutError:
+            return
+        subscription.changed.clear()
+
+
+def _notice(item: object, common: dict[str, Any]) -> str:
+    if isinstance(item, EventLive):
+        return EventMessage(**common, event=item).model_dump_json()
+    assert isinstance(item, Saved)
+    saved = SavedMessage(**common, what=item.what, id=item.id, patient_id=item.patient_id, session_id=item.session_id)
+    return saved.model_dump_json()

@@ -1,0 +1,183 @@
+"""REST for the simulated apparatus' hand, pedal and switch; there only while simulating."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+from uuid import uuid4
+
+from fastapi import APIRouter, Body, Depends, Query, Request
+from pydantic import Field
+
+from kata.clinic.dependencies import PROBLEMS
+from kata.clinic.fields import Name, Schema
+from kata.clinic.problems import ProblemError
+from kata.motion.builtin import built_in_motions
+from kata.motion.linkage import OutOfReachError, motor_angles_deg
+from kata.motion.taught import Taught, TaughtError, parse_csv, read_csv
+from kata.simulator.apparatus import HandRefusedError, State
+from kata.simulator.process import SimulatorProcess
+
+Source = Literal["built-in", "recorded", "uploaded"]
+
+
+class Motion(Schema):
+    """A motion that the simulated hand can follow."""
+
+    id: str
+    name: str
+    source: Source
+    duration_s: float = Field(gt=0, description="Seconds.")
+
+
+class Hand(Schema):
+    """The simulated hand."""
+
+    phase: Literal["away", "reaching", "tracing", "leaving"]
+    motion: str | None
+    left_s: float = Field(ge=0, description="Seconds until it has let go.")
+
+
+class SimulatorState(Schema):
+    """What stands in for hand, foot and switch."""
+
+    pedal_down: bool
+    estop_pressed: bool
+    hand: Hand
+    motions: list[Motion]
+
+
+class PedalRequest(Schema):
+    """Put the foot down or lift it."""
+
+    down: bool
+
+
+class EstopRequest(Schema):
+    """Press the switch or release it."""
+
+    pressed: bool
+
+
+class GuideRequest(Schema):
+    """Which motion the hand follows; it presses the pedal by itself."""
+
+    motion_id: str
+
+
+class Simulation:
+    """The simulator, and the motions its hand knows."""
+
+    def __init__(self, process: SimulatorProcess, taught: Path | None) -> None:
+        """``taught``: folder of recorded motions; files there that are none are left out."""
+        self.process = process
+        self._motions: dict[str, tuple[Source, Taught]] = {
+            f"built-in-{n}": ("built-in", motion) for n, motion in enumerate(built_in_motions(), start=1)
+        }
+        for file in sorted(taught.glob("*.csv")) if taught else ():
+            try:
+                self._motions[f"recorded-{file.stem}"] = ("recorded", read_csv(file))
+            except TaughtError:
+                continue
+
+    def motions(self) -> list[Motion]:
+        """All of them."""
+        return [self._motion(key) for key in self._motions]
+
+    def add(self, motion: Taught) -> Motion:
+        """An uploaded one, kept until the service ends."""
+        key = f"uploaded-{uuid4()}"
+        self._motions[key] = ("uploaded", motion)
+        return self._motion(key)
+
+    def get(self, key: str) -> Taught:
+        """One motion.
+
+        :raises ProblemError: 404.
+        """
+        if key not in self._motions:
+            raise ProblemError(404, "not_found", "There is no such motion.", "Choose one from the list.")
+        return self._motions[key][1]
+
+    def _motion(self, key: str) -> Motion:
+        source, taught = self._motions[key]
+        return Motion(id=key, name=taught.name, source=source, duration_s=taught.duration_s)
+
+
+def _simulation(request: Request) -> Simulation:
+    simulation: Simulation | None = request.app.state.simulation
+    if simulation is None:
+        raise ProblemError(404, "not_simulating", "This station has a real apparatus.", "Use its own pedal and switch.")
+    return simulation
+
+
+TheSimulation = Annotated[Simulation, Depends(_simulation)]
+router = APIRouter(prefix="/api/simulator", tags=["simulator"], responses=PROBLEMS.of(404))
+
+
+@router.get("")
+def get_simulator(simulation: TheSimulation) -> SimulatorState:
+    """Hand, pedal, switch and the motions there are."""
+    with simulation.process.client() as client:
+        return _told(simulation, client.state())
+
+
+@router.post("/pedal", responses=PROBLEMS.of(422))
+def set_pedal(simulation: TheSimulation, wanted: PedalRequest) -> SimulatorState:
+    """Put the foot on the pedal or lift it."""
+    with simulation.process.client() as client:
+        return _told(simulation, client.pedal(wanted.down))
+
+
+@router.post("/estop", responses=PROBLEMS.of(422))
+def set_estop(simulation: TheSimulation, wanted: EstopRequest) -> SimulatorState:
+    """Press the emergency stop or release it."""
+    with simulation.process.client() as client:
+        return _told(simulation, client.estop(wanted.pressed))
+
+
+@router.post("/guide", responses=PROBLEMS.of(409, 422))
+def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState:
+    """Let the hand take the arm along a motion, foot on the pedal."""
+    motion = simulation.get(wanted.motion_id)
+    with simulation.process.client() as client:
+        try:
+            return _told(simulation, client.guide(motion))
+        except HandRefusedError as error:
+            message = str(error)
+            raise ProblemError(
+                409, "hand_refused", f"{message[0].upper()}{message[1:]}.", "Wait, or let go of the arm first."
+            ) from error
+
+
+@router.post("/release")
+def release_arm(simulation: TheSimulation) -> SimulatorState:
+    """Let go of arm and pedal."""
+    with simulation.process.client() as client:
+        return _told(simulation, client.release())
+
+
+@router.post("/motions", status_code=201, responses=PROBLEMS.of(422))
+def upload_motion(
+    simulation: TheSimulation,
+    name: Annotated[Name, Query(description="What to call it.")],
+    csv: Annotated[
+        str, Body(media_type="text/csv", max_length=20_000_000, description="time_s and the five pose columns.")
+    ],
+) -> Motion:
+    """Give the hand a motion of your own: a CSV file of poses."""
+    try:
+        motion = parse_csv(csv, name)
+        motor_angles_deg(motion.poses_deg)
+    except (TaughtError, OutOfReachError) as error:
+        raise ProblemError(
+            422, "not_a_motion", f"{name} cannot be used: {error}.", "Mend the file and try again."
+        ) from error
+    return simulation.add(motion)
+
+
+def _told(simulation: Simulation, state: State) -> SimulatorState:
+    return SimulatorState(
+        pedal_down=state.pedal_down,
+        estop_pressed=state.estop_pressed,
+        hand=Hand(phase=state.hand.phase, motion=state.hand.motion, left_s=state.hand.left_s),
+        motions=simulation.motions(),
+    )

@@ -1,0 +1,24 @@
+"""Alembic's way in: the program hands it a connection; on the command line, KATA_DATABASE_URL names one."""
+
+import os
+
+from alembic import context
+from sqlalchemy import Connection
+
+import kata.clinic.tables  # noqa: F401
+from kata.database.base import Base
+from kata.database.engine import Database
+
+
+def migrate(connection: Connection) -> None:
+    # SQLite changes tables by copying them; batches do that, and do nothing special elsewhere.
+    context.configure(connection=connection, target_metadata=Base.metadata, render_as_batch=True)
+    with context.begin_transaction():
+        context.run_migrations()
+
+
+if given := context.config.attributes.get("connection"):
+    migrate(given)
+else:
+    with Database(os.environ["KATA_DATABASE_URL"]).writer.connect() as opened:
+        migrate(opened)
