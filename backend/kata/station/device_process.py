@@ -35,8 +35,10 @@ class DeviceProcess:
         on_message: Callable[[FromDevice], None],
         on_end: Callable[[], None],
     ) -> None:
+        """Its log goes to device.log beside the journal folder."""
         self._station_file = station_file
         self._journal_folder = journal_folder
+        self._log_path = journal_folder.parent / "device.log"
         self._on_message = on_message
         self._on_end = on_end
         self._writer: asyncio.StreamWriter | None = None
@@ -86,7 +88,7 @@ class DeviceProcess:
 
     async def _run_one(self) -> None:
         ours, theirs = socket.socketpair()
-        with theirs:
+        with theirs, self._log_path.open("ab") as log_file:
             self._child = await asyncio.create_subprocess_exec(
                 sys.executable,
                 *("-m", "kata.device"),
@@ -94,6 +96,7 @@ class DeviceProcess:
                 *("--journal", str(self._journal_folder)),
                 *("--socket", str(theirs.fileno())),
                 pass_fds=[theirs.fileno()],
+                stderr=log_file,
                 start_new_session=True,
             )
         reader, self._writer = await asyncio.open_connection(sock=ours)

@@ -205,7 +205,7 @@ def as_run(row: RunRow) -> Run:
         recording_name=row.recording.name,
         started_at=row.started_at,
         ended_at=row.ended_at,
-        outcome=row.outcome,  # type: ignore[arg-type]
+        outcome=row.outcome,
         stop=RunStop(code=row.stop_code, message=row.stop_message or "") if row.stop_code else None,
         rate_hz=row.rate_hz,
         comparison=Comparison(samples=row.samples, motors=motors) if row.samples else None,

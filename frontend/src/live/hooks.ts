@@ -1,0 +1,52 @@
+import { useQueryClient } from "@tanstack/react-query";
+import { useEffect, useSyncExternalStore } from "react";
+import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
+import { isAlive, type LiveState, store } from "./store";
+
+function useStore<T>(select: (state: LiveState) => T): T {
+  return useSyncExternalStore(store.subscribe, () => select(store.get()));
+}
+
+/** Messages are coming from the service. */
+export const useConnected = (): boolean => useStore((state) => state.connected);
+
+/** The values shown are of now. When false, nothing may look alive. */
+export const useAlive = (): boolean => useStore(isAlive);
+
+export const useHeardAt = (): number | null =>
+  useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));
+
+export const useStation = (): StationInfo | null => useStore((state) => state.station);
+
+/** One field of the live state; null before anything has come. */
+export function useLive<Name extends keyof Live>(name: Name): Live[Name] | null {
+  return useStore((state) => state.live?.[name] ?? null);
+}
+
+/** Why a command is not possible now; null when it is. */
+export function useRefusal(command: CommandName): Schemas["RefusalLive"] | null {
+  const alive = useAlive();
+  const refusal = useStore((state) => state.live?.refusals[command] ?? null);
+  if (!alive) {
+    return {
+      code: "not_alive",
+      message: "There is no live connection to the apparatus.",
+      next_step: "Wait until it is back.",
+    };
+  }
+  return refusal;
+}
+
+/** Keep lists fresh as takes and runs reach the database. */
+export function useSavedRecords(): void {
+  const queries = useQueryClient();
+  useEffect(
+    () =>
+      store.onSaved((saved) => {
+        if (saved.what === "recording") void queries.invalidateQueries({ queryKey: ["recordings"] });
+        void queries.invalidateQueries({ queryKey: ["session"] });
+        void queries.invalidateQueries({ queryKey: ["sessions"] });
+      }),
+    [queries],
+  );
+}

@@ -1,0 +1,125 @@
+import { Badge, Button, Group, Modal, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconArchive, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useParams } from "@tanstack/react-router";
+import { api, type Recording } from "../api/client";
+import { PatientForm } from "../patients/PatientForm";
+import { SessionTable } from "../sessions/SessionTable";
+import { formatDay, formatMoment, formatSpan } from "../shared/format";
+import { ButtonLink, PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+
+/** One patient: who, what was taught, what was done. */
+export function PatientPage() {
+  const { patientId } = useParams({ from: "/patients/$patientId" });
+  const queries = useQueryClient();
+  const [editing, form] = useDisclosure(false);
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const recordings = useQuery({
+    queryKey: ["recordings", patientId],
+    queryFn: () => api.recordings(patientId),
+  });
+  const sessions = useQuery({
+    queryKey: ["sessions", "of", patientId],
+    queryFn: () => api.patientSessions(patientId),
+  });
+  const archive = useMutation({
+    mutationFn: (archived: boolean) => api.updatePatient(patientId, { archived }),
+    onSuccess: (saved) => {
+      queries.setQueryData(["patient", patientId], saved);
+      void queries.invalidateQueries({ queryKey: ["patients"] });
+    },
+  });
+  useTitle(patient.data?.name ?? "Patient");
+  if (patient.error) return <ProblemNote error={patient.error} />;
+  if (!patient.data) return <Skeleton h={300} />;
+  const who = patient.data;
+  return (
+    <Stack gap="xl">
+      <Stack gap="xs">
+        <Group justify="space-between" align="start">
+          <div>
+            <Title order={2}>{who.name}</Title>
+            {who.kana && (
+              <Text c="dimmed" lang="ja">
+                {who.kana}
+              </Text>
+            )}
+          </div>
+          <Group>
+            {!who.archived_at && (
+              <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
+                To the station
+              </ButtonLink>
+            )}
+            <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
+              Edit
+            </Button>
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              loading={archive.isPending}
+              onClick={() => archive.mutate(!who.archived_at)}
+            >
+              {who.archived_at ? "Restore" : "Archive"}
+            </Button>
+          </Group>
+        </Group>
+        <Group gap="lg">
+          <Text>Clinic number {who.clinic_number}</Text>
+          <Text>{who.affected_side === "left" ? "Left" : "Right"} shoulder</Text>
+          {who.birth_date && <Text>Born {formatDay(who.birth_date)}</Text>}
+          {who.archived_at && <Badge color="gray">Archived</Badge>}
+        </Group>
+        {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
+        <ProblemNote error={archive.error} />
+      </Stack>
+      <Stack gap="xs">
+        <Title order={3}>Recordings</Title>
+        <ProblemNote error={recordings.error} />
+        {recordings.data && <Recordings items={recordings.data.items} />}
+      </Stack>
+      <Stack gap="xs">
+        <Title order={3}>Sessions</Title>
+        <ProblemNote error={sessions.error} />
+        {sessions.data && <SessionTable items={sessions.data.items} />}
+      </Stack>
+      <Modal opened={editing} onClose={form.close} title="Edit patient" size="lg">
+        <PatientForm patient={who} onDone={form.close} />
+      </Modal>
+    </Stack>
+  );
+}
+
+function Recordings({ items }: { items: Recording[] }) {
+  if (items.length === 0) return <Text>Nothing has been taught yet. Teach a motion at the station.</Text>;
+  return (
+    <Table verticalSpacing="md" highlightOnHover>
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>Name</Table.Th>
+          <Table.Th>Taught</Table.Th>
+          <Table.Th>Side</Table.Th>
+          <Table.Th ta="right">Length</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {items.map((recording) => (
+          <Table.Tr key={recording.id} {...(recording.archived_at && { c: "dimmed" })}>
+            <Table.Td>
+              <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>
+                {recording.name}
+              </PageLink>
+              {recording.archived_at && " (archived)"}
+            </Table.Td>
+            <Table.Td>{formatMoment(recording.taught_at)}</Table.Td>
+            <Table.Td>{recording.side === "left" ? "Left" : "Right"}</Table.Td>
+            <Table.Td ta="right">{formatSpan(recording.duration_s)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}

@@ -1,0 +1,76 @@
+import { Stack, Text, Title } from "@mantine/core";
+import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } from "@tanstack/react-router";
+import { ProblemError } from "./api/client";
+import { PatientPage } from "./patient/PatientPage";
+import { PatientsPage } from "./patients/PatientsPage";
+import { RecordingPage } from "./recording/RecordingPage";
+import { SessionPage } from "./session/SessionPage";
+import { SessionsPage } from "./sessions/SessionsPage";
+import { PageLink } from "./shared/links";
+import { Shell } from "./shared/Shell";
+import { StationPage } from "./station/StationPage";
+
+const root = createRootRoute({ component: Shell, notFoundComponent: NotFound, errorComponent: Broken });
+
+const station = createRoute({
+  getParentRoute: () => root,
+  path: "/",
+  component: StationPage,
+  validateSearch: (search): { patient?: string; recording?: string } => ({
+    ...(typeof search.patient === "string" && { patient: search.patient }),
+    ...(typeof search.recording === "string" && { recording: search.recording }),
+  }),
+});
+const patients = createRoute({ getParentRoute: () => root, path: "/patients", component: PatientsPage });
+const patient = createRoute({
+  getParentRoute: () => root,
+  path: "/patients/$patientId",
+  component: PatientPage,
+});
+const recording = createRoute({
+  getParentRoute: () => root,
+  path: "/recordings/$recordingId",
+  component: RecordingPage,
+});
+const sessions = createRoute({ getParentRoute: () => root, path: "/sessions", component: SessionsPage });
+const session = createRoute({
+  getParentRoute: () => root,
+  path: "/sessions/$sessionId",
+  component: SessionPage,
+});
+
+export const router = createRouter({
+  routeTree: root.addChildren([station, patients, patient, recording, sessions, session]),
+  defaultNotFoundComponent: NotFound,
+});
+
+declare module "@tanstack/react-router" {
+  interface Register {
+    router: typeof router;
+  }
+}
+
+function NotFound() {
+  return (
+    <Stack>
+      <Title order={2}>There is no such page</Title>
+      <Text>
+        The address may be old. <PageLink to="/">Go to the station.</PageLink>
+      </Text>
+    </Stack>
+  );
+}
+
+/** A page that fails takes neither Stop nor the state of the apparatus with it: those stand outside. */
+function Broken({ error }: ErrorComponentProps) {
+  return (
+    <Stack role="alert">
+      <Title order={2}>This page cannot be shown</Title>
+      <Text>
+        {error instanceof ProblemError
+          ? `${error.message} ${error.nextStep}`
+          : "Something went wrong in it. Reload it; the apparatus goes on as it was."}
+      </Text>
+    </Stack>
+  );
+}

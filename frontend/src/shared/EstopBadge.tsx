@@ -1,0 +1,45 @@
+import { Badge } from "@mantine/core";
+import {
+  IconAlertOctagonFilled,
+  IconCircleCheck,
+  IconHelpHexagon,
+  IconLockExclamation,
+} from "@tabler/icons-react";
+import type { Live } from "../api/client";
+import { useAlive, useLive } from "../live/hooks";
+
+const LOOKS = {
+  closed: { text: "E-stop ready", color: "gray", variant: "outline", Icon: IconCircleCheck },
+  pressed: { text: "E-stop pressed", color: "red.8", variant: "filled", Icon: IconAlertOctagonFilled },
+  released: {
+    text: "E-stop released, not acknowledged",
+    color: "yellow",
+    variant: "filled",
+    Icon: IconLockExclamation,
+  },
+  unknown: { text: "E-stop unknown", color: "red.8", variant: "outline", Icon: IconHelpHexagon },
+} as const;
+
+/** The emergency stop's state, each of the four different in words, icon, colour and fill. */
+export function EstopBadge() {
+  const alive = useAlive();
+  const told = useLive("estop");
+  const estop: Live["estop"] = alive && told ? told : "unknown";
+  const { text, color, variant, Icon } = LOOKS[estop];
+  return (
+    <Badge
+      size="xl"
+      radius="sm"
+      color={color}
+      variant={variant}
+      autoContrast
+      leftSection={<Icon size={20} />}
+      tt="none"
+      data-testid="estop"
+      data-state={estop}
+      role="status"
+    >
+      {text}
+    </Badge>
+  );
+}

@@ -1,0 +1,67 @@
+import { Button, Stack, Text } from "@mantine/core";
+import { IconHandStop } from "@tabler/icons-react";
+import { useCallback, useEffect, useState } from "react";
+import { api, type Live, ProblemError } from "../api/client";
+import { store } from "../live/store";
+import { formatClock } from "./format";
+
+type Sent = { state: "sending" } | { state: "confirmed"; at: number } | { state: "failed"; why: string };
+
+const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
+
+/** Whether Esc means Stop now: while something moves, or while nobody can say that nothing does. */
+export function escapeStops(connected: boolean, mode: Live["mode"] | undefined): boolean {
+  return !connected || mode === undefined || MOVING.includes(mode);
+}
+
+/** One press, no dialog, on every page; tells whether the device has confirmed it. */
+export function StopButton() {
+  const [sent, setSent] = useState<Sent | null>(null);
+
+  const stop = useCallback(async () => {
+    setSent({ state: "sending" });
+    try {
+      await api.stop();
+      setSent({ state: "confirmed", at: Date.now() });
+    } catch (error) {
+      setSent({ state: "failed", why: error instanceof ProblemError ? error.message : "No answer." });
+    }
+  }, []);
+
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent) => {
+      const { connected, live } = store.get();
+      if (event.key !== "Escape" || event.repeat || !escapeStops(connected, live?.mode)) return;
+      event.preventDefault();
+      event.stopPropagation();
+      void stop();
+    };
+    // Before any dialog or input gets to see the key.
+    window.addEventListener("keydown", onKey, { capture: true });
+    return () => window.removeEventListener("keydown", onKey, { capture: true });
+  }, [stop]);
+
+  return (
+    <Stack gap={2} align="center">
+      <Button
+        color="red.8"
+        h={88}
+        w={176}
+        fz={28}
+        radius="md"
+        leftSection={<IconHandStop size={32} />}
+        onClick={() => void stop()}
+        aria-keyshortcuts="Escape"
+        title="Stops under control and switches torque off. It needs the network: it is not the emergency stop. Key: Esc"
+      >
+        Stop
+      </Button>
+      <Text size="xs" h={18} aria-live="assertive" data-testid="stop-answer">
+        {sent?.state === "sending" && "Sent …"}
+        {sent?.state === "confirmed" && `Confirmed by the device ${formatClock(sent.at)}`}
+        {sent?.state === "failed" && `Not confirmed: ${sent.why} Use the emergency stop.`}
+        {!sent && "Key: Esc"}
+      </Text>
+    </Stack>
+  );
+}

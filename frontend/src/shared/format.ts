@@ -1,0 +1,20 @@
+const day = new Intl.DateTimeFormat(undefined, { year: "numeric", month: "short", day: "numeric" });
+const time = new Intl.DateTimeFormat(undefined, { hour: "2-digit", minute: "2-digit" });
+const clock = new Intl.DateTimeFormat(undefined, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+
+export const formatDay = (iso: string) => day.format(new Date(iso));
+export const formatMoment = (iso: string) => `${formatDay(iso)}, ${time.format(new Date(iso))}`;
+export const formatClock = (moment: number | Date) => clock.format(moment);
+
+/** 75.2 as 1:16: what is left is rounded up, so that 0:00 means over. */
+export function formatSpan(seconds: number): string {
+  const whole = Math.max(0, Math.ceil(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+/** Degrees with one digit and a true minus sign; a dash where there is none. */
+export function formatDeg(value: number | null | undefined, digits = 1): string {
+  if (value === null || value === undefined) return "–";
+  const text = value.toFixed(digits);
+  return (Number(text) === 0 ? (0).toFixed(digits) : text).replace("-", "−");
+}

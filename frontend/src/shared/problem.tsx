@@ -1,0 +1,15 @@
+import { Alert } from "@mantine/core";
+import { IconInfoCircle } from "@tabler/icons-react";
+import { ProblemError } from "../api/client";
+
+/** What went wrong, in a sentence, and what to do. Shows nothing when nothing did. */
+export function ProblemNote({ error }: { error: unknown }) {
+  if (!error) return null;
+  const told = error instanceof ProblemError ? error : null;
+  return (
+    <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
+      {told ? told.message : "Something went wrong in this page. Reload it."}
+      {told?.nextStep ? ` ${told.nextStep}` : ""}
+    </Alert>
+  );
+}

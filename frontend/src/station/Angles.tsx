@@ -1,0 +1,86 @@
+import { Card, Group, Stack, Text, Title } from "@mantine/core";
+import { useAlive, useLive, useStation } from "../live/hooks";
+import { formatDeg } from "../shared/format";
+import { TRACES } from "../theme";
+import { Strip } from "./Strip";
+import classes from "./station.module.css";
+
+const WHAT = [
+  { motor: 1, what: "Scapula, through the links" },
+  { motor: 2, what: "Scapula, through the links" },
+  { motor: 3, what: "Shoulder abduction" },
+  { motor: 4, what: "Shoulder flexion" },
+  { motor: 5, what: "Rotation of the upper arm" },
+];
+
+/** The five angles now, against their setpoints, within their ranges. */
+export function Angles() {
+  const alive = useAlive();
+  const torque = useLive("torque_on");
+  return (
+    <Card withBorder component="section" aria-label="Angles">
+      <Group justify="space-between" mb="sm">
+        <Title order={3}>Angles</Title>
+        <Group gap="lg">
+          <Text size="sm">
+            <Text span c={TRACES.setpoint} fw={700}>
+              ━
+            </Text>{" "}
+            setpoint{" "}
+            <Text span c={TRACES.measured} fw={700}>
+              ━
+            </Text>{" "}
+            measured
+          </Text>
+          <Text fw={600} data-testid="torque">
+            {!alive ? "No live values" : torque ? "Torque on" : "Torque off"}
+          </Text>
+        </Group>
+      </Group>
+      <Stack gap="sm" className={alive ? "" : "stale"} data-testid="angles" data-alive={alive}>
+        {WHAT.map(({ motor, what }) => (
+          <Axis key={motor} axis={motor - 1} what={what} />
+        ))}
+      </Stack>
+    </Card>
+  );
+}
+
+function Axis({ axis, what }: { axis: number; what: string }) {
+  const station = useStation();
+  const now = useLive("axes")?.[axis];
+  const info = station?.axes[axis];
+  if (!info) return null;
+  const place = (angle: number) =>
+    `${Math.min(100, Math.max(0, (100 * (angle - info.min_deg)) / (info.max_deg - info.min_deg)))}%`;
+  const measured = now?.measured_deg ?? null;
+  const setpoint = now?.setpoint_deg ?? null;
+  return (
+    <div className={classes.axis}>
+      <div>
+        <Text fw={600}>Motor {axis + 1}</Text>
+        <Text size="sm" c="dimmed">
+          {what}
+        </Text>
+        <Text fz={32} fw={700} className={classes.number ?? ""} data-testid={`angle-${axis + 1}`}>
+          {formatDeg(measured)}°
+        </Text>
+      </div>
+      <div>
+        <Strip axis={axis} min={info.min_deg} max={info.max_deg} />
+        <div className={classes.range} aria-hidden>
+          {setpoint !== null && <div className={classes.setpoint} style={{ left: place(setpoint) }} />}
+          {measured !== null && <div className={classes.measured} style={{ left: place(measured) }} />}
+        </div>
+        <Group justify="space-between">
+          <Text size="xs" c="dimmed">
+            {formatDeg(info.min_deg, 0)}°
+          </Text>
+          <Text size="xs" c="dimmed">
+            {formatDeg(info.max_deg, 0)}°
+          </Text>
+        </Group>
+      </div>
+    </div>
+  );
+}

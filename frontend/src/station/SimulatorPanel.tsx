@@ -1,0 +1,112 @@
+import { Button, Card, FileButton, Group, Select, Stack, Text, Title } from "@mantine/core";
+import { IconHandGrab, IconUpload } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import classes from "./station.module.css";
+
+const PHASES: Record<Schemas["Hand"]["phase"], string> = {
+  away: "The hand is away.",
+  reaching: "The hand takes the arm to where the motion starts.",
+  tracing: "The hand moves the arm along the motion.",
+  leaving: "The hand lets go.",
+};
+const SOURCES: Record<Schemas["Motion"]["source"], string> = {
+  "built-in": "Built in",
+  recorded: "Recorded",
+  uploaded: "Uploaded",
+};
+
+/** Stands in for the therapist's hand and foot and the patient's switch, while the apparatus is a simulated one. */
+export function SimulatorPanel() {
+  const queries = useQueryClient();
+  const [chosen, setChosen] = useState<string | null>(null);
+  const simulator = useQuery({ queryKey: ["simulator"], queryFn: api.simulator, refetchInterval: 500 });
+  const keep = (state: Schemas["SimulatorState"]) => queries.setQueryData(["simulator"], state);
+  const guide = useMutation({ mutationFn: api.guide, onSuccess: keep });
+  const pedal = useMutation({ mutationFn: api.setPedal, onSuccess: keep });
+  const estop = useMutation({ mutationFn: api.setEstop, onSuccess: keep });
+  const upload = useMutation({
+    mutationFn: async (file: File) => api.uploadMotion(file.name.replace(/\.csv$/i, ""), await file.text()),
+    onSuccess: (motion) => {
+      setChosen(motion.id);
+      void queries.invalidateQueries({ queryKey: ["simulator"] });
+    },
+  });
+  const state = simulator.data;
+  const motions = state?.motions ?? [];
+  const value = chosen ?? motions[0]?.id ?? null;
+  const groups = Object.entries(SOURCES)
+    .map(([source, group]) => ({
+      group,
+      items: motions
+        .filter((motion) => motion.source === source)
+        .map((motion) => ({ value: motion.id, label: `${motion.name} · ${motion.duration_s.toFixed(0)} s` })),
+    }))
+    .filter(({ items }) => items.length > 0);
+  return (
+    <Card withBorder className={classes.simulator ?? ""} component="section" aria-label="Simulated apparatus">
+      <Stack>
+        <Title order={3}>Simulated apparatus</Title>
+        <Text size="sm">
+          In place of hand, foot and the patient's switch. With a real apparatus this panel is not here.
+        </Text>
+        <Group align="end" wrap="nowrap">
+          <Select
+            flex={1}
+            label="Motion that the hand follows"
+            allowDeselect={false}
+            searchable
+            data={groups}
+            value={value}
+            onChange={setChosen}
+          />
+          <FileButton accept=".csv,text/csv" onChange={(file) => file && upload.mutate(file)}>
+            {(props) => (
+              <Button
+                {...props}
+                variant="default"
+                leftSection={<IconUpload size={18} />}
+                loading={upload.isPending}
+              >
+                CSV
+              </Button>
+            )}
+          </FileButton>
+        </Group>
+        <Group>
+          <Button
+            variant="default"
+            leftSection={<IconHandGrab size={20} />}
+            disabled={value === null || state?.hand.phase !== "away"}
+            loading={guide.isPending}
+            onClick={() => value && guide.mutate(value)}
+          >
+            Guide the arm, foot on the pedal
+          </Button>
+          <Button
+            variant={state?.pedal_down ? "filled" : "default"}
+            aria-pressed={state?.pedal_down === true}
+            onClick={() => pedal.mutate(!state?.pedal_down)}
+          >
+            {state?.pedal_down ? "Lift the foot" : "Step on the pedal"}
+          </Button>
+          <Button
+            variant={state?.estop_pressed ? "filled" : "default"}
+            color={state?.estop_pressed ? "red.8" : "indigo"}
+            aria-pressed={state?.estop_pressed === true}
+            onClick={() => estop.mutate(!state?.estop_pressed)}
+          >
+            {state?.estop_pressed ? "Release the e-stop switch" : "Press the e-stop switch"}
+          </Button>
+        </Group>
+        <Text size="sm" data-testid="hand">
+          {state ? PHASES[state.hand.phase] : ""}
+          {state && state.hand.left_s > 0 ? ` ${state.hand.left_s.toFixed(0)} s left.` : ""}
+        </Text>
+        <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />
+      </Stack>
+    </Card>
+  );
+}

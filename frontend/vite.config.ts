@@ -1,0 +1,12 @@
+import react from "@vitejs/plugin-react";
+import { defineConfig } from "vitest/config";
+
+const service = "http://127.0.0.1:8000";
+
+export default defineConfig({
+  plugins: [react()],
+  server: { proxy: { "/api": { target: service, ws: true } } },
+  // Plotly alone is larger than Vite likes; it is loaded only where a figure is looked at.
+  build: { chunkSizeWarningLimit: 2000 },
+  test: { environment: "jsdom", setupFiles: "src/test-setup.ts" },
+});
