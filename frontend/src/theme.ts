@@ -7,6 +7,8 @@ export const theme = createTheme({
   fontFamily: "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Noto Sans CJK JP', sans-serif",
   defaultRadius: "md",
   components: {
+    // Below the header, which keeps Stop in reach.
+    Modal: { defaultProps: { yOffset: 140 } },
     Button: { defaultProps: { size: "md" } },
     TextInput: { defaultProps: { size: "md" } },
     Select: { defaultProps: { size: "md" } },

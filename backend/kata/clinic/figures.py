@@ -105,13 +105,14 @@ def run(taught_blob: bytes, run_blob: bytes) -> str:
             **_LAYOUT,
             height=340,
             xaxis={"title": {"text": "Time, s"}},
-            yaxis={"title": {"text": "Angle, deg"}},
+            yaxis={"title": {"text": "Angle, deg"}, "range": _around(taught["angle_deg"][:, axis])},
             yaxis2={
                 "title": {"text": "Error, deg"},
                 "overlaying": "y",
                 "side": "right",
                 "showgrid": False,
-                "zeroline": True,
+                "tickmode": "auto",
+                "nticks": 6,
                 "range": _symmetric(compared.error_deg[:, axis]),
             },
         )
@@ -126,6 +127,13 @@ def _line(
     return go.Scatter(
         x=x, y=y, name=name, yaxis=yaxis, hovertemplate=unit, line={"color": colour, "width": width, "dash": dash}
     )
+
+
+def _around(angle_deg: Any) -> list[float]:
+    """An angle axis that holds it all, never so narrow that single counts of the encoder look like movement."""
+    low, high = float(angle_deg.min()), float(angle_deg.max())
+    reach = max(6.0, 0.6 * (high - low))
+    return [(low + high) / 2 - reach, (low + high) / 2 + reach]
 
 
 def _symmetric(error_deg: Any) -> list[float]:

@@ -2,7 +2,7 @@
 
 import logging
 from http import HTTPStatus
-from typing import Any
+from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -37,7 +37,7 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(RequestValidationError)
     def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         fields = [ProblemField(pointer=_pointer(one["loc"]), detail=_sentence(one)) for one in error.errors()]
-        what = "; ".join(f"{field.pointer.removeprefix('#/')}: {field.detail}" for field in fields)
+        what = "; ".join(f"{field.pointer.removeprefix('#/')} {field.detail}" for field in fields)
         return document(422, "invalid", f"Please check what was entered: {what}.", errors=fields)
 
     @app.exception_handler(Exception)
@@ -75,6 +75,11 @@ def _pointer(location: tuple[Any, ...]) -> str:
     return f"#/{path}" if where == "body" else f"{where}/{path}"
 
 
+_PLAIN: Final = {"string_too_short": "must not be empty", "missing": "is needed"}
+
+
 def _sentence(error: Any) -> str:
+    if error["type"] in _PLAIN:
+        return _PLAIN[error["type"]]
     message = str(error["msg"]).removeprefix("Value error, ")
     return message[0].lower() + message[1:]

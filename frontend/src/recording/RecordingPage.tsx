@@ -133,7 +133,7 @@ export function RecordingPage() {
       )}
       <EditableNote label="Note" value={it.note} save={(note) => update.mutateAsync({ note })} />
       {it.ranges.length > 0 && (
-        <Table w="auto" withTableBorder verticalSpacing="xs">
+        <Table maw={640} withTableBorder verticalSpacing="xs">
           <Table.Thead>
             <Table.Tr>
               <Table.Th>Motor</Table.Th>

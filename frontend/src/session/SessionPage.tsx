@@ -1,4 +1,4 @@
-import { Badge, Button, Card, Group, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Badge, Button, Card, Group, SimpleGrid, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
 import { api, type Run, type Session } from "../api/client";
@@ -104,15 +104,17 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             <Errors run={run} comparison={run.comparison} />
             <ProblemNote error={figures.error} />
             {figures.isPending && <Skeleton h={340} />}
-            {figures.data?.motors.map(({ motor, figure }) => (
-              <div key={motor}>
-                <Title order={4}>Motor {motor}</Title>
-                <Plot
-                  figure={figure}
-                  label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}
-                />
-              </div>
-            ))}
+            <SimpleGrid cols={{ base: 1, lg: 2 }}>
+              {figures.data?.motors.map(({ motor, figure }) => (
+                <div key={motor}>
+                  <Title order={4}>Motor {motor}</Title>
+                  <Plot
+                    figure={figure}
+                    label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}
+                  />
+                </div>
+              ))}
+            </SimpleGrid>
           </>
         ) : (
           <Text>Nothing was played, so there is nothing to compare.</Text>
@@ -124,7 +126,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
 
 function Errors({ run, comparison }: { run: Run; comparison: NonNullable<Run["comparison"]> }) {
   return (
-    <Table w="auto" withTableBorder verticalSpacing="xs" data-testid="errors">
+    <Table maw={640} withTableBorder verticalSpacing="xs" data-testid="errors">
       <Table.Caption>
         Playback minus teaching, {comparison.samples} samples{run.rate_hz ? ` at ${run.rate_hz} Hz` : ""}
       </Table.Caption>

@@ -10,6 +10,7 @@ import classes from "./Shell.module.css";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
 
+const HEADER = 124;
 const PAGES = [
   { to: "/", label: "Station" },
   { to: "/patients", label: "Patients" },
@@ -20,7 +21,8 @@ const PAGES = [
 export function Shell() {
   useSavedRecords();
   return (
-    <AppShell header={{ height: 124 }} padding={0}>
+    // Above dialogs: nothing may lie over Stop.
+    <AppShell header={{ height: HEADER }} padding={0} zIndex={400}>
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box>
@@ -52,8 +54,10 @@ export function Shell() {
         </Group>
       </AppShell.Header>
       <AppShell.Main>
-        <StopBanner />
-        <LostBanner />
+        <div className={classes.banners ?? ""}>
+          <StopBanner />
+          <LostBanner />
+        </div>
         <Box component="main" p="md" maw={1400} mx="auto">
           <Outlet />
         </Box>

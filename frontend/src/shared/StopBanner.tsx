@@ -13,8 +13,10 @@ export function StopBanner() {
   if (!stop) return null;
   return (
     <Alert
-      color="red.8"
-      variant="light"
+      color="red"
+      style={{ borderWidth: "0 0 4px" }}
+      variant="outline"
+      bg="white"
       radius={0}
       icon={<IconAlertOctagonFilled />}
       title="The apparatus has been stopped"

@@ -6,6 +6,13 @@ import { ProblemError } from "../api/client";
 export function ProblemNote({ error }: { error: unknown }) {
   if (!error) return null;
   const told = error instanceof ProblemError ? error : null;
+  if (told && Object.keys(told.fields).length > 0) {
+    return (
+      <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
+        Please check the marked fields.
+      </Alert>
+    );
+  }
   return (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
       {told ? told.message : "Something went wrong in this page. Reload it."}
