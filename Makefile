@@ -1,0 +1,85 @@
+# Everything from a bare Debian or Ubuntu with Python 3.11, git and make. Node comes as a Python package, the browser of
+# the tests as an npm one; all of it stays in .venv, .cache and node_modules. `make clean` takes it away.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+# What a machine's own configuration of pip and npm would change has no place in a build that is to be the same everywhere.
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export npm_config_update_notifier := false
+
+PACKAGES := .cache/packages
+NODE_MODULES := .cache/node-modules
+PAGE := frontend/dist/index.html
+BROWSER := .cache/chromium/chromium
+PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
+
+.PHONY: help run test dev check lock clean
+.DELETE_ON_ERROR:
+
+help: ## what there is
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-7s %s\n", $$1, $$2}' Makefile
+
+run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
+	@$(BIN)/kata serve --simulate --data .data
+
+test: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
+	@cd frontend && npm test --silent
+	@$(BIN)/python -m pytest
+
+dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
+	@trap 'kill 0' INT TERM EXIT; \
+	$(BIN)/kata serve --simulate --data .data --reload & \
+	(cd frontend && npm run dev --silent) & wait
+
+check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, in both languages
+	$(BIN)/ruff format --check --quiet .
+	$(BIN)/ruff check --quiet .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	cd frontend && npm run lint --silent
+	cd frontend && npm run types --silent
+
+# One environment for running and for working: the few seconds that the tools cost are paid once.
+$(PACKAGES): requirements-dev.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
+		{ echo "Kata needs Python 3.11 or newer; this is $$($(PYTHON) --version 2>&1). Another one: make PYTHON=python3.12 ..."; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+		{ echo "Python's venv is missing here. On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
+	@echo "Installing Python packages (a minute or two, once) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-dev.txt
+	@$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --editable .
+	@mkdir -p $(@D) && touch $@
+
+$(NODE_MODULES): $(PACKAGES) frontend/package-lock.json
+	@echo "Installing the page's packages (half a minute, once) ..."
+	@cd frontend && npm ci --ignore-scripts --silent
+	@mkdir -p $(@D) && touch $@
+
+$(PAGE): $(NODE_MODULES) $(PAGE_SOURCES)
+	@echo "Building the page ..."
+	@cd frontend && npm run build --silent -- --logLevel warn
+	@touch $@
+
+$(BROWSER): $(PACKAGES) tests/browser/package-lock.json tests/browser/unpack.mjs
+	@echo "Fetching a browser for the tests (once) ..."
+	@cd tests/browser && npm ci --ignore-scripts --omit=optional --silent
+	@node tests/browser/unpack.mjs $(@D)
+	@touch $@
+
+# Hashed pins that name no address: whoever installs decides where from. --no-config and the public index keep this
+# machine's own settings out of the hashes.
+COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-config \
+	--no-emit-index-url --no-emit-find-links --no-annotate --upgrade
+
+lock: $(PACKAGES) ## new pins, after pyproject.toml has changed
+	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --extra postgresql -o requirements.txt
+	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --group dev -c requirements.txt -o requirements-dev.txt
+	cd frontend && npm install --ignore-scripts --package-lock-only
+	cd tests/browser && npm install --ignore-scripts --omit=optional --package-lock-only
+
+clean: ## take away everything that was made, but for the clinic's data in .data
+	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules \
+		.mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

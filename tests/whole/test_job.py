@@ -1,0 +1,158 @@
+"""The whole job through the pseudo-terminal, in real time: the device process against the simulated apparatus."""
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.messages import Acknowledge, Approach, FinishTeaching, Load, Play, Teach
+from kata.motion.linkage import motor_angles_deg
+from kata.motion.taught import Taught
+from kata.motion.tracking import compare
+from tests.whole.rig import Rig
+
+ESTOP_LIMIT_MS = 20.0
+
+
+def teach(rig: Rig, motion: Taught) -> journal.Journal:
+    """Teach by the simulated hand and pedal."""
+    rig.until_mode("idle")
+    assert rig.send(Teach(teaching_id="teaching")) is None
+    rig.hand.guide(motion)
+    rig.until(lambda: rig.hand.state().hand.phase == "away", within_s=motion.duration_s + 30)
+    assert rig.send(FinishTeaching()) is None
+    rig.until(lambda: rig.closed)
+    return journal.read(rig.closed[-1])
+
+
+def load(rig: Rig, taught: journal.Journal, run_id: str = "run") -> None:
+    """Load what was taught, and move to its start."""
+    times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+    command = Load(
+        run_id=run_id,
+        recording_id="recording",
+        times_s=times_s.astype("<f8").tobytes(),
+        angles_deg=taught.measured_deg.astype("<f8").tobytes(),
+    )
+    assert rig.send(command) is None
+    assert rig.send(Approach()) is None
+    rig.until_mode("paused")
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, rate_hz: int) -> None:
+    with Rig(tmp_path, rate_hz=rate_hz) as rig:
+        taught = teach(rig, motion)
+
+        assert set(taught.take) == {1}
+        assert len(taught.t_ns) == pytest.approx(motion.duration_s * rate_hz, rel=0.1)
+        assert np.median(np.diff(taught.t_ns)) == pytest.approx(1e9 / rate_hz, rel=0.02)
+        # What was recorded is what the hand did: the same extremes, in motor angles.
+        wanted = motor_angles_deg(motion.poses_deg)
+        assert taught.measured_deg.min(axis=0) == pytest.approx(wanted.min(axis=0), abs=1.5)
+        assert taught.measured_deg.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=1.5)
+
+        load(rig, taught)
+        assert rig.send(Play()) is None
+        rig.until_mode("returning", within_s=motion.duration_s + 30)
+        rig.until_mode("idle")
+        rig.until(lambda: len(rig.closed) == 2)
+
+        run = journal.read(rig.closed[-1])
+        assert run.end is not None
+        assert run.end.reason == "completed"
+        played = run.phase == journal.PHASE_PLAYING
+        times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+        compared = compare(times_s, taught.measured_deg, run.path_s[played], run.measured_deg[played])
+        for motor in compared.motors:
+            assert abs(motor.start_deg) <= 1.0
+            assert abs(motor.peak_deg) <= 6.0
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+
+
+def test_the_emergency_stop_in_playback(tmp_path: Path, motion: Taught) -> None:
+    """Torque off on the simulator's side of the wire within 20 ms; then released, acknowledged, played anew."""
+    with Rig(tmp_path) as rig:
+        taught = teach(rig, motion)
+        load(rig, taught)
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 1.0)
+        rig.hand.estop(pressed=True)
+        rig.until_mode("stopped")
+
+        pressed_ns = rig.happened("estop_pressed")[-1].t_ns
+        off = [event for event in rig.happened("torque_off") if event.t_ns >= pressed_ns]
+        assert {event.motor for event in off} == {1, 2, 3, 4, 5}
+        assert max(event.t_ns - pressed_ns for event in off) / 1e6 <= ESTOP_LIMIT_MS
+
+        refusal = rig.send(Acknowledge())
+        assert refusal is not None
+        rig.hand.estop(pressed=False)
+        rig.until(lambda: rig.snapshot.estop == "released")
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+        load(rig, taught, "again")
+        assert rig.send(Play()) is None
+        rig.until_mode("idle", within_s=motion.duration_s + 30)
+
+
+def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+    with Rig(tmp_path) as rig:
+        load(rig, teach(rig, motion))
+        assert rig.send(Play()) is None
+        rig.heartbeats = False
+        rig.until_mode("stopped")
+
+        assert [cause.code for cause in rig.snapshot.stop.causes] == ["service_silent"] if rig.snapshot.stop else False
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+
+def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
+    with Rig(tmp_path) as rig:
+        load(rig, teach(rig, motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        rig.hang_up()
+        assert rig.device.wait(10) == 0
+
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+        run = journal.read(rig.journals / "run-run.journal")
+        assert run.end is not None
+        assert run.end.cause_code == "service_silent"
+
+
+def test_a_device_process_that_is_killed_leaves_its_samples_and_drives_that_stop_by_themselves(
+    tmp_path: Path, motion: Taught
+) -> None:
+    with Rig(tmp_path) as rig:
+        load(rig, teach(rig, motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 1.0)
+        os.kill(rig.device.pid, signal.SIGKILL)
+        rig.device.wait(10)
+
+        run = journal.read(rig.journals / "run-run.journal")
+        assert run.end is None
+        # All but the last flush, which is at most a tenth of a second old.
+        assert run.path_s[run.phase == journal.PHASE_PLAYING].max() > 0.8
+
+
+def test_a_pulled_plug_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
+    with Rig(tmp_path) as rig:
+        rig.until_mode("idle")
+        os.kill(rig.simulator.pid, signal.SIGSTOP)
+        rig.until_mode("stopped")
+        os.kill(rig.simulator.pid, signal.SIGCONT)
+
+        def cleared() -> bool:
+            stop = rig.snapshot.stop
+            return stop is not None and all(cause.cleared for cause in stop.causes)
+
+        rig.until(cleared)
+        assert rig.snapshot.mode == "stopped"
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
