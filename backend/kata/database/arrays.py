@@ -1,6 +1,6 @@
 """Samples as compressed arrays: one blob a recording or run, with a header that says what is in it.
 
-A blob is a line of JSON (format, and for each column its name, unit, resolution, shape) followed by one compressed block a
+A blob is a line of JSON (format, checksum, and for each column its name, unit, resolution, shape) followed by one compressed block a
 column. A value is stored as a whole number of resolution steps; neighbouring samples differ little, so differences are
 stored, their bytes grouped by significance, deflated.
 """
@@ -36,8 +36,10 @@ class Column:
 def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> bytes:
     """Compress arrays of equal length, shapes ``(n,)`` or ``(n, k)``."""
     blocks = [_pack(np.asarray(arrays[column.name], dtype=np.float64), column.resolution) for column in columns]
+    body = b"".join(blocks)
     header = {
         "format": _FORMAT,
+        "crc32": zlib.crc32(body),
         "columns": [
             {
                 "name": column.name,
@@ -49,7 +51,7 @@ def encode(arrays: Mapping[str, NDArray[Any]], columns: tuple[Column, ...]) -> b
             for column, block in zip(columns, blocks, strict=True)
         ],
     }
-    return json.dumps(header).encode() + b"\n" + b"".join(blocks)
+    return json.dumps(header).encode() + b"\n" + body
 
 
 def decode(blob: bytes) -> dict[str, NDArray[np.float64]]:
@@ -62,6 +64,8 @@ def decode(blob: bytes) -> dict[str, NDArray[np.float64]]:
         header = json.loads(line)
         if header["format"] != _FORMAT:
             raise UnreadableError(f"samples of format {header['format']} cannot be read by this version")
+        if header["crc32"] != zlib.crc32(body):
+            raise UnreadableError("the samples are damaged")
         arrays = {}
         start = 0
         for column in header["columns"]:

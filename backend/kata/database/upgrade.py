@@ -1,9 +1,6 @@
-"""Bringing the database to this program's schema at start, with a copy of the old one kept beside it."""
+"""Bringing the database to this program's schema at start."""
 
 import logging
-import shutil
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from typing import Final
 
@@ -47,8 +44,6 @@ def upgrade(database: Database) -> None:
             connection.rollback()
             if present == script.get_current_head():
                 return
-            if present and database.file:
-                _keep_copy(database.file, present)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
             log.info("the database was upgraded from %s to %s", present or "nothing", script.get_current_head())
@@ -60,13 +55,3 @@ def upgrade(database: Database) -> None:
     except (SQLAlchemyError, OSError) as error:
         cause = getattr(error, "orig", None) or error
         raise DatabaseError(f"the database {database.url.render_as_string()} cannot be opened: {cause}") from error
-
-
-def _keep_copy(file: Path, revision: str) -> None:
-    """A consistent copy beside the file, before anything is changed."""
-    copy = file.with_name(f"{file.name}.before-{revision}")
-    if shutil.disk_usage(file.parent).free < 2 * file.stat().st_size:
-        raise DatabaseError(f"the database must be upgraded, but {file.parent} has no room for a copy of it first")
-    with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
-        source.backup(target)
-    log.info("the database as it was is kept as %s", copy)

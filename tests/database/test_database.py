@@ -1,0 +1,138 @@
+"""Engine, column types and upgrade."""
+
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+from threading import Event, Thread
+from uuid import UUID, uuid4
+
+import pytest
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from sqlalchemy import inspect, text
+from sqlalchemy.exc import OperationalError, StatementError
+from sqlalchemy.orm import Session
+
+import kata.clinic.tables
+from kata.clinic.patients.tables import PatientRow
+from kata.database.base import Base
+from kata.database.engine import Database
+from kata.database.upgrade import DatabaseError, migrations, upgrade
+
+
+def _patient(number: str, created_at: datetime | None = None) -> PatientRow:
+    now = created_at or datetime.now(UTC)
+    return PatientRow(
+        id=uuid4(), clinic_number=number, name="N", sex="unknown", affected_side="left", notes="",
+        created_at=now, updated_at=now,
+    )  # fmt: skip
+
+
+def test_the_migrations_make_the_tables_that_the_program_expects(database: Database) -> None:
+    assert kata.clinic.tables.__all__
+    with database.writer.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+
+
+def test_down_and_up_again(database: Database) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    with database.writer.connect() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "base")
+        assert inspect(connection).get_table_names() == ["alembic_version"]
+        connection.rollback()
+        command.upgrade(config, "head")
+        assert "patients" in inspect(connection).get_table_names()
+
+
+def test_upgrading_twice_changes_nothing(database: Database) -> None:
+    with database.write() as session:
+        session.add(_patient("1"))
+    upgrade(database)
+    with database.read() as session:
+        assert session.query(PatientRow).count() == 1
+
+
+def test_a_database_of_a_newer_program_is_left_alone(database: Database) -> None:
+    with database.writer.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    with pytest.raises(DatabaseError, match="written by a newer version of Kata"):
+        upgrade(database)
+
+
+def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
+    (tmp_path / "kata.db").write_text("this is a letter to my aunt, not a database at all")
+    with pytest.raises(DatabaseError, match="cannot be opened"):
+        upgrade(Database(f"sqlite:///{tmp_path / 'kata.db'}"))
+
+
+def test_times_come_back_as_the_same_moment_in_utc(database: Database) -> None:
+    tokyo = datetime(2026, 11, 21, 9, 30, 0, 123456, tzinfo=timezone(timedelta(hours=9)))
+    row = _patient("1", created_at=tokyo)
+    key: UUID = row.id
+    with database.write() as session:
+        session.add(row)
+    with database.read() as session:
+        stored = session.get_one(PatientRow, key).created_at
+    assert stored == tokyo
+    assert stored.tzinfo is UTC
+
+
+def test_a_time_without_a_zone_is_refused(database: Database) -> None:
+    with pytest.raises(StatementError, match="without a time zone"), database.write() as session:
+        session.add(_patient("1", created_at=datetime(2026, 1, 1)))  # noqa: DTZ001
+
+
+def test_what_fails_leaves_nothing_behind(database: Database) -> None:
+    def half_done() -> None:
+        with database.write() as session:
+            session.add(_patient("1"))
+            session.flush()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        half_done()
+    with database.read() as session:
+        assert session.query(PatientRow).count() == 0
+
+
+class TestSqlite:
+    @pytest.fixture
+    def database(self, tmp_path: Path) -> Database:
+        made = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+        upgrade(made)
+        return made
+
+    @pytest.mark.parametrize(("pragma", "value"), [("journal_mode", "wal"), ("synchronous", 2), ("foreign_keys", 1)])
+    def test_is_set_up_to_survive_a_pulled_plug(self, database: Database, pragma: str, value: object) -> None:
+        for engine in (database.reader, database.writer):
+            with engine.connect() as connection:
+                assert connection.exec_driver_sql(f"PRAGMA {pragma}").scalar() == value
+
+    def test_readers_cannot_write_and_do_not_checkpoint(self, database: Database) -> None:
+        with Session(database.reader) as session:
+            assert session.execute(text("PRAGMA wal_autocheckpoint")).scalar() == 0
+            session.add(_patient("1"))
+            with pytest.raises(OperationalError, match="readonly"):
+                session.flush()
+
+    def test_there_is_one_writer_and_the_next_one_waits(self, database: Database) -> None:
+        began, second_done = Event(), Event()
+
+        def second() -> None:
+            began.set()
+            with database.write() as session:
+                session.add(_patient("2"))
+            second_done.set()
+
+        with database.write() as session:
+            session.add(_patient("1"))
+            session.flush()
+            Thread(target=second).start()
+            assert began.wait(5)
+            assert not second_done.is_set()
+        assert second_done.wait(5)
+        with database.read() as session:
+            assert session.query(PatientRow).count() == 2

@@ -1,0 +1,163 @@
+"""Hand, drives and mechanics, stepped without a wire."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from kata.motion.builtin import built_in_motions
+from kata.motion.linkage import motor_angles_deg
+from kata.simulator.apparatus import Apparatus, HandRefusedError
+from kata.simulator.plant import Plant
+
+COUNT_DEG = 360 / 4096
+
+
+class World:
+    """An apparatus and its own clock."""
+
+    def __init__(self, seed: int | None = None) -> None:
+        self.apparatus = Apparatus(seed)
+        self.now_ns = self.apparatus.state().t_ns
+
+    def forward(self, seconds: float) -> None:
+        for _ in range(round(seconds * 100)):
+            self.now_ns += 10_000_000
+            self.apparatus.advance(self.now_ns)
+
+    def angles(self) -> np.ndarray:
+        return np.array([axis.angle_deg for axis in self.apparatus.state().axes])
+
+    def energise(self) -> None:
+        for servo in self.apparatus.servos:
+            self.apparatus.write(servo, 80, struct.pack("<HHH", 60, 400, 1600), self.now_ns)
+            self.apparatus.write(servo, 64, b"\1", self.now_ns)
+
+    def send(self, angles_deg: np.ndarray) -> None:
+        for servo, angle in zip(self.apparatus.servos, angles_deg, strict=True):
+            self.apparatus.write(servo, 116, struct.pack("<i", round(2048 + angle / COUNT_DEG)), self.now_ns)
+
+
+def test_the_hand_traces_a_motion_with_its_foot_on_the_pedal() -> None:
+    world = World()
+    motion = built_in_motions()[6]
+    world.apparatus.guide(motion.name, motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+    traced: list[np.ndarray] = []
+    pedal: list[bool] = []
+    while world.apparatus.state().hand.phase != "away":
+        world.forward(0.01)
+        state = world.apparatus.state()
+        if state.hand.phase == "tracing":
+            traced.append(world.angles())
+            pedal.append(state.pedal_down)
+
+    wanted = motor_angles_deg(motion.poses_deg)
+    n = min(len(traced), len(wanted))
+    assert np.abs(np.array(traced[:n]) - wanted[:n]).max() < 1.5
+    assert all(pedal)
+    assert not world.apparatus.state().pedal_down
+
+
+def test_the_hand_does_not_fight_the_motors() -> None:
+    world = World()
+    world.energise()
+    motion = built_in_motions()[0]
+    with pytest.raises(HandRefusedError, match="only while torque is off"):
+        world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+
+
+def test_the_hand_does_one_thing_at_a_time_and_lets_go_at_once() -> None:
+    world = World()
+    motion = built_in_motions()[0]
+    world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+    with pytest.raises(HandRefusedError, match="still guiding"):
+        world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+    world.apparatus.let_go()
+    assert world.apparatus.state().hand.phase == "away"
+
+
+def test_a_motion_that_cannot_be_is_refused() -> None:
+    world = World()
+    with pytest.raises(HandRefusedError, match="time that increases"):
+        world.apparatus.guide("m", [0.0, 0.0], [[0.0] * 5] * 2, pedal=True)
+
+
+@pytest.mark.parametrize("seed", [None, 1, 2, 3])
+@pytest.mark.parametrize("axis", range(5))
+def test_a_drive_follows_a_ramp_closely_and_settles_without_ringing(axis: int, seed: int | None) -> None:
+    world = World(seed)
+    world.energise()
+    start = world.angles()
+    goal = start.copy()
+    direction = -1.0 if axis == 4 else 1.0
+    lag = []
+    for _ in range(40):
+        goal[axis] += direction * 0.5  # 50 deg/s at 100 Hz
+        world.send(goal)
+        world.forward(0.01)
+        lag.append(abs(world.angles()[axis] - goal[axis]))
+    assert max(lag) < 3.0
+    world.forward(1.0)
+    settled = []
+    for _ in range(50):
+        world.forward(0.01)
+        settled.append(world.angles()[axis])
+    assert np.abs(np.array(settled) - goal[axis]).max() < 0.3
+    assert np.ptp(settled) < 0.2
+
+
+def test_an_arm_let_go_sinks_and_does_not_fall() -> None:
+    world = World()
+    world.energise()
+    raised = world.angles()
+    steps = 200
+    for n in range(steps):
+        goal = raised.copy()
+        goal[3] = 90.0 * (n + 1) / steps
+        world.send(goal)
+        world.forward(0.01)
+    for servo in world.apparatus.servos:
+        world.apparatus.write(servo, 64, b"\0", world.now_ns)
+    world.forward(0.3)
+    speed = abs(world.apparatus.state().axes[3].speed_deg_s)
+    assert 1.0 < speed < 40.0
+    assert world.angles()[3] < 90.0
+
+
+def test_no_torque_without_torque_enable() -> None:
+    world = World()
+    before = world.angles()
+    world.send(before + 30.0)
+    world.forward(1.0)
+    assert world.angles() == pytest.approx(before, abs=0.5)
+
+
+def test_goal_current_limits_what_a_drive_gives() -> None:
+    world = World()
+    world.energise()
+    servo = world.apparatus.servos[3]
+    world.apparatus.write(servo, 64, b"\0", world.now_ns)
+    world.apparatus.write(servo, 11, b"\5", world.now_ns)
+    world.apparatus.write(servo, 102, struct.pack("<h", 186), world.now_ns)  # 0.5 A: 1 Nm
+    world.apparatus.write(servo, 64, b"\1", world.now_ns)
+    goal = world.angles()
+    goal[3] = 90.0
+    world.send(goal)
+    strongest = 0.0
+    for _ in range(100):
+        world.forward(0.01)
+        strongest = max(strongest, abs(world.apparatus.state().axes[3].torque_nm))
+    assert strongest == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_seed_makes_another_apparatus_and_the_same_one_again() -> None:
+    def sinks_to(seed: int | None) -> float:
+        plant = Plant(seed)
+        plant.angle[3] = math.radians(80)
+        for _ in range(500):
+            plant.step([0.0] * 5)
+        return plant.angle[3]
+
+    assert sinks_to(1) == sinks_to(1)
+    assert len({sinks_to(None), sinks_to(1), sinks_to(2)}) == 3
