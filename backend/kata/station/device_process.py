@@ -45,7 +45,6 @@ class DeviceProcess:
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
-        self.starts = 0
 
     @property
     def running(self) -> bool:
@@ -100,7 +99,6 @@ class DeviceProcess:
                 start_new_session=True,
             )
         reader, self._writer = await asyncio.open_connection(sock=ours)
-        self.starts += 1
         beating = asyncio.create_task(self._beat(), name="heartbeats")
         try:
             await self._listen(reader)

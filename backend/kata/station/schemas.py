@@ -112,11 +112,11 @@ class RefusalLive(_Schema):
 class LoopLive(_Schema):
     """Health of the control loop since it started."""
 
-    cycle_hz: int
-    rate_hz: int
+    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.")
+    rate_hz: int = Field(ge=1, description="Samples and setpoints a second.")
     cycles: int = Field(ge=0)
     overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")
-    lateness_max_ms: float = Field(ge=0)
+    lateness_max_ms: float = Field(ge=0, description="Latest start of a cycle, milliseconds.")
     bus_errors: int = Field(ge=0, description="Replies that stayed away or came damaged.")
     telemetry_dropped: int = Field(ge=0, description="Snapshots that never reached the service.")
     real_time: bool = Field(description="SCHED_FIFO was granted.")

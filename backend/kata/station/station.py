@@ -101,6 +101,7 @@ class Station:
         self._replies: dict[int, asyncio.Future[Refusal | None]] = {}
         self._snapshot: Snapshot | None = None
         self._snapshot_at_s = 0.0
+        self._has_run = False
         self._occupation: Occupation | None = None
         self._subscriptions: list[Subscription] = []
 
@@ -120,7 +121,7 @@ class Station:
 
         ``occupation`` says for whom, where the command is one that begins something.
         """
-        if not self._process.running:
+        if not self._process.running or self._snapshot is None:
             return _OFFLINE
         number = next(self._numbers)
         reply: asyncio.Future[Refusal | None] = asyncio.get_running_loop().create_future()
@@ -152,7 +153,7 @@ class Station:
             state["teaching"] = self._with_occupation(state["teaching"], "teaching_id")
         else:
             state = self._unknown(snapshot)
-        device = "running" if running else "starting" if self._process.starts <= 1 else "restarting"
+        device = "running" if running else "restarting" if self._has_run else "starting"
         return Live.model_validate(state | {"device": device, "age_ms": age_ms})
 
     @contextmanager
@@ -180,6 +181,7 @@ class Station:
                     waiting.set_result(message.refusal)
             case Snapshot():
                 self._snapshot = message
+                self._has_run = True
                 self._snapshot_at_s = time.monotonic()
                 for subscription in self._subscriptions:
                     subscription.changed.set()

@@ -980,9 +980,15 @@ export interface components {
          * @description Health of the control loop since it started.
          */
         LoopLive: {
-            /** Cycle Hz */
+            /**
+             * Cycle Hz
+             * @description Bus cycles a second.
+             */
             cycle_hz: number;
-            /** Rate Hz */
+            /**
+             * Rate Hz
+             * @description Samples and setpoints a second.
+             */
             rate_hz: number;
             /** Cycles */
             cycles: number;
@@ -991,7 +997,10 @@ export interface components {
              * @description Cycles missed because the one before ended late.
              */
             overruns: number;
-            /** Lateness Max Ms */
+            /**
+             * Lateness Max Ms
+             * @description Latest start of a cycle, milliseconds.
+             */
             lateness_max_ms: number;
             /**
              * Bus Errors

@@ -1,0 +1,35 @@
+"""The real service, in this process, with its device process and a simulated apparatus."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.settings import Settings
+from kata.web.app import create_app
+
+
+@contextmanager
+def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
+    """From start to end."""
+    with TestClient(create_app(Settings(**{"data": folder, "simulate": True} | settings))) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """One for a file of tests: they leave the apparatus idle."""
+    with running(tmp_path_factory.mktemp("kata")) as made:
+        yield made
+
+
+@pytest.fixture
+def patient(client: TestClient) -> dict[str, Any]:
+    """A new one."""
+    total = client.get("/api/patients").json()["total"]
+    body = {"clinic_number": f"K-{total}", "name": "Yamada Hanako", "affected_side": "left"}
+    made: dict[str, Any] = client.post("/api/patients", json=body).json()
+    return made

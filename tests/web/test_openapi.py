@@ -1,0 +1,56 @@
+"""The OpenAPI document: valid, complete, and the one that the page's client was generated from."""
+
+import json
+from typing import Any
+
+import pytest
+from openapi_spec_validator import validate
+
+from kata.settings import Settings
+from kata.web.app import create_app
+from tests.conftest import ROOT
+
+
+@pytest.fixture(scope="module")
+def document() -> dict[str, Any]:
+    return create_app(Settings()).openapi()
+
+
+def test_it_is_valid(document: dict[str, Any]) -> None:
+    validate(document)
+
+
+def test_the_pages_copy_is_fresh(document: dict[str, Any]) -> None:
+    kept = json.loads((ROOT / "frontend/openapi.json").read_text())
+    assert kept == json.loads(json.dumps(document)), "stale: kata openapi --out frontend/openapi.json, npm run client"
+
+
+def test_every_operation_says_what_it_does_and_how_it_fails(document: dict[str, Any]) -> None:
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            where = f"{method} {path}"
+            assert operation["summary"], where
+            assert operation["description"], where
+            assert operation["tags"], where
+            failures = {status: answer for status, answer in operation["responses"].items() if status >= "400"}
+            if "{" in path or method != "get":
+                assert failures, where
+            for answer in failures.values():
+                assert list(answer["content"]) == ["application/problem+json"], where
+
+
+def test_every_number_says_its_unit_or_its_range(document: dict[str, Any]) -> None:
+    """A bare number with a unit in its name must also say so to people, or be bounded."""
+    units = ("_deg", "_deg_s", "_nm", "_s", "_ms", "_hz")
+    for name, schema in document["components"]["schemas"].items():
+        for field, told in schema.get("properties", {}).items():
+            if field.endswith(units):
+                bounded = any(key in json.dumps(told) for key in ("minimum", "exclusiveMinimum"))
+                assert told.get("description") or bounded, f"{name}.{field}"
+
+
+def test_the_live_messages_are_described(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    for kind in ("Snapshot", "Change", "Event", "Saved"):
+        properties = schemas[f"{kind}Message"]["properties"]
+        assert {"sequence", "estop", "mode"} <= set(properties)

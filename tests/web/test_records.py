@@ -1,0 +1,158 @@
+"""REST for patients and sessions, and what every error looks like."""
+
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+from httpx2 import Response
+
+from kata.clinic.patients import service
+
+
+def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
+    """It must be a problem document (RFC 9457) with this code."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    told: dict[str, Any] = answer.json()
+    assert told["status"] == status
+    assert told["code"] == code
+    assert told["title"]
+    assert told["detail"].endswith(".")
+    assert "Traceback" not in answer.text
+    return told
+
+
+def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> None:
+    body = {
+        "clinic_number": " A-17 ", "name": "Satō Ken", "kana": "サトウ ケン", "birth_date": "1970-02-28",
+        "sex": "male", "affected_side": "right", "notes": "Plays the violin.",
+    }  # fmt: skip
+    made = client.post("/api/patients", json=body)
+    assert made.status_code == 201
+    key = made.json()["id"]
+    assert made.json()["clinic_number"] == "A-17"
+    assert made.json()["created_at"].endswith("Z")
+
+    changed = client.patch(f"/api/patients/{key}", json={"notes": "", "birth_date": None}).json()
+    assert (changed["notes"], changed["birth_date"], changed["name"]) == ("", None, "Satō Ken")
+    assert client.get(f"/api/patients/{key}").json() == changed
+
+
+@pytest.mark.parametrize("search", ["satō k", "A-1", "サトウ", "ken SAT"])
+def test_patients_are_found_by_any_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
+    if client.get("/api/patients", params={"search": "Ito"}).json()["total"] == 0:
+        for number, name, kana in (("A-1", "Satō Ken", "サトウ ケン"), ("B-2", "Ito Mai", "イトウ マイ")):
+            body = {"clinic_number": f"find-{number}", "name": name, "kana": kana, "affected_side": "left"}
+            client.post("/api/patients", json=body)
+    names = {item["name"] for item in client.get("/api/patients", params={"search": search}).json()["items"]}
+    assert names == {"Satō Ken"}
+
+
+def test_a_wildcard_in_a_search_is_only_a_character(client: TestClient, patient: dict[str, Any]) -> None:
+    assert client.get("/api/patients", params={"search": "%"}).json()["total"] == 0
+
+
+def test_archived_patients_are_listed_apart_and_come_back(client: TestClient, patient: dict[str, Any]) -> None:
+    url = f"/api/patients/{patient['id']}"
+    assert client.patch(url, json={"archived": True}).json()["archived_at"]
+    assert patient["id"] not in {one["id"] for one in client.get("/api/patients").json()["items"]}
+    archived = client.get("/api/patients", params={"archived": True}).json()["items"]
+    assert patient["id"] in {one["id"] for one in archived}
+    problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 409, "archived")
+    problem(client.post("/api/station/teach", json={"patient_id": patient["id"]}), 409, "archived")
+    assert client.patch(url, json={"archived": False}).json()["archived_at"] is None
+
+
+def test_two_editors_do_not_overwrite_each_other(client: TestClient, patient: dict[str, Any]) -> None:
+    url = f"/api/patients/{patient['id']}"
+    first = {"notes": "first", "updated_at": patient["updated_at"]}
+    second = {"notes": "second", "updated_at": patient["updated_at"]}
+    assert client.patch(url, json=first).status_code == 200
+    problem(client.patch(url, json=second), 409, "edited_meanwhile")
+    assert client.get(url).json()["notes"] == "first"
+
+
+def test_a_clinic_number_belongs_to_one(client: TestClient, patient: dict[str, Any]) -> None:
+    body = {"clinic_number": patient["clinic_number"], "name": "Other", "affected_side": "left"}
+    problem(client.post("/api/patients", json=body), 409, "number_taken")
+
+
+@pytest.mark.parametrize(
+    ("body", "pointers"),
+    [
+        ({}, {"#/clinic_number", "#/name", "#/affected_side"}),
+        ({"clinic_number": "x", "name": "  ", "affected_side": "left"}, {"#/name"}),
+        ({"clinic_number": "x", "name": "N", "affected_side": "middle"}, {"#/affected_side"}),
+        ({"clinic_number": "x", "name": "N", "affected_side": "left", "birth_date": "2999-01-01"}, {"#/birth_date"}),
+        ({"clinic_number": "x", "name": "N", "affected_side": "left", "nane": "N"}, {"#/nane"}),
+        ({"clinic_number": "x" * 33, "name": "N", "affected_side": "left"}, {"#/clinic_number"}),
+    ],
+)
+def test_what_is_wrong_is_said_field_by_field(client: TestClient, body: dict[str, Any], pointers: set[str]) -> None:
+    told = problem(client.post("/api/patients", json=body), 422, "invalid")
+    assert {error["pointer"] for error in told["errors"]} == pointers
+    assert all(error["detail"] for error in told["errors"])
+
+
+def test_nonsense_is_a_problem_too(client: TestClient) -> None:
+    headers = {"content-type": "application/json"}
+    problem(client.post("/api/patients", content=b"{", headers=headers), 422, "invalid")
+    problem(client.get("/api/patients/not-an-id"), 422, "invalid")
+    problem(client.get("/api/patients", params={"limit": 0}), 422, "invalid")
+    problem(client.get("/api/nothing"), 404, "not_found")
+    problem(client.delete("/api/patients"), 405, "method_not_allowed")
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["patients/{}", "patients/{}/recordings", "patients/{}/sessions", "recordings/{}", "recordings/{}/figure",
+     "recordings/{}/samples.csv", "sessions/{}", "runs/{}", "runs/{}/figures"],
+)  # fmt: skip
+def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+    problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
+
+
+def test_a_patient_has_one_open_session_and_it_ends_once(client: TestClient, patient: dict[str, Any]) -> None:
+    first = client.post("/api/sessions", json={"patient_id": patient["id"]})
+    assert first.status_code == 201
+    again = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    assert again["id"] == first.json()["id"]
+
+    url = f"/api/sessions/{again['id']}"
+    assert client.patch(url, json={"note": "Went well."}).json()["note"] == "Went well."
+    ended = client.post(f"{url}/end").json()["ended_at"]
+    assert ended
+    assert client.post(f"{url}/end").json()["ended_at"] == ended
+    assert client.post("/api/sessions", json={"patient_id": patient["id"]}).json()["id"] != again["id"]
+    listed = client.get(f"/api/patients/{patient['id']}/sessions").json()
+    assert listed["total"] == 2
+    assert listed["items"][0]["started_at"] > listed["items"][1]["started_at"]
+
+
+@pytest.mark.parametrize("method", ["post", "patch"])
+def test_another_sites_page_cannot_change_anything(client: TestClient, method: str) -> None:
+    headers = {"origin": "https://elsewhere.example"}
+    answer = client.request(method, "/api/station/stop", headers=headers)
+    problem(answer, 403, "foreign_origin")
+
+
+def test_an_unexpected_error_is_a_sentence_for_the_user(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise RuntimeError("secret detail")
+
+    monkeypatch.setattr(service, "find", broken)
+    lenient = TestClient(client.app, raise_server_exceptions=False)
+    told = problem(lenient.get("/api/patients"), 500, "unexpected")
+    assert "secret" not in told["detail"]
+
+
+def test_the_page_is_served_for_every_screen_and_only_for_screens(client: TestClient) -> None:
+    for path in ("/", "/patients", f"/sessions/{uuid4()}"):
+        answer = client.get(path)
+        assert answer.status_code == 200
+        assert '<div id="root">' in answer.text
+        assert answer.headers["cache-control"] == "no-cache"
+    problem(client.get("/missing.js"), 404, "not_found")
+    problem(client.get("/..%2f..%2fpyproject.toml"), 404, "not_found")
+    problem(client.get("/api"), 404, "not_found")

@@ -1,0 +1,256 @@
+"""The main job over REST and WebSocket, with everything real but the apparatus."""
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from kata.motion.taught import Taught
+from kata.station import device_process
+from tests.web.conftest import running
+from tests.web.test_records import problem
+
+
+def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
+    """Listen on the WebSocket until the live state fulfils the condition; returns that state."""
+    limit = time.monotonic() + within_s
+    live: dict[str, Any] = {}
+    with client.websocket_connect("/api/live") as socket:
+        while True:
+            live |= socket.receive_json().get("live", {})
+            if condition(live):
+                return live
+            assert time.monotonic() < limit, live
+
+
+def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
+    return until(client, lambda live: live["mode"] == mode, within_s)
+
+
+def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
+    answer = client.post(f"/api/station/{command}", json=body)
+    assert answer.status_code == 200, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def teach(client: TestClient, patient: dict[str, Any], motion_id: str = "built-in-1") -> dict[str, Any]:
+    """Teach by the simulated hand; the recording that came of it."""
+    until_mode(client, "idle")
+    accepted(client, "teach", {"patient_id": patient["id"], "name": "Shrug"})
+    assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
+    until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
+    until(client, lambda live: not live["teaching"]["recording"])
+    with client.websocket_connect("/api/live") as socket:
+        accepted(client, "finish-teaching")
+        while (message := socket.receive_json())["kind"] != "saved":
+            pass
+    assert message["what"] == "recording"
+    client.post("/api/simulator/release")
+    recording: dict[str, Any] = client.get(f"/api/recordings/{message['id']}").json()
+    return recording
+
+
+def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any]) -> dict[str, Any]:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    return accepted(client, "load", {"session_id": session["id"], "recording_id": recording["id"]})
+
+
+@pytest.fixture(scope="module")
+def recording(client: TestClient, taught_patient: dict[str, Any]) -> dict[str, Any]:
+    return teach(client, taught_patient)
+
+
+@pytest.fixture(scope="module")
+def taught_patient(client: TestClient) -> dict[str, Any]:
+    body = {"clinic_number": "S-1", "name": "Suzuki Aoi", "affected_side": "right"}
+    made: dict[str, Any] = client.post("/api/patients", json=body).json()
+    return made
+
+
+def test_the_first_message_is_a_snapshot_and_every_message_has_the_emergency_stop(client: TestClient) -> None:
+    until_mode(client, "idle")
+    with client.websocket_connect("/api/live") as socket:
+        messages = [socket.receive_json() for _ in range(30)]
+
+    assert messages[0]["kind"] == "snapshot"
+    assert messages[0]["station"]["simulated"] is True
+    assert len(messages[0]["live"]["axes"]) == 5
+    assert [message["sequence"] for message in messages] == list(range(1, 31))
+    assert {message["estop"] for message in messages} == {"closed"}
+    assert {message["mode"] for message in messages} == {"idle"}
+    changes = messages[1:]
+    assert {message["kind"] for message in changes} == {"change"}
+    # Only what changed: the arm stands, so never everything.
+    assert all(set(message["live"]) < set(messages[0]["live"]) for message in changes)
+
+
+def test_another_sites_page_cannot_listen(client: TestClient) -> None:
+    with (
+        pytest.raises(WebSocketDisconnect),
+        client.websocket_connect("/api/live", headers={"origin": "https://elsewhere.example"}),
+    ):
+        pass
+
+
+def test_a_taught_motion_is_a_recording_with_its_samples(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    assert recording["name"] == "Shrug"
+    assert recording["side"] == "right"
+    assert recording["readable"] is True
+    assert recording["ranges"][0]["max_deg"] - recording["ranges"][0]["min_deg"] > 30
+    lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
+    assert lines[0] == "time_s,motor_1_deg,motor_2_deg,motor_3_deg,motor_4_deg,motor_5_deg"
+    assert len(lines) == recording["samples"] + 1
+    figure = client.get(f"/api/recordings/{recording['id']}/figure").json()
+    assert len(figure["data"]) == 5
+    listed = client.get(f"/api/patients/{taught_patient['id']}/recordings").json()["items"]
+    assert recording["id"] in {one["id"] for one in listed}
+    renamed = client.patch(f"/api/recordings/{recording['id']}", json={"name": "Raise", "note": "Slowly."}).json()
+    assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
+
+
+def test_play_stop_by_switch_reset_and_play_again(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    first = load(client, taught_patient, recording)
+    live = until_mode(client, "ready")
+    assert live["run"]["patient"]["name"] == "Suzuki Aoi"
+    assert live["refusals"]["play"]["code"] == "is_ready"
+    problem(client.post("/api/station/play"), 409, "is_ready")
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+    client.post("/api/simulator/estop", json={"pressed": True})
+    live = until_mode(client, "stopped")
+    assert live["estop"] == "pressed"
+    assert live["stop"]["causes"][0]["code"] == "estop_pressed"
+    told = problem(client.post("/api/station/acknowledge"), 409, "estop_pressed")
+    assert "release" in told["next_step"]
+
+    client.post("/api/simulator/estop", json={"pressed": False})
+    until(client, lambda live: live["estop"] == "released" and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+    second = load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning")
+    with client.websocket_connect("/api/live") as socket:
+        while (message := socket.receive_json())["kind"] != "saved":
+            pass
+    assert (message["what"], message["id"]) == ("run", second["id"])
+
+    runs = client.get(f"/api/sessions/{second['session_id']}").json()["runs"]
+    assert [(run["id"], run["outcome"]) for run in runs] == [(first["id"], "stopped"), (second["id"], "completed")]
+    assert runs[0]["stop"]["code"] == "estop_pressed"
+    errors = runs[1]["comparison"]["motors"]
+    assert [motor["motor"] for motor in errors] == [1, 2, 3, 4, 5]
+    assert all(abs(motor["start_deg"]) <= 1.0 for motor in errors)
+    assert all(abs(motor["peak_deg"]) <= 6.0 for motor in errors)
+    figures = client.get(f"/api/runs/{second['id']}/figures").json()["motors"]
+    assert [trace["name"] for trace in figures[0]["figure"]["data"]] == ["Teaching", "Playback", "Error"]
+
+
+def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "stop")
+    live = until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+    assert live["stop"]["causes"][0]["code"] == "operator_stop"
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+
+
+def test_a_recording_of_somebody_else_is_not_played(
+    client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    body = {"session_id": session["id"], "recording_id": recording["id"]}
+    problem(client.post("/api/station/load", json=body), 409, "other_patient")
+    assert client.get(f"/api/sessions/{session['id']}").json()["runs"] == []
+
+
+def test_a_refused_load_leaves_no_run_behind(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    run = load(client, taught_patient, recording)
+    body = {"session_id": run["session_id"], "recording_id": recording["id"]}
+    before = len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"])
+    problem(client.post("/api/station/load", json=body), 409, "is_ready")
+    assert len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"]) == before
+    problem(client.post(f"/api/sessions/{run['session_id']}/end"), 409, "run_not_ended")
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion: Taught) -> None:
+    def upload(text: str) -> Any:
+        headers = {"content-type": "text/csv"}
+        return client.post("/api/simulator/motions", params={"name": "mine"}, content=text, headers=headers)
+
+    header = "time_s,scapula_abduction,scapula_upward_rotation,shoulder_abduction,shoulder_flexion,external_rotation\n"
+    told = problem(upload(header + "0,0,0,0,0,0\n1,0,0,a lot,0,0\n"), 422, "not_a_motion")
+    assert "line 3, column shoulder_abduction" in told["detail"]
+    good = upload(header + "0,0,0,10,0,0\n1,0,0,20,0,0\n")
+    assert good.status_code == 201
+    listed = client.get("/api/simulator").json()["motions"]
+    assert (good.json()["id"], "uploaded") in {(one["id"], one["source"]) for one in listed}
+    problem(client.post("/api/simulator/guide", json={"motion_id": "none"}), 404, "not_found")
+
+
+def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(f'port = "{tmp_path}/no-such-adapter"\n')
+    with running(tmp_path, simulate=False, station=station) as client:
+        live = until(client, lambda live: live["device"] == "running")
+        assert live["mode"] == "offline"
+        assert live["estop"] == "unknown"
+        assert "no-such-adapter" in live["refusals"]["teach"]["message"]
+        assert client.get("/api/station").json()["station"]["simulated"] is False
+        problem(client.post("/api/simulator/estop", json={"pressed": True}), 404, "not_simulating")
+
+
+def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(device_process, "_RESTART_S", (3.0,))
+    with running(tmp_path) as client:
+        body = {"clinic_number": "1", "name": "N", "affected_side": "left"}
+        who = client.post("/api/patients", json=body).json()
+        recorded = teach(client, who)
+        run = load(client, who, recorded)
+        accepted(client, "approach")
+        until_mode(client, "paused")
+        accepted(client, "play")
+        until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+        os.kill(client.app.state.station._process._child.pid, signal.SIGKILL)  # type: ignore[attr-defined]
+
+        live = until(client, lambda live: live["device"] == "restarting")
+        assert (live["mode"], live["estop"]) == ("offline", "unknown")
+        problem(client.post("/api/station/play"), 503, "device_offline")
+        live = until_mode(client, "idle")
+        assert live["run"] is None
+        assert live["torque_on"] is False
+        hand = client.app.state.simulation.process.client()  # type: ignore[attr-defined]
+        assert not any(axis.torque_on for axis in hand.state().axes)
+        hand.close()
+        kept = client.get(f"/api/runs/{run['id']}").json()
+        assert kept["outcome"] == "interrupted"
+        assert kept["comparison"]["samples"] > 20
+
+
+def test_health_tells_whether_the_work_is_done(client: TestClient) -> None:
+    until_mode(client, "idle")
+    told = client.get("/api/health").json()
+    assert (told["status"], told["database"], told["device"]) == ("ok", "sqlite", "running")
