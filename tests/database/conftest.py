@@ -35,7 +35,15 @@ def postgresql_url() -> Iterator[str]:
             check=True, capture_output=True, user=user, cwd=folder,
         )  # fmt: skip
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}'"
-        control = [programs / "pg_ctl", "--pgdata", folder / "data", "--wait", "--silent", "--log", folder / "log"]
+        control: list[str | Path] = [
+            programs / "pg_ctl",
+            "--pgdata",
+            folder / "data",
+            "--wait",
+            "--silent",
+            "--log",
+            folder / "log",
+        ]
         subprocess.run([*control, "--options", options, "start"], check=True, user=user, cwd=folder)
         yield f"postgresql+psycopg://kata@/postgres?host={folder}"
         subprocess.run([*control, "--mode", "immediate", "stop"], check=True, user=user, cwd=folder)

@@ -15,7 +15,8 @@ from kata.web.app import create_app
 @contextmanager
 def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
     """From start to end."""
-    with TestClient(create_app(Settings(**{"data": folder, "simulate": True} | settings))) as client:
+    given: dict[str, Any] = {"data": folder, "simulate": True} | settings
+    with TestClient(create_app(Settings(**given))) as client:
         yield client
 
 

@@ -28,7 +28,7 @@ export class ProblemError extends Error {
 }
 
 // Looked up at each call, so that tests can put another in its place.
-const client = createClient<paths>({ fetch: (request) => fetch(request) });
+const client = createClient<paths>({ baseUrl: location.origin, fetch: (request) => fetch(request) });
 
 /** The data of an answer, or the problem thrown. */
 async function unwrap<T>(

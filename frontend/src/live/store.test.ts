@@ -1,0 +1,125 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Live } from "../api/client";
+import { isAlive, LiveStore, LOST_AFTER_MS } from "./store";
+
+class FakeSocket {
+  onmessage: ((event: { data: string }) => void) | null = null;
+  onclose: (() => void) | null = null;
+  onerror: (() => void) | null = null;
+  closed = false;
+  close() {
+    this.closed = true;
+  }
+  say(message: object) {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+}
+
+const live = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque_on: false } as Live;
+const snapshot = (sequence = 1) => ({
+  kind: "snapshot",
+  sequence,
+  station: { name: "Station 1" },
+  live,
+});
+const change = (sequence: number, part: Partial<Live>) => ({ kind: "change", sequence, live: part });
+
+let sockets: FakeSocket[];
+let store: LiveStore;
+let end: () => void;
+
+const socket = () => {
+  const last = sockets.at(-1);
+  if (!last) throw new Error("no socket yet");
+  return last;
+};
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  sockets = [];
+  store = new LiveStore(() => {
+    sockets.push(new FakeSocket());
+    return socket() as unknown as WebSocket;
+  });
+  end = store.start();
+});
+
+afterEach(() => {
+  end();
+  vi.useRealTimers();
+});
+
+describe("the live store", () => {
+  it("is neither connected nor alive before the snapshot", () => {
+    expect(store.get().connected).toBe(false);
+    expect(isAlive(store.get())).toBe(false);
+  });
+
+  it("merges changes into the snapshot and keeps what did not change as it was", () => {
+    socket().say(snapshot());
+    const before = store.get().live;
+    socket().say(change(2, { mode: "playing" }));
+    expect(store.get().live).toEqual({ ...before, mode: "playing" });
+    expect(isAlive(store.get())).toBe(true);
+  });
+
+  it("begins anew when a number is missing, and believes nothing after the gap", () => {
+    socket().say(snapshot());
+    const first = socket();
+    first.say(change(3, { mode: "playing" }));
+    expect(first.closed).toBe(true);
+    expect(store.get().live?.mode).toBe("idle");
+    vi.advanceTimersByTime(300);
+    expect(sockets).toHaveLength(2);
+    socket().say(snapshot());
+    expect(store.get().connected).toBe(true);
+  });
+
+  it("notices silence within two seconds, though no socket was closed", () => {
+    socket().say(snapshot());
+    vi.advanceTimersByTime(LOST_AFTER_MS - 100);
+    expect(store.get().connected).toBe(true);
+    vi.advanceTimersByTime(2000 - LOST_AFTER_MS + 100);
+    expect(store.get().connected).toBe(false);
+    expect(isAlive(store.get())).toBe(false);
+  });
+
+  it("is not alive while the device process is not, however many messages come", () => {
+    socket().say(snapshot());
+    socket().say(change(2, { age_ms: LOST_AFTER_MS }));
+    expect(store.get().connected).toBe(true);
+    expect(isAlive(store.get())).toBe(false);
+    socket().say(change(3, { age_ms: 5, device: "restarting" }));
+    expect(isAlive(store.get())).toBe(false);
+  });
+
+  it("tries again and again, a little slower each time", () => {
+    for (const pause of [250, 500, 1000, 2000, 2000]) {
+      const tries = sockets.length;
+      socket().onclose?.();
+      vi.advanceTimersByTime(pause - 1);
+      expect(sockets).toHaveLength(tries);
+      vi.advanceTimersByTime(1);
+      expect(sockets).toHaveLength(tries + 1);
+    }
+  });
+
+  it("ignores what an old socket still says", () => {
+    socket().say(snapshot());
+    const old = socket();
+    const stale = old.onmessage;
+    old.onclose?.();
+    stale?.({ data: JSON.stringify(change(2, { mode: "playing" })) });
+    expect(store.get().live?.mode).toBe("idle");
+  });
+
+  it("tells what was saved, and keeps events", () => {
+    const saved: string[] = [];
+    store.onSaved((message) => saved.push(message.id));
+    socket().say(snapshot());
+    socket().say({ kind: "saved", sequence: 2, what: "run", id: "r1" });
+    socket().say({ kind: "event", sequence: 3, event: { number: 1, code: "mode", message: "idle" } });
+    expect(saved).toEqual(["r1"]);
+    expect(store.get().events.map((event) => event.code)).toEqual(["mode"]);
+  });
+});

@@ -1,0 +1,92 @@
+"""A whole clinic as `make run` starts it, for a real browser."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.conftest import ROOT
+
+START_LIMIT_S = 60.0
+
+
+class Clinic:
+    """``kata serve --simulate`` in a process of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            self.port = free.getsockname()[1]
+        self.url = f"http://127.0.0.1:{self.port}"
+        self._log = folder / "service.log"
+        with self._log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(self.port)],
+                stderr=log,
+                start_new_session=True,
+            )
+        self._wait()
+
+    def _wait(self) -> None:
+        limit = time.monotonic() + START_LIMIT_S
+        while True:
+            try:
+                with urllib.request.urlopen(f"{self.url}/api/health", timeout=2):
+                    return
+            except (urllib.error.URLError, OSError):
+                told = self._log.read_text(errors="replace")
+                assert self.process.poll() is None, told
+                assert time.monotonic() < limit, told
+                time.sleep(0.1)
+
+    def close(self) -> None:
+        self.process.terminate()
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="session")
+def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]:
+    return {**browser_context_args, "viewport": {"width": 1280, "height": 900}, "locale": "en-GB"}
+
+
+@pytest.fixture
+def page(page: Page, clinic: Clinic) -> Page:
+    """On the station page, the apparatus idle."""
+    page.goto(clinic.url)
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
+    return page
+
+
+@pytest.fixture
+def artefacts() -> Path:
+    """Where screenshots are kept."""
+    folder = ROOT / "artefacts"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def taught_name() -> str:
+    """The motion to choose in the simulator's panel: a recorded one where there are any."""
+    folder = os.environ.get("KATA_TAUGHT")
+    recorded = sorted(Path(folder).glob("*.csv"), key=lambda file: file.stat().st_size) if folder else []
+    return recorded[0].stem if recorded else "1 Abduction / adduction of the scapula"
