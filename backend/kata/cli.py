@@ -72,7 +72,7 @@ def serve(
 @app.command()
 def demo(
     taught: Annotated[Path, typer.Option(help="The motion to teach: CSV with time_s and the five pose columns.")],
-    out: Annotated[Path | None, typer.Option(help="Write the errors to this JSON file.")] = None,
+    json_out: Annotated[Path | None, typer.Option("--json", help="Write the errors to this JSON file.")] = None,
     data: Annotated[Path | None, typer.Option(help="Keep the database here; a new folder unless given.")] = None,
     rate_hz: Annotated[int | None, typer.Option(help="Samples and setpoints a second.")] = None,
     seed: Annotated[int | None, typer.Option(help="Vary the simulated mechanics by up to 30 %.")] = None,
@@ -85,8 +85,8 @@ def demo(
     settings = Settings(data=folder, database_url="", simulate=True, rate_hz=rate_hz, seed=seed)
     try:
         result = demonstrate(taught, settings, Console())
-        if out:
-            write(result, out)
+        if json_out:
+            write(result, json_out)
     except (TaughtError, DemoError, ProblemError, ConfigError, DatabaseError, SimulatorError, OSError) as error:
         _fail(str(error))
     typer.echo(f"Patient, recording and session are in {folder / 'kata.db'}")

@@ -2,6 +2,7 @@
 
 import json
 import multiprocessing
+import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -63,7 +64,12 @@ class FigureWorker:
     @staticmethod
     def _new_pool() -> ProcessPoolExecutor:
         pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
-        pool.submit(_warm_up)
+        # Ctrl-C in a terminal reaches every process of the group; ending the worker is ours. It inherits the mask.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            pool.submit(_warm_up)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         return pool
 
 
