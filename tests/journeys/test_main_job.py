@@ -118,12 +118,13 @@ def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(
     sign_up(page, "Suzuki Aoi")
     teach(page, "1 Abduction / adduction of the scapula")
     load_and_play(page)
-    page.get_by_label("Name of the motion").focus()
-    page.keyboard.type("abc")
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_label("Search").fill("abc")
     page.keyboard.press("Escape")
 
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
     expect(page.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
+    page.get_by_role("link", name="Station").click()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
 
 

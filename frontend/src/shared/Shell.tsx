@@ -37,7 +37,7 @@ export function Shell() {
                     to={page.to}
                     className={classes.page ?? ""}
                     activeProps={{ className: classes.here ?? "", "aria-current": "page" }}
-                    activeOptions={{ exact: page.to === "/" }}
+                    activeOptions={{ exact: page.to === "/", includeSearch: false }}
                   >
                     {page.label}
                   </Link>

@@ -3,6 +3,7 @@ import { IconHandGrab, IconUpload } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../api/client";
+import { useConnected } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
 import classes from "./station.module.css";
 
@@ -21,6 +22,7 @@ const SOURCES: Record<Schemas["Motion"]["source"], string> = {
 /** Stands in for the therapist's hand and foot and the patient's switch, while the apparatus is a simulated one. */
 export function SimulatorPanel() {
   const queries = useQueryClient();
+  const connected = useConnected();
   const [chosen, setChosen] = useState<string | null>(null);
   const simulator = useQuery({ queryKey: ["simulator"], queryFn: api.simulator, refetchInterval: 500 });
   const keep = (state: Schemas["SimulatorState"]) => queries.setQueryData(["simulator"], state);
@@ -47,7 +49,7 @@ export function SimulatorPanel() {
     .filter(({ items }) => items.length > 0);
   return (
     <Card withBorder className={classes.simulator ?? ""} component="section" aria-label="Simulated apparatus">
-      <Stack>
+      <Stack className={connected ? "" : "stale"}>
         <Title order={3}>Simulated apparatus</Title>
         <Text size="sm">
           In place of hand, foot and the patient's switch. With a real apparatus this panel is not here.

@@ -64,8 +64,9 @@ export function StationPage() {
               </Text>
             )}
             <ProblemNote error={patients.error ?? patient.error} />
-            {patientId && <TeachPanel patientId={patientId} />}
-            {patientId && (
+            {/* What cannot be done now gives its place to what is going on. */}
+            {patientId && !run && <TeachPanel patientId={patientId} />}
+            {patientId && !teaching && (
               <PlayPanel key={patientId} patientId={patientId} wanted={search.recording ?? null} />
             )}
             {station?.simulated && <SimulatorPanel />}
