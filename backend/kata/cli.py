@@ -7,6 +7,7 @@ import os
 import socket
 import sys
 from importlib.metadata import version
+from ipaddress import ip_address
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Annotated, Any, NoReturn
@@ -110,6 +111,8 @@ class _Server(uvicorn.Server):
         if self.started:
             host, port = self.servers[0].sockets[0].getsockname()[:2]
             shown = "127.0.0.1" if host == "0.0.0.0" else host
+            if not ip_address(host).is_loopback:
+                _console.print("Kata has no accounts yet: whoever reaches this address can move the apparatus.")
             _console.print(f"[bold]Kata is ready: http://{shown}:{port}[/bold]  (Ctrl-C ends it)")
 
 

@@ -10,7 +10,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 class Settings(BaseSettings):
     """One object for everything that differs between deployments. What differs between stations is in their TOML."""
 
-    model_config = SettingsConfigDict(env_prefix="KATA_", extra="ignore")
+    model_config = SettingsConfigDict(env_prefix="KATA_", env_ignore_empty=True, extra="ignore")
 
     data: Path = Field(default_factory=lambda: user_data_path("kata"))
     """Folder for database, journals and the simulator's files."""

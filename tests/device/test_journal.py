@@ -1,5 +1,7 @@
 """The journal: valid at any byte, and nothing in it made up."""
 
+import errno
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -90,6 +92,31 @@ def test_a_full_ring_loses_and_counts_instead_of_waiting(tmp_path: Path) -> None
     writer.flush()
     assert len(read(writer.path).t_ns) == 7000 - writer.lost
     assert np.all(np.diff(read(writer.path).t_ns) == 10_000_000)
+
+
+def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer = _writer(tmp_path, 50)
+    room = [200]
+    write = os.write
+
+    def full_after_a_while(file: int, data: bytearray) -> int:
+        if not room[0]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written = write(file, data[: room[0]])
+        room[0] -= written
+        return written
+
+    monkeypatch.setattr(os, "write", full_after_a_while)
+    with pytest.raises(OSError, match="No space"):
+        writer.flush()
+    room[0] = 1_000_000
+    writer.finish(JournalEnd(reason="completed"))
+    assert writer.flush()
+
+    kept = read(writer.path)
+    assert len(kept.t_ns) == 50
+    assert kept.end is not None
+    assert not kept.truncated
 
 
 def test_two_journals_never_share_a_file(tmp_path: Path) -> None:

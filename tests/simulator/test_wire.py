@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ TORQUE_ENABLE, GOAL_POSITION, PRESENT_POSITION = 64, 116, 132
 
 @pytest.fixture
 def simulator(tmp_path: Path) -> Iterator[SimulatorProcess]:
-    with SimulatorProcess(tmp_path) as running:
+    with closing(SimulatorProcess(tmp_path)) as running:
         yield running
 
 
@@ -107,7 +108,7 @@ def test_a_damaged_packet_does_nothing(simulator: SimulatorProcess, port: Any) -
     packet[-1] ^= 0x40
     port.writePort(bytes(packet))
     assert packets.ping(port, 1)[1] == COMM_SUCCESS
-    with simulator.client() as hand:
+    with closing(simulator.client()) as hand:
         assert not hand.state().axes[0].torque_on
 
 
@@ -127,7 +128,7 @@ def test_the_bus_watchdog_trips_and_refuses_goals_until_it_is_cleared(port: Any)
 def test_emergency_stop_and_pedal_are_contacts_on_drive_one(simulator: SimulatorProcess, port: Any) -> None:
     for address in (56, 57):
         packets.write1ByteTxRx(port, 1, address, 2)
-    with simulator.client() as hand:
+    with closing(simulator.client()) as hand:
         assert packets.read2ByteTxRx(port, 1, 152)[0] == 0
         assert packets.read2ByteTxRx(port, 1, 154)[0] == 1
         hand.estop(pressed=True)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ def load(rig: Rig, taught: journal.Journal, run_id: str = "run") -> None:
 
 @pytest.mark.parametrize("rate_hz", [10, 100])
 def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, rate_hz: int) -> None:
-    with Rig(tmp_path, rate_hz=rate_hz) as rig:
+    with closing(Rig(tmp_path, rate_hz=rate_hz)) as rig:
         taught = teach(rig, motion)
 
         assert set(taught.take) == {1}
@@ -75,7 +76,7 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, rate_hz: in
 
 def test_the_emergency_stop_in_playback(tmp_path: Path, motion: Taught) -> None:
     """Torque off on the simulator's side of the wire within 20 ms; then released, acknowledged, played anew."""
-    with Rig(tmp_path) as rig:
+    with closing(Rig(tmp_path)) as rig:
         taught = teach(rig, motion)
         load(rig, taught)
         assert rig.send(Play()) is None
@@ -101,7 +102,7 @@ def test_the_emergency_stop_in_playback(tmp_path: Path, motion: Taught) -> None:
 
 
 def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
-    with Rig(tmp_path) as rig:
+    with closing(Rig(tmp_path)) as rig:
         load(rig, teach(rig, motion))
         assert rig.send(Play()) is None
         rig.heartbeats = False
@@ -112,7 +113,7 @@ def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught)
 
 
 def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
-    with Rig(tmp_path) as rig:
+    with closing(Rig(tmp_path)) as rig:
         load(rig, teach(rig, motion))
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
@@ -128,7 +129,7 @@ def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Pat
 def test_a_device_process_that_is_killed_leaves_its_samples_and_drives_that_stop_by_themselves(
     tmp_path: Path, motion: Taught
 ) -> None:
-    with Rig(tmp_path) as rig:
+    with closing(Rig(tmp_path)) as rig:
         load(rig, teach(rig, motion))
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 1.0)
@@ -142,7 +143,7 @@ def test_a_device_process_that_is_killed_leaves_its_samples_and_drives_that_stop
 
 
 def test_a_pulled_plug_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
-    with Rig(tmp_path) as rig:
+    with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         os.kill(rig.simulator.pid, signal.SIGSTOP)
         rig.until_mode("stopped")

@@ -115,6 +115,7 @@ class JournalWriter:
         self._ring: deque[bytes] = deque([msgspec.json.encode(header) + b"\n"])
         self._finished = False
         self._file: int | None = None
+        self._unwritten = bytearray()
 
     def sample(
         self,
@@ -146,14 +147,15 @@ class JournalWriter:
         :raises OSError: when the disk will not have it.
         """
         finished = self._finished
-        chunks = [self._ring.popleft() for _ in range(len(self._ring))]
+        for _ in range(len(self._ring)):
+            self._unwritten += self._ring.popleft()
         if self._file is None:
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
             _sync_folder(self.path.parent)
-        if chunks:
-            data = memoryview(b"".join(chunks))
-            while data:
-                data = data[os.write(self._file, data) :]
+        if self._unwritten:
+            # On a full disk a record may be written in part; the next try goes on at that very byte.
+            while self._unwritten:
+                del self._unwritten[: os.write(self._file, self._unwritten)]
             os.fdatasync(self._file)
         if finished:
             os.close(self._file)

@@ -2,8 +2,6 @@
 
 import socket
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import msgspec
 
@@ -13,7 +11,7 @@ from kata.simulator.control import Estop, Guide, Look, Outcome, Pedal, Release, 
 
 
 class SimulatorClient:
-    """One connection; every method returns the apparatus' state after it, and blocks for a moment at most."""
+    """One connection, to be closed; every method returns the apparatus' state after it, and blocks for a moment at most."""
 
     def __init__(self, path: Path) -> None:
         """:raises OSError: when no simulator listens there."""
@@ -50,14 +48,6 @@ class SimulatorClient:
         """Hang up."""
         self._stream.close()
         self._socket.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _ask(self, wish: Wish) -> State:
         self._socket.sendall(msgspec.json.encode(wish) + b"\n")

@@ -15,8 +15,7 @@ import termios
 import time
 import tty
 from pathlib import Path
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.bus import ServoBus
@@ -136,7 +135,7 @@ class SimulatorError(Exception):
 
 
 class SimulatorProcess:
-    """A simulator running as a child process; ends with its context, or with us."""
+    """A simulator running as a child process; ends when it is closed, or with us."""
 
     def __init__(self, folder: Path, seed: int | None = None) -> None:
         """Start it and wait until it is ready; its control socket is made in ``folder``.
@@ -174,14 +173,6 @@ class SimulatorProcess:
             self._child.wait()
         self._child.stdout.close()
         self._log.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _wait_until_ready(self, folder: Path) -> str:
         assert self._child.stdout is not None

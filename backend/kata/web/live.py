@@ -1,6 +1,7 @@
 """The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not."""
 
 import asyncio
+import logging
 import time
 from datetime import datetime
 from typing import Any, Final, Literal
@@ -15,6 +16,7 @@ from kata.device.messages import EstopState, Mode
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
 
+log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
@@ -80,7 +82,9 @@ async def live(socket: WebSocket) -> None:
             _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
-            await asyncio.gather(listening, telling, return_exceptions=True)
+            _, told = await asyncio.gather(listening, telling, return_exceptions=True)
+            if isinstance(told, Exception):
+                log.error("a listener could not be told any more", exc_info=told)
     finally:
         listening.cancel()
 

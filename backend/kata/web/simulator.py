@@ -1,5 +1,6 @@
 """REST for the simulated apparatus' hand, pedal and switch; there only while simulating."""
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Literal
 from uuid import uuid4
@@ -116,21 +117,21 @@ router = APIRouter(prefix="/api/simulator", tags=["simulator"], responses=PROBLE
 @router.get("")
 def get_simulator(simulation: TheSimulation) -> SimulatorState:
     """Hand, pedal, switch and the motions there are."""
-    with simulation.process.client() as client:
+    with closing(simulation.process.client()) as client:
         return _told(simulation, client.state())
 
 
 @router.post("/pedal", responses=PROBLEMS.of(422))
 def set_pedal(simulation: TheSimulation, wanted: PedalRequest) -> SimulatorState:
     """Put the foot on the pedal or lift it."""
-    with simulation.process.client() as client:
+    with closing(simulation.process.client()) as client:
         return _told(simulation, client.pedal(wanted.down))
 
 
 @router.post("/estop", responses=PROBLEMS.of(422))
 def set_estop(simulation: TheSimulation, wanted: EstopRequest) -> SimulatorState:
     """Press the emergency stop or release it."""
-    with simulation.process.client() as client:
+    with closing(simulation.process.client()) as client:
         return _told(simulation, client.estop(wanted.pressed))
 
 
@@ -138,7 +139,7 @@ def set_estop(simulation: TheSimulation, wanted: EstopRequest) -> SimulatorState
 def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState:
     """Let the hand take the arm along a motion, foot on the pedal."""
     motion = simulation.get(wanted.motion_id)
-    with simulation.process.client() as client:
+    with closing(simulation.process.client()) as client:
         try:
             return _told(simulation, client.guide(motion))
         except HandRefusedError as error:
@@ -151,7 +152,7 @@ def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState
 @router.post("/release")
 def release_arm(simulation: TheSimulation) -> SimulatorState:
     """Let go of arm and pedal."""
-    with simulation.process.client() as client:
+    with closing(simulation.process.client()) as client:
         return _told(simulation, client.release())
 
 

@@ -127,7 +127,7 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
             patient_id=teaching.patient_id,
             teaching_id=teaching.id,
             take=take,
-            name=teaching.name if take == 1 else f"{teaching.name} ({take})",
+            name=teaching.name if take == 1 else f"{teaching.name[:90]} ({take})",
             side=teaching.side,
             station=journal.station,
             taught_at=_wall_time(journal, int(journal.t_ns[taken][0])),
