@@ -22,6 +22,7 @@ from kata.demo import DemoError, demonstrate, write
 from kata.device.config import ConfigError
 from kata.motion.taught import TaughtError
 from kata.settings import Settings
+from kata.simulator.apparatus import HandRefusedError
 from kata.simulator.process import SimulatorError
 from kata.web.app import create_app
 
@@ -88,7 +89,16 @@ def demo(
         result = demonstrate(taught, settings, Console())
         if json_out:
             write(result, json_out)
-    except (TaughtError, DemoError, ProblemError, ConfigError, DatabaseError, SimulatorError, OSError) as error:
+    except (
+        TaughtError,
+        HandRefusedError,
+        DemoError,
+        ProblemError,
+        ConfigError,
+        DatabaseError,
+        SimulatorError,
+        OSError,
+    ) as error:
         _fail(str(error))
     typer.echo(f"Patient, recording and session are in {folder / 'kata.db'}")
 

@@ -84,7 +84,7 @@ class _Demo:
 
     async def _teach_and_play(self, app: FastAPI) -> Result:
         station, database, hand = app.state.station, app.state.database, app.state.simulation.process.client()
-        await self._until_mode(app, "idle", "Connecting", _SPARE_S)
+        await self._until_mode(app, {"idle"}, "Connecting", _SPARE_S)
 
         with database.write() as session:
             patient = patients.create(
@@ -108,10 +108,10 @@ class _Demo:
             station, database, commands.LoadRequest(session_id=visit.id, recording_id=recording.id)
         )
         await commands.approach(station)
-        await self._until_mode(app, "paused", "Moving to the start", _SPARE_S)
+        await self._until_mode(app, {"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(station)
-        await self._until_mode(app, "returning", "Playing back", recording.duration_s)
-        await self._until_mode(app, "idle", "Moving back", _SPARE_S)
+        await self._until_mode(app, {"returning", "idle"}, "Playing back", recording.duration_s)
+        await self._until_mode(app, {"idle"}, "Moving back", _SPARE_S)
         finished = await self._saved(lambda: self._finished(app, run))
         with database.write() as session:
             sessions.end(session, visit.id)
@@ -140,7 +140,7 @@ class _Demo:
         await self._until("Saving", 0.0, lambda: 0.0, there)
         return found[0]
 
-    async def _until_mode(self, app: FastAPI, mode: Mode, what: str, lasts_s: float) -> None:
+    async def _until_mode(self, app: FastAPI, modes: set[Mode], what: str, lasts_s: float) -> None:
         def live() -> Live:
             told: Live = app.state.station.live()
             if told.stop:
@@ -151,7 +151,7 @@ class _Demo:
             run = live().run
             return run.left_s if run else 0.0
 
-        await self._until(what, lasts_s, left, lambda: live().mode == mode)
+        await self._until(what, lasts_s, left, lambda: live().mode in modes)
 
     async def _until(self, what: str, lasts_s: float, left: Callable[[], float], done: Callable[[], bool]) -> None:
         """Show progress until it is done."""

@@ -254,3 +254,14 @@ def test_health_tells_whether_the_work_is_done(client: TestClient) -> None:
     until_mode(client, "idle")
     told = client.get("/api/health").json()
     assert (told["status"], told["database"], told["device"]) == ("ok", "sqlite", "running")
+
+
+def test_a_refused_load_does_not_change_whose_run_is_shown(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    problem(client.post("/api/station/teach", json={"patient_id": patient["id"]}), 409, "is_ready")
+    live = until(client, lambda live: live["mode"] == "ready")
+    assert live["run"]["patient"]["name"] == "Suzuki Aoi"
+    accepted(client, "unload")
+    until_mode(client, "idle")

@@ -6,7 +6,6 @@ from fastapi import Depends, Request
 from pydantic import BaseModel, Field
 
 from kata.clinic.figures import FigureWorker
-from kata.clinic.importer import Importer
 from kata.database.engine import Database
 from kata.station.station import Station
 
@@ -70,11 +69,6 @@ def _station(request: Request) -> Station:
     return station
 
 
-def _importer(request: Request) -> Importer:
-    importer: Importer = request.app.state.importer
-    return importer
-
-
 def _figures(request: Request) -> FigureWorker:
     figures: FigureWorker = request.app.state.figures
     return figures
@@ -82,5 +76,4 @@ def _figures(request: Request) -> FigureWorker:
 
 TheDatabase = Annotated[Database, Depends(_database)]
 TheStation = Annotated[Station, Depends(_station)]
-TheImporter = Annotated[Importer, Depends(_importer)]
 TheFigures = Annotated[FigureWorker, Depends(_figures)]

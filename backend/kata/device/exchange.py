@@ -216,16 +216,17 @@ class Exchange:
         return trajectory
 
     def _flush_journals(self) -> None:
+        ok = True
         for writer in list(self._journals):
             try:
                 if writer.flush():
                     self._journals.remove(writer)
                     self._letters.append(JournalClosed(path=str(writer.path)))
-                self.journal_ok = True
             except OSError as error:
+                ok = False
                 if self.journal_ok:
                     log.error("%s cannot be written: %s", writer.path.name, os.strerror(error.errno or 0))
-                self.journal_ok = False
+        self.journal_ok = ok
 
     def _send(self, outgoing: bytearray) -> None:
         if self.closing and not outgoing and not self._letters:

@@ -26,6 +26,7 @@ from kata.device.messages import (
     Reply,
     Request,
     Snapshot,
+    Stop,
 )
 from kata.station.device_process import DeviceProcess
 from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
@@ -34,6 +35,8 @@ log = logging.getLogger(__name__)
 
 _REPLY_LIMIT_S: Final = 2.0
 _EVENTS_WAITING: Final = 1000
+NO_ANSWER: Final = "no_answer"
+"""Code of a refusal that is none for sure: the command may have been carried out."""
 _OFFLINE: Final = Refusal(
     code="device_offline",
     message="The apparatus' control program is not running.",
@@ -121,24 +124,26 @@ class Station:
 
         ``occupation`` says for whom, where the command is one that begins something.
         """
-        if not self._process.running or self._snapshot is None:
+        # Whatever is known of the device: a Stop goes out if there is anybody to hear it.
+        if not self._process.running or (self._snapshot is None and not isinstance(command, Stop)):
             return _OFFLINE
         number = next(self._numbers)
         reply: asyncio.Future[Refusal | None] = asyncio.get_running_loop().create_future()
         self._replies[number] = reply
-        if occupation:
-            self._occupation = occupation
         self._process.send(Request(id=number, command=command))
         try:
-            return await asyncio.wait_for(reply, _REPLY_LIMIT_S)
+            refusal = await asyncio.wait_for(reply, _REPLY_LIMIT_S)
         except TimeoutError:
-            return Refusal(
-                code="no_answer",
+            refusal = Refusal(
+                code=NO_ANSWER,
                 message="The apparatus' control program did not answer.",
                 next_step="Look at the apparatus before trying again: the command may still have been carried out.",
             )
         finally:
             del self._replies[number]
+        if occupation and (refusal is None or refusal.code == NO_ANSWER):
+            self._occupation = occupation
+        return refusal
 
     # -- telemetry ------------------------------------------------------------------------------------------------
 

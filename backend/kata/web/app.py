@@ -56,7 +56,7 @@ class Health(Schema):
 
 
 @health.get("")
-def get_health(database: TheDatabase, station: TheStation) -> Health:
+async def get_health(database: TheDatabase, station: TheStation) -> Health:
     """For whoever watches the service."""
     device = station.live().device
     return Health(
@@ -149,7 +149,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         stack.callback(process.close)
         simulation = Simulation(process, settings.taught)
         station_config = msgspec.structs.replace(station_config, port=process.port)
-    if settings.rate_hz:
+    if settings.rate_hz is not None:
         station_config = msgspec.structs.replace(station_config, rate_hz=settings.rate_hz)
     station_file = settings.data / "station-in-use.toml"
     config.write(station_config, station_file)

@@ -21,12 +21,11 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
 from kata.station.schemas import Live, PatientRef, StationInfo
-from kata.station.station import Occupation, Station
+from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.problems import refused
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
-_MAY_HAVE_BEEN_DONE: Final = "no_answer"
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 
 
@@ -65,7 +64,7 @@ class LoadRequest(Schema):
 
 
 @router.get("")
-def get_station(station: TheStation) -> StationState:
+async def get_station(station: TheStation) -> StationState:
     """The station and its newest state; the WebSocket /api/live keeps telling it."""
     return StationState(station=station.info, live=station.live())
 
@@ -77,7 +76,7 @@ async def teach(station: TheStation, database: TheDatabase, wanted: TeachRequest
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     refusal = await station.command(messages.Teach(teaching_id=str(teaching.id)), occupation)
     if refusal:
-        if refusal.code != _MAY_HAVE_BEEN_DONE:
+        if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget, database, teaching)
         raise refused(refusal)
     return Teaching(teaching_id=teaching.id)
@@ -102,7 +101,7 @@ async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) 
     patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
     refusal = await station.command(command, Occupation(str(run.id), patient, run.recording_name, run.session_id))
     if refusal:
-        if refusal.code != _MAY_HAVE_BEEN_DONE:
+        if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget_run, database, run.id)
         raise refused(refusal)
     return run
