@@ -155,6 +155,7 @@ def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     clinic.importer.run()
     with clinic.database.read() as session:
         assert len(sessions.get_run(session, run_id).tracking) == 5
+    assert list(clinic.folder.glob("*.journal")) == []
 
 
 def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:

@@ -72,6 +72,19 @@ def test_a_bouncing_contact_makes_no_take(stepped: Stepped) -> None:
     assert stepped.snapshot.teaching.takes == 0
 
 
+def test_a_contact_closed_for_a_hundredth_of_a_second_is_no_press(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    stepped.cycle()
+    stepped.cycle()
+    stepped.apparatus.pedal_down = False
+    stepped.forward(0.2)
+
+    assert stepped.snapshot.teaching is not None
+    assert stepped.snapshot.teaching.takes == 0
+
+
 def test_at_ten_hertz_the_sample_times_are_a_tenth_of_a_second_apart(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=10))
     stepped.send(TEACH)
