@@ -29,9 +29,9 @@ test: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the 
 	@$(BIN)/python -m pytest
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
-	@trap 'kill 0' INT TERM EXIT; \
-	$(BIN)/kata serve --simulate --data .data --reload & \
-	(cd frontend && npm run dev --silent) & wait
+	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
+	trap 'kill $$service 2>/dev/null' EXIT INT TERM; \
+	(cd frontend && npm run dev --silent); kill $$service 2>/dev/null; wait $$service
 
 check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, in both languages
 	$(BIN)/ruff format --check --quiet .
