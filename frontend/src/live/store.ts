@@ -7,7 +7,7 @@ export type LiveMessage =
   | Schemas["SavedMessage"];
 
 /** Silence for this long counts as a lost connection; the service speaks ten times a second. */
-export const LOST_AFTER_MS = 1500;
+export const LOST_AFTER_MS = 1200;
 const LOOK_EVERY_MS = 250;
 const RECONNECT_MS = [250, 500, 1000, 2000];
 const EVENTS_KEPT = 50;
