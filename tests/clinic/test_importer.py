@@ -2,7 +2,6 @@
 
 import base64
 import json
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from uuid import UUID, uuid4
@@ -22,7 +21,6 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.device import journal
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 
@@ -32,11 +30,10 @@ STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 class Clinic:
     """A database with a patient, and journals as a device would leave them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, database: Database) -> None:
         self.folder = folder / "journal"
         self.folder.mkdir()
-        self.database = Database(f"sqlite:///{folder / 'kata.db'}")
-        upgrade(self.database)
+        self.database = database
         self.saved: list[Saved] = []
         self.importer = Importer(self.database, self.folder, self.saved.append)
         with self.database.write() as session:
@@ -93,10 +90,8 @@ class Clinic:
 
 
 @pytest.fixture
-def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    made = Clinic(tmp_path)
-    yield made
-    made.database.close()
+def clinic(tmp_path: Path, database: Database) -> Clinic:
+    return Clinic(tmp_path, database)
 
 
 def test_each_take_becomes_a_recording(clinic: Clinic) -> None:
