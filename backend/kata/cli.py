@@ -17,7 +17,7 @@ import uvicorn
 from rich.console import Console
 
 from kata.clinic.problems import ProblemError
-from kata.database.upgrade import DatabaseError
+from kata.database.engine import DatabaseError
 from kata.demo import DemoError, demonstrate, write
 from kata.device.config import ConfigError
 from kata.motion.taught import TaughtError

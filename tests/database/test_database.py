@@ -17,8 +17,8 @@ from sqlalchemy.orm import Session
 import kata.clinic.tables
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import Base
-from kata.database.engine import Database
-from kata.database.upgrade import DatabaseError, migrations, upgrade
+from kata.database.engine import Database, DatabaseError
+from kata.database.upgrade import migrations, upgrade
 
 
 def _patient(number: str, created_at: datetime | None = None) -> PatientRow:
@@ -66,6 +66,19 @@ def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
     (tmp_path / "kata.db").write_text("this is a letter to my aunt, not a database at all")
     with pytest.raises(DatabaseError, match="cannot be opened"):
         upgrade(Database(f"sqlite:///{tmp_path / 'kata.db'}"))
+
+
+@pytest.mark.parametrize(
+    ("url", "sentence"),
+    [
+        ("our database", "names no database"),
+        ("postgresql+nodriver://h/d", "names no database"),
+        ("postgresql://h/d", "driver is not installed"),
+    ],
+)
+def test_a_url_that_cannot_be_used_is_put_into_words(url: str, sentence: str) -> None:
+    with pytest.raises(DatabaseError, match=sentence):
+        Database(url)
 
 
 def test_times_come_back_as_the_same_moment_in_utc(database: Database) -> None:

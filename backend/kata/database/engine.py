@@ -12,23 +12,39 @@ from typing import Any, Final
 
 from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
+from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
 _BUSY_MS: Final = 5000
 
 
+class DatabaseError(Exception):
+    """The database cannot be used; the message says why and what to do."""
+
+
 class Database:
     """The clinic's database. Ask it for a session to read or a session to write; both are short."""
 
     def __init__(self, url: str) -> None:
-        """``url`` is SQLAlchemy's; nothing is opened yet."""
-        self.url = make_url(url)
-        if self.url.get_backend_name() == "sqlite":
-            self.writer = _sqlite(self.url, writes=True)
-            self.reader = _sqlite(self.url, writes=False)
-        else:
-            self.writer = self.reader = create_engine(self.url, pool_pre_ping=True)
+        """``url`` is SQLAlchemy's; nothing is opened yet.
+
+        :raises DatabaseError: when it is none, or its driver is not installed.
+        """
+        try:
+            self.url = make_url(url)
+            if self.url.get_backend_name() == "sqlite":
+                self.writer = _sqlite(self.url, writes=True)
+                self.reader = _sqlite(self.url, writes=False)
+            else:
+                self.writer = self.reader = create_engine(self.url, pool_pre_ping=True)
+        except ArgumentError as error:
+            raise DatabaseError(f"KATA_DATABASE_URL names no database that Kata knows: {error}") from error
+        except ModuleNotFoundError as error:
+            raise DatabaseError(
+                f"the database's driver is not installed ({error}); for PostgreSQL: pip install psycopg[binary], "
+                "and a URL that begins with postgresql+psycopg://"
+            ) from error
 
     @property
     def file(self) -> Path | None:

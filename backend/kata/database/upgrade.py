@@ -11,16 +11,12 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy.exc import SQLAlchemyError
 
-from kata.database.engine import Database
+from kata.database.engine import Database, DatabaseError
 
 log = logging.getLogger(__name__)
 
 _IN_PACKAGE: Final = Path(__file__).parent / "migrations"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "migrations"
-
-
-class DatabaseError(Exception):
-    """The database cannot be used; the message says why and what to do."""
 
 
 def migrations() -> Path:
