@@ -73,7 +73,7 @@ def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
     [
         ("our database", "names no database"),
         ("postgresql+nodriver://h/d", "names no database"),
-        ("postgresql://h/d", "driver is not installed"),
+        ("mysql+pymysql://h/d", "driver is not installed"),
     ],
 )
 def test_a_url_that_cannot_be_used_is_put_into_words(url: str, sentence: str) -> None:
