@@ -78,6 +78,17 @@ def test_a_pause_holds_with_torque_and_playing_goes_on_from_there(playing: Stepp
     assert path_s[-1] == pytest.approx(2.0, abs=0.011)
 
 
+def test_a_second_pause_is_told_that_the_first_is_at_work_and_one_in_a_pause_that_it_is_one(playing: Stepped) -> None:
+    assert playing.send(Pause()) is None
+    refusal = playing.send(Pause())
+    assert refusal is not None
+    assert refusal.code == "is_pausing"
+    playing.until("paused")
+    refusal = playing.send(Pause())
+    assert refusal is not None
+    assert refusal.code == "is_paused"
+
+
 def test_no_setpoint_ever_jumps(playing: Stepped) -> None:
     playing.send(Pause())
     playing.until("paused")

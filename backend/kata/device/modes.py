@@ -38,24 +38,12 @@ from kata.device.messages import (
     Unload,
 )
 from kata.device.movement import Movement
+from kata.device.refusals import not_in_this_mode, not_yet_cleared, outside_range
 from kata.device.supervisor import Key, LatchedStop
 from kata.motion import approach
 from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
-
-_ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
-    "teach": ("idle",),
-    "finish_teaching": ("teaching",),
-    "load": ("idle",),
-    "unload": ("ready",),
-    "approach": ("ready",),
-    "play": ("paused",),
-    "pause": ("playing",),
-    "return": ("paused",),
-    "acknowledge": ("stopped",),
-}
-"""Stop is allowed in every mode."""
 
 _COMMAND_OF: Final[dict[type, CommandName]] = {
     Teach: "teach",
@@ -75,18 +63,6 @@ _PHASES: Final[dict[Mode, int]] = {
     "paused": journal.PHASE_PAUSED,
     "returning": journal.PHASE_RETURNING,
     "stopped": journal.PHASE_STOPPING,
-}
-
-_WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
-    "offline": ("The apparatus is not connected.", "Switch it on and check the RS-485 adapter."),
-    "idle": ("No recording is loaded.", "Load a recording first."),
-    "teaching": ("Teaching is going on.", "Finish teaching first."),
-    "ready": ("A recording is loaded, and the arm is not at its start yet.", "Move to the start, or unload it."),
-    "approaching": ("The arm is on its way to the start.", "Wait until it is there, or stop."),
-    "playing": ("The recording is playing.", "Pause first, or stop."),
-    "paused": ("The arm is held on the recording's path.", "Play on, go back, or stop."),
-    "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
-    "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
 }
 
 
@@ -166,28 +142,23 @@ class Machine:
             self._enter("idle")
 
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
-        keys: list[Key] = list(holding)
-        new: list[Key]
-        if self.stop:
-            new = self.stop.update(keys)
-        elif keys or (stop_requested and (self.torque_on or self._teaching)):
+        """Latch what holds; a Stop counts where there is something to stop."""
+        acted: list[Key] = []
+        if stop_requested and (self.stop or self.torque_on or self._teaching):
+            acted = [("operator_stop", None)]
+        if self.stop is None and (holding or acted):
             self.stop = LatchedStop(facts.t_ns)
-            new = self.stop.update(keys)
-        else:
+        if self.stop is None:
             return
-        if stop_requested and ("operator_stop", None) not in self.stop.keys:
-            self.stop.keys.append(("operator_stop", None))
-            new.append(("operator_stop", None))
-        for cause in self.stop.causes():
-            if (cause.code, None if cause.axis is None else cause.axis - 1) in new:
-                self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
+        for cause in self.stop.update(holding, acted):
+            self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
         if self.mode != "stopped":
             if self._movement:
                 self._movement.going = False
             self._end_teaching()
             self._enter("stopped")
 
-    # Each mode's step ------------------------------------------------------------------------------------------------
+    # -- one step for each mode -------------------------------------------------------------------------------------
 
     def _step_stopped(self, facts: Facts) -> None:
         assert self.stop is not None
@@ -258,19 +229,13 @@ class Machine:
 
     def refusal(self, name: CommandName, facts: Facts) -> Refusal | None:
         """Why a command would not be accepted now; None when it would."""
-        if name == "stop":
-            return None
-        if self.mode not in _ALLOWED_IN[name]:
-            if name == "acknowledge":
-                return Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do.")
-            if name == "finish_teaching":
-                return Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do.")
-            message, next_step = _WHAT_IS_ON[self.mode]
-            return Refusal(code=f"is_{self.mode}", message=message, next_step=next_step)
-        if name == "acknowledge":
-            return self._refuse_acknowledge()
+        refusal = not_in_this_mode(name, self.mode)
+        if refusal:
+            return refusal
+        if name == "acknowledge" and self.stop:
+            return not_yet_cleared(self.stop, torque_on=self.torque_on)
         if name == "approach":
-            return self._refuse_approach(facts)
+            return outside_range(facts, self._config)
         if name == "pause" and self._movement and not self._movement.going:
             return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
         return None
@@ -331,8 +296,7 @@ class Machine:
         """The program met an error of its own: stop, category 0."""
         self._t_ns = facts.t_ns
         self.stop = self.stop or LatchedStop(facts.t_ns)
-        if ("unexpected_error", None) not in self.stop.keys:
-            self.stop.keys.append(("unexpected_error", None))
+        self.stop.update(self.stop.holding, [("unexpected_error", None)])
         self._cut_torque()
         if self.mode != "stopped":
             self._end_teaching()
@@ -391,29 +355,6 @@ class Machine:
         return not any(writer.lost for writer in open_now if writer)
 
     # -- parts ----------------------------------------------------------------------------------------------------
-
-    def _refuse_acknowledge(self) -> Refusal | None:
-        assert self.stop is not None
-        if self.torque_on:
-            return Refusal(code="still_stopping", message="The arm is slowing down.", next_step="Wait a moment.")
-        for cause in self.stop.causes():
-            if not cause.cleared:
-                return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
-        return None
-
-    def _refuse_approach(self, facts: Facts) -> Refusal | None:
-        for motor, (axis, angle) in enumerate(zip(self._config.axes, facts.measured_deg, strict=True), start=1):
-            if (
-                not axis.min_deg - self._config.limit_tolerance_deg
-                < angle
-                < axis.max_deg + self._config.limit_tolerance_deg
-            ):
-                return Refusal(
-                    code="outside_range",
-                    message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
-                    next_step="Move the arm back by hand.",
-                )
-        return None
 
     def _begin_approach(self, facts: Facts) -> None:
         run = self._run

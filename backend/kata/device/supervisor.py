@@ -1,5 +1,6 @@
 """Supervision: the facts of a cycle in, the faults that hold out; and the stop they latch."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from kata.device.config import StationConfig
@@ -24,22 +25,17 @@ class LatchedStop:
     keys: list[Key] = field(default_factory=list)
     holding: frozenset[Key] = frozenset()
 
-    def update(self, keys: list[Key]) -> list[Key]:
-        """Take in what holds now; returns what is new."""
-        self.holding = frozenset(keys)
-        new = [key for key in keys if key not in self.keys]
+    def update(self, holding: Iterable[Key], acted: Iterable[Key]) -> list[StopCause]:
+        """Take in the faults that hold now, and what was raised by an act; returns what is new."""
+        self.holding = frozenset(holding)
+        new = [key for key in (*holding, *acted) if key not in self.keys]
         self.keys += new
-        return new
+        return [self._cause(FAULT_BY_CODE[code], axis) for code, axis in new]
 
     @property
     def category(self) -> int:
         """The strictest of the causes."""
         return min(FAULT_BY_CODE[code].category for code, _ in self.keys)
-
-    @property
-    def cleared(self) -> bool:
-        """No cause holds any more."""
-        return not self.holding
 
     def causes(self) -> tuple[StopCause, ...]:
         """As the snapshot tells them."""

@@ -1,0 +1,70 @@
+"""Which commands are not accepted when, and in which words that is said."""
+
+from typing import Final
+
+from kata.device.config import StationConfig
+from kata.device.facts import Facts
+from kata.device.messages import CommandName, Mode, Refusal
+from kata.device.supervisor import LatchedStop
+
+_ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
+    "teach": ("idle",),
+    "finish_teaching": ("teaching",),
+    "load": ("idle",),
+    "unload": ("ready",),
+    "approach": ("ready",),
+    "play": ("paused",),
+    "pause": ("playing",),
+    "return": ("paused",),
+    "acknowledge": ("stopped",),
+}
+"""Stop is allowed in every mode."""
+
+_WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
+    "offline": ("The apparatus is not connected.", "Switch it on and check the RS-485 adapter."),
+    "idle": ("No recording is loaded.", "Load a recording first."),
+    "teaching": ("Teaching is going on.", "Finish teaching first."),
+    "ready": ("A recording is loaded, and the arm is not at its start yet.", "Move to the start, or unload it."),
+    "approaching": ("The arm is on its way to the start.", "Wait until it is there, or stop."),
+    "playing": ("The recording is playing.", "Pause first, or stop."),
+    "paused": ("The arm is held on the recording's path.", "Play on, go back, or stop."),
+    "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
+    "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
+}
+_NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
+    "acknowledge": Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do."),
+    "finish_teaching": Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do."),
+}
+
+
+def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
+    """A command belongs to certain modes; what goes on in any other is the reason against it."""
+    if name == "stop" or mode in _ALLOWED_IN[name]:
+        return None
+    if name in _NOTHING_TO_DO:
+        return _NOTHING_TO_DO[name]
+    message, next_step = _WHAT_IS_ON[mode]
+    return Refusal(code=f"is_{mode}", message=message, next_step=next_step)
+
+
+def not_yet_cleared(stop: LatchedStop, *, torque_on: bool) -> Refusal | None:
+    """A stop is acknowledged when it has come to its end and none of its causes holds any more."""
+    if torque_on:
+        return Refusal(code="still_stopping", message="The arm is slowing down.", next_step="Wait a moment.")
+    for cause in stop.causes():
+        if not cause.cleared:
+            return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
+    return None
+
+
+def outside_range(facts: Facts, config: StationConfig) -> Refusal | None:
+    """Torque is not switched on where the first measurement would be a fault."""
+    tolerance = config.limit_tolerance_deg
+    for motor, (axis, angle) in enumerate(zip(config.axes, facts.measured_deg, strict=True), start=1):
+        if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance:
+            return Refusal(
+                code="outside_range",
+                message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
+                next_step="Move the arm back by hand.",
+            )
+    return None
