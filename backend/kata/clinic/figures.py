@@ -85,7 +85,8 @@ def recording(taught_blob: bytes) -> str:
             line={"color": _TAUGHT, "width": 1.5},
         )
         figure.add_trace(line, row=motor, col=1)
-        figure.update_yaxes(title_text=f"Motor {motor}, deg", row=motor, col=1)
+        angles = _around(taught["angle_deg"][:, motor - 1])
+        figure.update_yaxes(title_text=f"Motor {motor}, deg", range=angles, row=motor, col=1)
     figure.update_xaxes(title_text="Time, s", row=len(AXES), col=1)
     figure.update_layout(**_LAYOUT, showlegend=False, height=900)
     return str(figure.to_json())

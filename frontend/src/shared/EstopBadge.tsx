@@ -13,7 +13,7 @@ const LOOKS = {
   pressed: { text: "E-stop pressed", color: "red.8", variant: "filled", Icon: IconAlertOctagonFilled },
   released: {
     text: "E-stop released, not acknowledged",
-    color: "yellow",
+    color: "yellow.4",
     variant: "filled",
     Icon: IconLockExclamation,
   },
