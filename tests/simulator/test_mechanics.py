@@ -8,10 +8,19 @@ import pytest
 
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
-from kata.simulator.apparatus import Apparatus, HandRefusedError
+from kata.motion.taught import Taught
+from kata.simulator.apparatus import Apparatus
+from kata.simulator.hand import HandRefusedError, Motion
 from kata.simulator.plant import Plant
 
 COUNT_DEG = 360 / 4096
+
+
+def rows(motion: Taught) -> Motion:
+    """The motion as the hand takes it."""
+    whole = Motion()
+    whole.add(motion.times_s.tolist(), motion.poses_deg.tolist())
+    return whole
 
 
 class World:
@@ -42,7 +51,7 @@ class World:
 def test_the_hand_traces_a_motion_with_its_foot_on_the_pedal() -> None:
     world = World()
     motion = built_in_motions()[6]
-    world.apparatus.guide(motion.name, motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+    world.apparatus.guide(motion.name, rows(motion), pedal=True)
     traced: list[np.ndarray] = []
     pedal: list[bool] = []
     while world.apparatus.state().hand.phase != "away":
@@ -64,23 +73,42 @@ def test_the_hand_does_not_fight_the_motors() -> None:
     world.energise()
     motion = built_in_motions()[0]
     with pytest.raises(HandRefusedError, match="only while torque is off"):
-        world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+        world.apparatus.guide("m", rows(motion), pedal=True)
 
 
 def test_the_hand_does_one_thing_at_a_time_and_lets_go_at_once() -> None:
     world = World()
     motion = built_in_motions()[0]
-    world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+    world.apparatus.guide("m", rows(motion), pedal=True)
     with pytest.raises(HandRefusedError, match="still guiding"):
-        world.apparatus.guide("m", motion.times_s.tolist(), motion.poses_deg.tolist(), pedal=True)
+        world.apparatus.guide("m", rows(motion), pedal=True)
     world.apparatus.let_go()
     assert world.apparatus.state().hand.phase == "away"
 
 
 def test_a_motion_that_cannot_be_is_refused() -> None:
     world = World()
+    motion = Motion()
+    motion.add([0.0, 0.1], [[0.0] * 5] * 2)
     with pytest.raises(HandRefusedError, match="time that increases"):
-        world.apparatus.guide("m", [0.0, 0.0], [[0.0] * 5] * 2, pedal=True)
+        motion.add([0.1], [[0.0] * 5])
+    with pytest.raises(HandRefusedError, match="five angles"):
+        motion.add([0.2], [[0.0] * 4])
+    with pytest.raises(HandRefusedError, match="cannot"):
+        motion.add([0.2], [[80.0, 80.0, 0.0, 0.0, 0.0]])
+    with pytest.raises(HandRefusedError, match="two or more rows"):
+        world.apparatus.guide("m", Motion(), pedal=True)
+    assert world.apparatus.state().hand.phase == "away"
+
+
+def test_a_motion_given_in_pieces_is_the_same_motion() -> None:
+    whole = built_in_motions()[6]
+    times, poses = whole.times_s.tolist(), whole.poses_deg.tolist()
+    pieces = Motion()
+    for n in range(0, len(times), 7):
+        pieces.add(times[n : n + 7], poses[n : n + 7])
+    assert pieces.times_s == rows(whole).times_s
+    assert pieces.angles == rows(whole).angles
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2, 3])

@@ -1,23 +1,44 @@
 """The simulated servos on the wire, with the maker's own library at the other end."""
 
 import os
+import signal
+import socket
 import struct
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import msgspec
+import numpy as np
 import pytest
-from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, GroupSyncRead, GroupSyncWrite, PacketHandler, PortHandler
+from dynamixel_sdk import (
+    COMM_RX_TIMEOUT,
+    COMM_SUCCESS,
+    GroupBulkRead,
+    GroupBulkWrite,
+    GroupSyncRead,
+    GroupSyncWrite,
+    PacketHandler,
+    PortHandler,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.bus.dynamixel import StatusParser, encode
+from kata.motion.taught import Taught
 from kata.simulator import protocol
+from kata.simulator.apparatus import Apparatus
+from kata.simulator.bus import ServoBus
+from kata.simulator.client import SimulatorClient
+from kata.simulator.control import Guide, Outcome, Rows, Wish
+from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError, SimulatorProcess
+from kata.simulator.protocol import Instruction
 
 IDS = (1, 2, 3, 4, 5)
 TORQUE_ENABLE, GOAL_POSITION, PRESENT_POSITION = 64, 116, 132
@@ -112,6 +133,58 @@ def test_a_damaged_packet_does_nothing(simulator: SimulatorProcess, port: Any) -
         assert not hand.state().axes[0].torque_on
 
 
+def test_a_packet_cut_short_is_given_up(port: Any) -> None:
+    """Damage in the length byte would else swallow what follows."""
+    port.writePort(protocol.HEADER + bytes([1, 0, 3]))
+    pings = 1
+    while packets.ping(port, 1)[1] != COMM_SUCCESS:
+        pings += 1
+        assert pings < 5
+    assert packets.ping(port, 1)[1] == COMM_SUCCESS
+
+
+def test_a_fast_sync_read_brings_all_in_one_packet(port: Any) -> None:
+    present = GroupSyncRead(port, packets, 126, 10)
+    for drive_id in IDS:
+        present.addParam(drive_id)
+    assert present.fastSyncRead() == COMM_SUCCESS
+    fast = [present.getData(drive_id, PRESENT_POSITION, 4) for drive_id in IDS]
+    assert present.txRxPacket() == COMM_SUCCESS
+    assert fast == [present.getData(drive_id, PRESENT_POSITION, 4) for drive_id in IDS]
+    assert fast[1] == round(2048 + 108.94 * 4096 / 360)
+
+
+def test_bulk_instructions_reach_each_drive_at_its_own_address(port: Any) -> None:
+    write = GroupBulkWrite(port, packets)
+    write.addParam(1, 84, 2, [0x34, 0x12])
+    write.addParam(2, 65, 1, [1])
+    assert write.txPacket() == COMM_SUCCESS
+    read = GroupBulkRead(port, packets)
+    read.addParam(1, 84, 2)
+    read.addParam(2, 65, 1)
+    assert read.txRxPacket() == COMM_SUCCESS
+    assert (read.getData(1, 84, 2), read.getData(2, 65, 1)) == (0x1234, 1)
+
+
+def test_what_a_drive_cannot_do_it_refuses(port: Any) -> None:
+    assert packets.write1ByteTxRx(port, 1, TORQUE_ENABLE, 2) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
+    assert packets.write1ByteTxRx(port, 1, 11, 2) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
+    assert packets.write1ByteTxRx(port, 1, 98, 200) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
+    assert packets.write2ByteTxRx(port, 1, 102, 2048) == (COMM_SUCCESS, protocol.DATA_LIMIT_ERROR)
+    assert packets.write4ByteTxRx(port, 1, GOAL_POSITION, 4267) == (COMM_SUCCESS, protocol.DATA_LIMIT_ERROR)
+    assert packets.write1ByteTxRx(port, 1, 11, 5) == (COMM_SUCCESS, 0)
+    assert packets.write4ByteTxRx(port, 1, GOAL_POSITION, 4267) == (COMM_SUCCESS, 0)
+    assert packets.write2ByteTxRx(port, 1, 132, 1) == (COMM_SUCCESS, protocol.ACCESS_ERROR)
+    assert packets.factoryReset(port, 1, 1) == (COMM_SUCCESS, protocol.INSTRUCTION_ERROR)
+
+
+def test_the_drives_clock_goes_on(port: Any) -> None:
+    first = packets.read2ByteTxRx(port, 1, 120)[0]
+    limit = time.monotonic() + 5
+    while packets.read2ByteTxRx(port, 1, 120)[0] == first:
+        assert time.monotonic() < limit
+
+
 def test_the_bus_watchdog_trips_and_refuses_goals_until_it_is_cleared(port: Any) -> None:
     packets.write1ByteTxRx(port, 2, TORQUE_ENABLE, 1)
     packets.write1ByteTxRx(port, 2, 98, 1)
@@ -121,6 +194,8 @@ def test_the_bus_watchdog_trips_and_refuses_goals_until_it_is_cleared(port: Any)
     assert packets.read1ByteTxRx(port, 2, 98)[0] == 255
     position = packets.read4ByteTxRx(port, 2, PRESENT_POSITION)[0]
     assert packets.write4ByteTxRx(port, 2, GOAL_POSITION, position)[1] == protocol.DATA_RANGE_ERROR
+    assert packets.write1ByteTxRx(port, 2, 98, 5) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
+    assert packets.write4ByteTxRx(port, 2, 112, 30) == (COMM_SUCCESS, 0)
     packets.write1ByteTxRx(port, 2, 98, 0)
     assert packets.write4ByteTxRx(port, 2, GOAL_POSITION, position) == (COMM_SUCCESS, 0)
 
@@ -170,9 +245,73 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
 
 
 def test_one_that_cannot_start_says_why(tmp_path: Path) -> None:
-    (tmp_path / "simulator.sock").mkdir()
-    with pytest.raises(SimulatorError, match=r"the simulated apparatus did not start: [\s\S]*Error"):
-        SimulatorProcess(tmp_path)
+    with pytest.raises(SimulatorError, match=r"the simulated apparatus did not start: [\s\S]*invalid int value"):
+        SimulatorProcess(tmp_path, seed="not a number")  # type: ignore[arg-type]
+
+
+def test_its_folder_may_have_a_long_name(tmp_path: Path) -> None:
+    folder = tmp_path / ("long" * 30)
+    folder.mkdir()
+    with closing(SimulatorProcess(folder)) as running, closing(running.client()) as hand:
+        assert hand.state().hand.phase == "away"
+
+
+def test_a_client_says_when_the_simulator_has_ended(tmp_path: Path) -> None:
+    with closing(SimulatorProcess(tmp_path)) as running, closing(running.client()) as hand:
+        os.kill(running.pid, signal.SIGKILL)
+        with pytest.raises(ConnectionError, match=r"the simulated apparatus (has ended|does not answer)"):
+            hand.state()
+
+
+def ask_without_end(deaf: socket.socket) -> None:
+    """And never read an answer."""
+    while True:
+        deaf.sendall(b'{"do":"state"}\n' * 100)
+
+
+def test_whoever_does_not_listen_holds_nobody_up(simulator: SimulatorProcess, port: Any) -> None:
+    with closing(simulator.client()) as deaf, closing(simulator.client()) as hand:
+        with pytest.raises(ConnectionError):
+            ask_without_end(deaf._socket)
+        assert hand.state().hand.phase == "away"
+        assert packets.ping(port, 1)[1] == COMM_SUCCESS
+
+
+def test_a_long_motion_is_handed_over_in_short_lines(tmp_path: Path) -> None:
+    """The simulator works out one line at a time, and the servos answer in between."""
+    n = 2345
+    motion = Taught("long", np.arange(n) / 100, np.zeros((n, 5)))
+    lines: list[bytes] = []
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(tmp_path / "s"))
+        listener.listen()
+        with closing(SimulatorClient(tmp_path / "s")) as hand:
+            there, _ = listener.accept()
+            reply = msgspec.json.encode(Outcome(ok=True, state=Apparatus().state())) + b"\n"
+            guiding = threading.Thread(target=hand.guide, args=(motion,))
+            with there, there.makefile("rb") as stream:
+                guiding.start()
+                while b'"guide"' not in (lines[-1] if lines else b""):
+                    lines.append(stream.readline())
+                    there.sendall(reply)
+                guiding.join()
+    given = [msgspec.json.decode(line, type=Wish) for line in lines]
+    assert all(isinstance(wish, Rows | Guide) and len(wish.times_s) <= 100 for wish in given)
+    assert [t for wish in given if isinstance(wish, Rows | Guide) for t in wish.times_s] == motion.times_s.tolist()
+
+
+def test_a_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProcess) -> None:
+    n = 1234
+    motion = Taught("long", np.arange(n) / 100, np.zeros((n, 5)))
+    with closing(simulator.client()) as hand:
+        begun = hand.guide(motion, pedal=False)
+        assert begun.hand.motion == "long"
+        assert begun.hand.left_s > motion.duration_s
+        assert hand.release().hand.phase == "away"
+        # What a refused line had before it is forgotten.
+        with pytest.raises(HandRefusedError, match="time that increases"):
+            hand.guide(Taught("back in time", np.arange(n)[::-1] / 100, np.zeros((n, 5))))
+        assert hand.guide(motion, pedal=False).hand.phase == "reaching"
 
 
 @given(st.binary(max_size=60), st.integers(0, 252))
@@ -193,8 +332,63 @@ def test_packets_are_found_in_noise_and_in_pieces(noise: bytes, parameters: byte
     assert (7, 0, parameters) in found
 
 
+@pytest.mark.parametrize(
+    ("drive_id", "data", "packet"),
+    [
+        (1, "a6 00 00 00", "ff ff fd 00 01 08 00 55 00 a6 00 00 00 8c c0"),
+        (2, "1f 08 00 00", "ff ff fd 00 02 08 00 55 00 1f 08 00 00 ba be"),
+        (1, "", "ff ff fd 00 01 04 00 55 00 a1 0c"),
+    ],
+)
+def test_answers_are_the_manuals_examples(drive_id: int, data: str, packet: str) -> None:
+    """Sync Read and Reboot, as the protocol's manual prints their answers."""
+    assert protocol.status(drive_id, 0, bytes.fromhex(data)).hex(" ") == packet
+
+
 def test_the_manuals_own_example() -> None:
     """Write of goal position 512 to id 1, as the protocol's manual prints it."""
     assert encode(1, 3, bytes([0x74, 0x00, 0x00, 0x02, 0x00, 0x00])).hex(" ") == (
         "ff ff fd 00 01 09 00 03 74 00 00 02 00 00 ca 89"
     )
+
+
+def answers_to(bus: ServoBus, code: int, parameters: bytes = b"", *, sound: bool = True) -> list[bytes]:
+    """What drive 1, or all of them, say to it at their baud rate."""
+    drive_id = protocol.BROADCAST if code >= protocol.SYNC_READ else 1
+    instruction = Instruction(drive_id, code, parameters, len(parameters) + 10, sound)
+    return [answer.data for answer in bus.carry_out(instruction, 1_000_000, 0)]
+
+
+def test_a_damaged_instruction_is_answered_with_a_crc_error() -> None:
+    bus = ServoBus(Apparatus())
+    assert answers_to(bus, protocol.PING, sound=False) == [protocol.status(1, protocol.CRC_ERROR)]
+    assert answers_to(bus, protocol.SYNC_READ, bytes([132, 0, 4, 0, 1]), sound=False) == []
+
+
+def test_a_standing_hardware_error_shows_in_every_answer() -> None:
+    apparatus = Apparatus()
+    bus = ServoBus(apparatus)
+    apparatus.servos[0].table[70] = 32  # overload
+    (answer,) = answers_to(bus, protocol.WRITE, bytes([65, 0, 1]))
+    assert answer == protocol.status(1, protocol.ALERT)
+    (answer,) = answers_to(bus, protocol.WRITE, bytes([132, 0, 1]))
+    assert answer == protocol.status(1, protocol.ALERT | protocol.ACCESS_ERROR)
+    (answer, _) = answers_to(bus, protocol.SYNC_READ, bytes([65, 0, 1, 0, 1, 2]))
+    assert answer == protocol.status(1, protocol.ALERT, b"\1")
+
+
+def test_a_silent_drive_cuts_a_fast_sync_read_short() -> None:
+    blocks = answers_to(ServoBus(Apparatus()), protocol.FAST_SYNC_READ, bytes([132, 0, 4, 0, 1, 9, 2]))
+    assert len(blocks) == 1
+    promised = 7 + int.from_bytes(blocks[0][5:7], "little")
+    assert promised == 8 + 3 * (4 + 4)
+    assert len(b"".join(blocks)) < promised
+
+
+def test_a_drive_told_to_answer_pings_only_does_so() -> None:
+    apparatus = Apparatus()
+    bus = ServoBus(apparatus)
+    apparatus.servos[0].table[68] = 0
+    assert len(answers_to(bus, protocol.PING)) == 1
+    assert answers_to(bus, protocol.READ, bytes([132, 0, 4, 0])) == []
+    assert answers_to(bus, protocol.SYNC_READ, bytes([132, 0, 4, 0, 1, 2])) == []

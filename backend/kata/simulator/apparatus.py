@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from typing import Final, Literal
 
 import msgspec
-import numpy as np
 
-from kata.motion.axes import N_AXES
-from kata.motion.linkage import motor_angles_deg
-from kata.simulator.hand import Hand
+from kata.simulator.hand import Hand, Motion
+from kata.simulator.hand import HandRefusedError as HandRefusedError
 from kata.simulator.plant import STEP_S, Plant
 from kata.simulator.servos import Servo
 
@@ -76,10 +74,6 @@ class State(msgspec.Struct, frozen=True):
     events: tuple[Happening, ...]
 
 
-class HandRefusedError(Exception):
-    """The hand cannot do this now; the message says why."""
-
-
 class Apparatus:
     """Everything between the wire and the patient."""
 
@@ -103,7 +97,7 @@ class Apparatus:
             self._now_ns += _STEP_NS
             self._step()
         for servo, angle, speed in zip(self.servos, self._plant.angle, self._plant.speed, strict=True):
-            servo.show(angle, speed)
+            servo.show(angle, speed, self._now_ns)
 
     def _step(self) -> None:
         plant = self._plant
@@ -153,8 +147,8 @@ class Apparatus:
             self._happened("estop_pressed" if pressed else "estop_released", time.monotonic_ns())
             self._set_contacts()
 
-    def guide(self, name: str, times_s: Sequence[float], poses_deg: Sequence[Sequence[float]], pedal: bool) -> None:
-        """Let the hand take the arm along a motion given as poses.
+    def guide(self, name: str, motion: Motion, pedal: bool) -> None:
+        """Let the hand take the arm along a motion.
 
         :raises HandRefusedError: while torque is on, while the hand is busy, or when the motion is none.
         """
@@ -162,15 +156,9 @@ class Apparatus:
             raise HandRefusedError("the motors hold the arm: the hand guides only while torque is off")
         if self._hand.phase != "away":
             raise HandRefusedError("the hand is still guiding the arm")
-        times, poses = np.asarray(times_s, dtype=np.float64), np.asarray(poses_deg, dtype=np.float64)
-        if times.ndim != 1 or len(times) < 2 or poses.shape != (len(times), N_AXES) or np.any(np.diff(times) <= 0):
-            raise HandRefusedError("a motion needs two or more rows of five angles, and time that increases")
-        try:
-            angles = motor_angles_deg(poses)
-        except ValueError as error:
-            raise HandRefusedError(str(error)) from error
-        here = [math.degrees(angle) for angle in self._plant.angle]
-        self._hand.guide(name, times - times[0], angles, here, pedal)
+        if motion.rows < 2:
+            raise HandRefusedError("a motion needs two or more rows")
+        self._hand.guide(name, motion, [math.degrees(angle) for angle in self._plant.angle], pedal)
         self._happened("hand_started")
 
     def let_go(self) -> None:

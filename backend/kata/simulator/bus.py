@@ -41,15 +41,24 @@ class ServoBus:
         listening = {servo.id: servo for servo in self._apparatus.servos if servo.baud == baud}
         if not instruction.sound:
             addressed = listening.get(instruction.drive_id)
-            error = protocol.status(instruction.drive_id, protocol.CRC_ERROR)
-            return list(self._in_turn([(addressed, error)], baud)) if addressed else []
+            if addressed is None:
+                return []
+            error = protocol.status(addressed.id, addressed.alert | protocol.CRC_ERROR)
+            return list(self._in_turn([(addressed, error)], baud))
         for servo in listening.values():
             servo.heard()
         match instruction.code:
             case protocol.SYNC_READ:
-                answers = self._sync_read(listening, instruction.parameters)
+                answers = _packets(self._read_in_turn(listening, _same_for_all(instruction.parameters)))
+            case protocol.FAST_SYNC_READ:
+                answers = self._fast_sync_read(listening, instruction.parameters)
+            case protocol.BULK_READ:
+                answers = _packets(self._read_in_turn(listening, _one_each(instruction.parameters)))
             case protocol.SYNC_WRITE:
                 self._sync_write(listening, instruction.parameters, now_ns)
+                answers = []
+            case protocol.BULK_WRITE:
+                self._bulk_write(listening, instruction.parameters, now_ns)
                 answers = []
             case _:
                 answers = self._single(listening, instruction, now_ns)
@@ -75,7 +84,7 @@ class ServoBus:
             if instruction.code == protocol.PING or (
                 not broadcast and (level == _ANSWERS_ALL or (reads and level == _ANSWERS_READS))
             ):
-                answers.append((servo, protocol.status(servo.id, error, data)))
+                answers.append((servo, protocol.status(servo.id, servo.alert | error, data)))
         return answers
 
     def _one(self, servo: Servo, instruction: Instruction, now_ns: int) -> tuple[int, bytes]:
@@ -102,18 +111,28 @@ class ServoBus:
             case _:
                 return protocol.INSTRUCTION_ERROR, b""
 
-    def _sync_read(self, listening: dict[int, Servo], parameters: bytes) -> list[tuple[Servo, bytes]]:
+    def _read_in_turn(
+        self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]]
+    ) -> list[tuple[Servo, int, bytes]]:
         """Each named drive waits for the one named before it: a silent one silences all that follow."""
-        if len(parameters) < 5:
-            return []
         answers = []
-        for drive_id in parameters[4:]:
+        for drive_id, address, length in wanted:
             servo = listening.get(drive_id)
-            if servo is None:
+            if servo is None or servo.table[STATUS_LEVEL] == 0:
                 break
-            error, data = servo.read(_word(parameters, 0), _word(parameters, 2))
-            answers.append((servo, protocol.status(servo.id, error, data)))
+            error, data = servo.read(address, length)
+            answers.append((servo, servo.alert | error, data))
         return answers
+
+    def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes) -> list[tuple[Servo, bytes]]:
+        wanted = _same_for_all(parameters)
+        if not wanted:
+            return []
+        length = wanted[0][2]
+        # What cannot be read is filled up: the packet's length is promised before the first drive has answered.
+        answers = [(s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_turn(listening, wanted)]
+        blocks = protocol.fast_blocks([(s.id, error, data) for s, error, data in answers], len(wanted), length)
+        return [(servo, block) for (servo, _, _), block in zip(answers, blocks, strict=True)]
 
     def _sync_write(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> None:
         if len(parameters) < 4:
@@ -123,6 +142,33 @@ class ServoBus:
             servo = listening.get(parameters[start])
             if servo is not None:
                 self._apparatus.write(servo, address, parameters[start + 1 : start + 1 + length], now_ns)
+
+    def _bulk_write(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> None:
+        start = 0
+        while start + 5 <= len(parameters):
+            length = _word(parameters, start + 3)
+            data = parameters[start + 5 : start + 5 + length]
+            servo = listening.get(parameters[start])
+            if servo is not None and len(data) == length:
+                self._apparatus.write(servo, _word(parameters, start + 1), data, now_ns)
+            start += 5 + length
+
+
+def _packets(answers: Sequence[tuple[Servo, int, bytes]]) -> list[tuple[Servo, bytes]]:
+    return [(servo, protocol.status(servo.id, error, data)) for servo, error, data in answers]
+
+
+def _same_for_all(parameters: bytes) -> list[tuple[int, int, int]]:
+    """Drive id, address and length of each part of a Sync Read."""
+    if len(parameters) < 5:
+        return []
+    return [(drive_id, _word(parameters, 0), _word(parameters, 2)) for drive_id in parameters[4:]]
+
+
+def _one_each(parameters: bytes) -> list[tuple[int, int, int]]:
+    """Drive id, address and length of each part of a Bulk Read."""
+    starts = range(0, len(parameters) - 4, 5)
+    return [(parameters[n], _word(parameters, n + 1), _word(parameters, n + 3)) for n in starts]
 
 
 def _word(data: bytes, at: int) -> int:

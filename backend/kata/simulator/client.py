@@ -2,16 +2,24 @@
 
 import socket
 from pathlib import Path
+from typing import Final
 
 import msgspec
 
 from kata.motion.taught import Taught
-from kata.simulator.apparatus import HandRefusedError, State
-from kata.simulator.control import Estop, Guide, Look, Outcome, Pedal, Release, Wish
+from kata.simulator.apparatus import State
+from kata.simulator.control import Estop, Guide, Look, Outcome, Pedal, Release, Rows, Wish
+from kata.simulator.hand import HandRefusedError
+
+_ROWS_A_LINE: Final = 100
+"""Of a long motion: the simulator works out so many in a fraction of a millisecond, and serves the servos' wire in between."""
 
 
 class SimulatorClient:
-    """One connection, to be closed; every method returns the apparatus' state after it, and blocks for a moment at most."""
+    """One connection, to be closed; every method returns the apparatus' state after it, and blocks for a moment at most.
+
+    A simulator that has ended makes each of them raise a ConnectionError.
+    """
 
     def __init__(self, path: Path) -> None:
         """:raises OSError: when no simulator listens there."""
@@ -33,8 +41,11 @@ class SimulatorClient:
 
         :raises HandRefusedError: while torque is on or the hand is busy.
         """
-        wish = Guide(motion.name, motion.times_s.tolist(), motion.poses_deg.tolist(), pedal)
-        return self._ask(wish)
+        times, poses = motion.times_s.tolist(), motion.poses_deg.tolist()
+        last = (len(times) - 1) // _ROWS_A_LINE * _ROWS_A_LINE
+        for n in range(0, last, _ROWS_A_LINE):
+            self._ask(Rows(times[n : n + _ROWS_A_LINE], poses[n : n + _ROWS_A_LINE]))
+        return self._ask(Guide(motion.name, times[last:], poses[last:], pedal))
 
     def release(self) -> State:
         """Let go of arm and pedal."""
@@ -50,8 +61,14 @@ class SimulatorClient:
         self._socket.close()
 
     def _ask(self, wish: Wish) -> State:
-        self._socket.sendall(msgspec.json.encode(wish) + b"\n")
-        outcome = msgspec.json.decode(self._stream.readline(), type=Outcome)
+        try:
+            self._socket.sendall(msgspec.json.encode(wish) + b"\n")
+            line = self._stream.readline()
+        except OSError as error:
+            raise ConnectionError(f"the simulated apparatus does not answer: {error}") from error
+        if not line.endswith(b"\n"):
+            raise ConnectionError("the simulated apparatus has ended")
+        outcome = msgspec.json.decode(line, type=Outcome)
         if outcome.state is None:
             raise HandRefusedError(outcome.error or "the simulator gave no reason")
         return outcome.state

@@ -1,15 +1,16 @@
 """The control socket: where hand, pedal and switch are moved from. JSON lines, one reply to each request."""
 
-import contextlib
 import socket
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from kata.simulator.apparatus import Apparatus, HandRefusedError, State
+from kata.simulator.apparatus import Apparatus, State
+from kata.simulator.hand import HandRefusedError, Motion
 
-_LONGEST: Final = 64 * 1024 * 1024
+_LONGEST: Final = 4 * 1024 * 1024
+"""A line's length in bytes; whoever sends more is hung up on."""
 
 
 class Pedal(msgspec.Struct, frozen=True, tag_field="do", tag="pedal"):
@@ -24,8 +25,15 @@ class Estop(msgspec.Struct, frozen=True, tag_field="do", tag="estop"):
     pressed: bool
 
 
+class Rows(msgspec.Struct, frozen=True, tag_field="do", tag="rows"):
+    """The first rows of a motion too long for one line: times (n,) in s, poses (n, 5) in degrees. ``guide`` ends it."""
+
+    times_s: list[float]
+    poses_deg: list[list[float]]
+
+
 class Guide(msgspec.Struct, frozen=True, tag_field="do", tag="guide"):
-    """Take the arm along a motion: times (n,) in s, poses (n, 5) in degrees; with the pedal, if wanted."""
+    """Take the arm along a motion, whose last rows these are; with the pedal, if wanted."""
 
     name: str
     times_s: list[float]
@@ -41,7 +49,7 @@ class Look(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
     """Change nothing."""
 
 
-Wish = Pedal | Estop | Guide | Release | Look
+Wish = Pedal | Estop | Rows | Guide | Release | Look
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -50,6 +58,14 @@ class Outcome(msgspec.Struct, frozen=True):
     ok: bool
     state: State | None = None
     error: str | None = None
+
+
+class _Client:
+    """What one connection has sent so far."""
+
+    def __init__(self) -> None:
+        self.heard = bytearray()
+        self.motion = Motion()
 
 
 class ControlServer:
@@ -62,7 +78,7 @@ class ControlServer:
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._listener.bind(str(path))
         self._listener.listen()
-        self._clients: dict[socket.socket, bytearray] = {}
+        self._clients: dict[socket.socket, _Client] = {}
         self._decoder = msgspec.json.Decoder(Wish)
 
     @property
@@ -73,10 +89,12 @@ class ControlServer:
     def serve(self, readable: list[object]) -> None:
         """Take what has come."""
         if self._listener in readable:
-            client, _ = self._listener.accept()
-            self._clients[client] = bytearray()
-        for client in [client for client in self._clients if client in readable]:
-            self._receive(client)
+            connection, _ = self._listener.accept()
+            # Whoever does not read the replies is hung up on: the servos must not wait for anybody.
+            connection.setblocking(False)
+            self._clients[connection] = _Client()
+        for connection in [one for one in self._clients if one in readable]:
+            self._receive(connection)
 
     def close(self) -> None:
         """Leave no socket behind."""
@@ -84,37 +102,42 @@ class ControlServer:
             open_socket.close()
         self._path.unlink(missing_ok=True)
 
-    def _receive(self, client: socket.socket) -> None:
-        heard = self._clients[client]
+    def _receive(self, connection: socket.socket) -> None:
+        client = self._clients[connection]
+        heard = client.heard
         try:
-            data = client.recv(1 << 20)
+            data = connection.recv(1 << 16)
             if not data or len(heard) > _LONGEST:
                 raise ConnectionError
             heard += data
             while (end := heard.find(b"\n")) >= 0:
                 line = bytes(heard[:end])
                 del heard[: end + 1]
-                client.sendall(msgspec.json.encode(self._outcome(line)) + b"\n")
+                connection.sendall(msgspec.json.encode(self._outcome(client, line)) + b"\n")
         except OSError:
-            del self._clients[client]
-            with contextlib.suppress(OSError):
-                client.close()
+            del self._clients[connection]
+            connection.close()
 
-    def _outcome(self, line: bytes) -> Outcome:
+    def _outcome(self, client: _Client, line: bytes) -> Outcome:
         try:
-            self._do(self._decoder.decode(line))
+            self._do(client, self._decoder.decode(line))
         except (HandRefusedError, msgspec.MsgspecError) as error:
+            client.motion = Motion()
             return Outcome(ok=False, error=str(error))
         return Outcome(ok=True, state=self._apparatus.state())
 
-    def _do(self, wish: Wish) -> None:
+    def _do(self, client: _Client, wish: Wish) -> None:
         match wish:
             case Pedal(down=down):
                 self._apparatus.step_on_pedal(down)
             case Estop(pressed=pressed):
                 self._apparatus.press_estop(pressed)
+            case Rows():
+                client.motion.add(wish.times_s, wish.poses_deg)
             case Guide():
-                self._apparatus.guide(wish.name, wish.times_s, wish.poses_deg, wish.pedal)
+                motion, client.motion = client.motion, Motion()
+                motion.add(wish.times_s, wish.poses_deg)
+                self._apparatus.guide(wish.name, motion, wish.pedal)
             case Release():
                 self._apparatus.let_go()
             case Look():

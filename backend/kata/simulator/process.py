@@ -11,6 +11,7 @@ import select
 import signal
 import subprocess
 import sys
+import tempfile
 import termios
 import time
 import tty
@@ -28,6 +29,8 @@ log = logging.getLogger(__name__)
 _TICK_S: Final = 0.02
 _PRIORITY: Final = 50
 _START_LIMIT_S: Final = 20.0
+_BYTE_GAP_NS: Final = 5_000_000
+"""A packet whose next bytes stay away for longer is given up: its length was damaged, or its sender has gone."""
 _BAUD_OF_SPEED: Final = {
     getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()
 }
@@ -48,12 +51,16 @@ class Wire:
         self._going: list[tuple[int, int, bytes]] = []
         self._order = 0
         self._busy_until_ns = 0
+        self._heard_ns = 0
 
     def receive(self) -> None:
         """Bytes have come."""
         with contextlib.suppress(BlockingIOError):
             data = os.read(self.fd, 4096)
             now_ns = time.monotonic_ns()
+            if now_ns - self._heard_ns > _BYTE_GAP_NS:
+                self._parser.forget()
+            self._heard_ns = now_ns
             baud = self._baud()
             for instruction in self._parser.feed(data):
                 self._busy_until_ns = max(self._busy_until_ns, now_ns) + self._span_ns(instruction.size, baud)
@@ -138,12 +145,13 @@ class SimulatorProcess:
     """A simulator running as a child process; ends when it is closed, or with us."""
 
     def __init__(self, folder: Path, seed: int | None = None) -> None:
-        """Start it and wait until it is ready; its control socket is made in ``folder``.
+        """Start it and wait until it is ready; its log goes to ``folder``.
 
         :raises SimulatorError: when it does not come up.
         """
         # A path of its own for each start, and short: a socket's path may have 107 bytes.
-        self._control = folder / "simulator.sock"
+        self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
+        self._control = Path(self._socket_folder.name) / "simulator.sock"
         command = [sys.executable, "-m", "kata.simulator", "--control", str(self._control)]
         if seed is not None:
             command += ["--seed", str(seed)]
@@ -173,6 +181,7 @@ class SimulatorProcess:
             self._child.wait()
         self._child.stdout.close()
         self._log.close()
+        self._socket_folder.cleanup()
 
     def _wait_until_ready(self, folder: Path) -> str:
         assert self._child.stdout is not None

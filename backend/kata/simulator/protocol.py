@@ -3,7 +3,7 @@
 Written apart from the device's own codec on purpose: two readings of one specification have to agree.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,15 +16,21 @@ WRITE: Final = 0x03
 REG_WRITE: Final = 0x04
 ACTION: Final = 0x05
 REBOOT: Final = 0x08
+STATUS: Final = 0x55
 SYNC_READ: Final = 0x82
 SYNC_WRITE: Final = 0x83
-STATUS: Final = 0x55
+FAST_SYNC_READ: Final = 0x8A
+BULK_READ: Final = 0x92
+BULK_WRITE: Final = 0x93
 
 INSTRUCTION_ERROR: Final = 0x02
 CRC_ERROR: Final = 0x03
 DATA_RANGE_ERROR: Final = 0x04
 DATA_LENGTH_ERROR: Final = 0x05
+DATA_LIMIT_ERROR: Final = 0x06
 ACCESS_ERROR: Final = 0x07
+ALERT: Final = 0x80
+"""Joined to the error byte of every answer while a hardware error stands."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +84,33 @@ def status(drive_id: int, error: int, data: bytes = b"") -> bytes:
     return packet + fast_crc(packet).to_bytes(2, "little")
 
 
+def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length: int) -> list[bytes]:
+    """A Fast Sync Read's one packet in the parts that each drive adds, from ``(drive id, error, data)`` in order.
+
+    ``promised`` drives were asked for ``length`` bytes each: the header, which the first one sends, says so whether or
+    not all of them answer. Nothing is stuffed; each part ends with the CRC of all bytes so far.
+    """
+    size = 1 + promised * (length + 4)
+    sent = HEADER + bytes([BROADCAST]) + size.to_bytes(2, "little") + bytes([STATUS])
+    blocks = []
+    before = 0
+    for drive_id, error, data in answers:
+        sent += bytes([error, drive_id]) + data
+        sent += fast_crc(sent).to_bytes(2, "little")
+        blocks.append(sent[before:])
+        before = len(sent)
+    return blocks
+
+
 class InstructionParser:
     """Takes bytes as they come and gives whole packets, sound or not; noise between them is skipped."""
 
     def __init__(self) -> None:
         self._heard = bytearray()
+
+    def forget(self) -> None:
+        """Give up a packet that has only begun."""
+        self._heard.clear()
 
     def feed(self, data: bytes) -> Iterator[Instruction]:
         """Packets completed by ``data``."""

@@ -27,10 +27,11 @@ _WATCHDOG_STEP_S: Final = 0.02
 ID, BAUD, RETURN_DELAY, OPERATING_MODE = 7, 8, 9, 11
 CURRENT_LIMIT, PORT_MODE, TORQUE_ENABLE, STATUS_LEVEL = 38, 55, 64, 68
 HARDWARE_ERROR, D_GAIN, I_GAIN, P_GAIN, BUS_WATCHDOG = 70, 80, 82, 84, 98
+MAX_POSITION, MIN_POSITION = 48, 52
 GOAL_CURRENT, GOAL_POSITION, PRESENT_CURRENT, PRESENT_VELOCITY, PRESENT_POSITION = 102, 116, 126, 128, 132
-PORT_DATA, END = 150, 158
+REALTIME_TICK, MOVING, MOVING_THRESHOLD, PORT_DATA, END = 120, 122, 24, 150, 158
 _EEPROM_END: Final = 64
-_GOALS: Final = range(100, 120)
+_GOALS: Final = frozenset((*range(100, 106), *range(116, 120)))
 _TRIPPED: Final = 0xFF
 _BAUDS: Final = {0: 9_600, 1: 57_600, 2: 115_200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000}
 
@@ -41,8 +42,9 @@ _DEFAULTS: Final = (
     (RETURN_DELAY, "<B", 250),
     (OPERATING_MODE, "<B", 3),
     (CURRENT_LIMIT, "<H", 2047),
-    (52, "<I", 0),
-    (48, "<I", 4095),
+    (MIN_POSITION, "<I", 0),
+    (MAX_POSITION, "<I", 4095),
+    (MOVING_THRESHOLD, "<I", 10),
     (63, "<B", 52),
     (STATUS_LEVEL, "<B", 2),
     (GOAL_CURRENT, "<H", 2047),
@@ -51,6 +53,19 @@ _DEFAULTS: Final = (
     (144, "<H", 240),
     (146, "<B", 32),
 )
+_RANGES: Final = {
+    ID: (0, 252),
+    RETURN_DELAY: (0, 254),
+    **dict.fromkeys(range(PORT_MODE + 1, PORT_MODE + 4), (0, 3)),
+    TORQUE_ENABLE: (0, 1),
+    STATUS_LEVEL: (0, 2),
+    BUS_WATCHDOG: (0, 127),
+}
+"""Registers of one byte that take these values only."""
+_MODES: Final = frozenset((0, 1, 3, 4, 5, 16))
+_CURRENT_BASED_POSITION: Final = 5
+_SINGLE_TURN: Final = 3
+_MULTI_TURN_COUNTS: Final = 1_048_575
 _READ_ONLY: Final = frozenset((*range(7), *range(69, 76), *range(120, PORT_DATA + 2)))
 
 
@@ -85,6 +100,11 @@ class Servo:
         return self.table[TORQUE_ENABLE] != 0
 
     @property
+    def alert(self) -> int:
+        """What a standing hardware error adds to the error byte of its answers."""
+        return protocol.ALERT if self.table[HARDWARE_ERROR] else 0
+
+    @property
     def baud(self) -> int:
         """What register 8 stands for."""
         return _BAUDS[self.table[BAUD]]
@@ -116,10 +136,8 @@ class Servo:
             return protocol.ACCESS_ERROR
         if self.torque_on and address < _EEPROM_END:
             return protocol.ACCESS_ERROR
-        if self.table[BUS_WATCHDOG] == _TRIPPED and address in _GOALS:
-            return protocol.DATA_RANGE_ERROR
-        if BAUD in touched and data[BAUD - address] not in _BAUDS:
-            return protocol.DATA_RANGE_ERROR
+        if error := self._objection(touched, data):
+            return error
         was_on = self.torque_on
         self.table[address : touched.stop] = data
         if self.torque_on and not was_on:
@@ -130,6 +148,24 @@ class Servo:
         self._silence_s = 0.0
         self._understand()
         return 0
+
+    def _objection(self, touched: range, data: bytes) -> int:
+        """The error that this write would be answered with, 0 for none."""
+        for address, value in zip(touched, data, strict=True):
+            low, high = _RANGES.get(address, (0, 255))
+            if not low <= value <= high:
+                return protocol.DATA_RANGE_ERROR
+        if BAUD in touched and data[BAUD - touched.start] not in _BAUDS:
+            return protocol.DATA_RANGE_ERROR
+        if OPERATING_MODE in touched and data[OPERATING_MODE - touched.start] not in _MODES:
+            return protocol.DATA_RANGE_ERROR
+        if self.table[BUS_WATCHDOG] == _TRIPPED:
+            cleared = BUS_WATCHDOG in touched and data[BUS_WATCHDOG - touched.start] == 0
+            if not cleared and not (_GOALS | {BUS_WATCHDOG}).isdisjoint(touched):
+                return protocol.DATA_RANGE_ERROR
+        after = self.table[:]
+        after[touched.start : touched.stop] = data
+        return protocol.DATA_LIMIT_ERROR if _beyond_limits(after, touched) else 0
 
     def reboot(self) -> None:
         """Torque off, RAM back to its defaults, hardware error forgotten."""
@@ -159,14 +195,18 @@ class Servo:
         torque = p * error + self._integral_nm + d * (self._goal_speed - speed)
         self.torque_nm = min(max(torque, -self._limit_nm), self._limit_nm)
 
-    def show(self, angle: float, speed: float) -> None:
+    def show(self, angle: float, speed: float, now_ns: int) -> None:
         """Bring the present values in the table up to date."""
+        unit_speed = round(speed / _RAD_S_A_UNIT)
+        struct.pack_into("<H", self.table, REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
+        (threshold,) = struct.unpack_from("<I", self.table, MOVING_THRESHOLD)
+        self.table[MOVING] = abs(unit_speed) > threshold
         struct.pack_into(
             "<hii",
             self.table,
             PRESENT_CURRENT,
             round(self.torque_nm / _NM_A_UNIT),
-            round(speed / _RAD_S_A_UNIT),
+            unit_speed,
             ZERO_COUNT + round(angle * _COUNT_A_RAD),
         )
 
@@ -175,7 +215,7 @@ class Servo:
         scale = self._strength
         self._gains = (p * _P_NM_RAD * scale, i * _I_NM_RAD_S * scale, d * _D_NM_S_RAD * scale)
         limit = struct.unpack_from("<H", self.table, CURRENT_LIMIT)[0]
-        if self.table[OPERATING_MODE] == 5:
+        if self.table[OPERATING_MODE] == _CURRENT_BASED_POSITION:
             limit = min(limit, abs(struct.unpack_from("<h", self.table, GOAL_CURRENT)[0]))
         self._limit_nm = limit * _NM_A_UNIT * scale
         (goal,) = struct.unpack_from("<i", self.table, GOAL_POSITION)
@@ -194,3 +234,19 @@ class Servo:
             self.table[BUS_WATCHDOG] = _TRIPPED
             self._set_goal(angle)
             self._understand()
+
+
+def _beyond_limits(table: bytearray, touched: range) -> bool:
+    """Whether a goal among the touched registers is one that the drive's own limits forbid."""
+    if GOAL_CURRENT in touched:
+        (current,) = struct.unpack_from("<h", table, GOAL_CURRENT)
+        (limit,) = struct.unpack_from("<H", table, CURRENT_LIMIT)
+        if abs(current) > limit:
+            return True
+    if GOAL_POSITION in touched:
+        low, high = -_MULTI_TURN_COUNTS, _MULTI_TURN_COUNTS
+        if table[OPERATING_MODE] == _SINGLE_TURN:
+            high, low = struct.unpack_from("<II", table, MAX_POSITION)
+        (position,) = struct.unpack_from("<i", table, GOAL_POSITION)
+        return not low <= position <= high
+    return False
