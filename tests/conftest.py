@@ -3,6 +3,7 @@
 import os
 import pwd
 import shutil
+import socket
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -30,6 +31,13 @@ def browser_type_launch_args() -> dict[str, Any]:
         "executable_path": str(browser),
         "args": ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", *quiet],
     }
+
+
+def free_port() -> int:
+    """A port that nobody listens on just now."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port: int = free.getsockname()[1]
+    return port
 
 
 def recorded_motions() -> list[Path]:

@@ -1,7 +1,6 @@
 """A whole clinic as `make run` starts it, for a real browser."""
 
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -14,7 +13,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.conftest import ROOT
+from tests.conftest import ROOT, free_port
 
 START_LIMIT_S = 60.0
 
@@ -23,8 +22,7 @@ class Clinic:
     """``kata serve --simulate`` in a process of its own."""
 
     def __init__(self, folder: Path) -> None:
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            self.port = free.getsockname()[1]
+        self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._log = folder / "service.log"
         with self._log.open("wb") as log:

@@ -1,0 +1,81 @@
+"""The service is killed in the middle of a playback, as by a power cut; the next one finds everything that was measured."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import httpx2
+
+from tests.conftest import free_port
+
+LIMIT_S = 60.0
+
+
+class Served:
+    """``kata serve --simulate`` on a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        port = free_port()
+        command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(port)]
+        self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
+        self._client = httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)
+        self.until(lambda: self.live()["mode"] == "idle")
+
+    def call(self, method: str, path: str, body: Any = None) -> Any:
+        answer = self._client.request(method, f"/api/{path}", json=body)
+        answer.raise_for_status()
+        return answer.json()
+
+    def live(self) -> Any:
+        return self.call("GET", "station")["live"]
+
+    def until(self, condition: Callable[[], object]) -> None:
+        limit = time.monotonic() + LIMIT_S
+        while True:
+            try:
+                if condition():
+                    return
+            except httpx2.TransportError:
+                assert self.process.poll() is None
+            assert time.monotonic() < limit
+            time.sleep(0.05)
+
+    def end(self, how: signal.Signals) -> None:
+        self._client.close()
+        os.kill(self.process.pid, how)
+        self.process.wait(20)
+
+
+def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
+    first = Served(tmp_path)
+    patient = first.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "left"})
+    first.call("POST", "station/teach", {"patient_id": patient["id"]})
+    first.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
+    first.until(lambda: first.call("GET", "simulator")["hand"]["phase"] == "away")
+    first.call("POST", "station/finish-teaching")
+    recordings = f"patients/{patient['id']}/recordings"
+    first.until(lambda: first.call("GET", recordings)["items"])
+    recording = first.call("GET", recordings)["items"][0]
+    session = first.call("POST", "sessions", {"patient_id": patient["id"]})
+    run = first.call("POST", "station/load", {"session_id": session["id"], "recording_id": recording["id"]})
+    first.call("POST", "station/approach")
+    first.until(lambda: first.live()["mode"] == "paused")
+    first.call("POST", "station/play")
+    first.until(lambda: first.live()["run"]["position_s"] > 1.0)
+    first.end(signal.SIGKILL)
+
+    second = Served(tmp_path)
+    try:
+        assert second.live()["torque_on"] is False
+        assert second.live()["run"] is None
+        kept = second.call("GET", f"runs/{run['id']}")
+        assert kept["outcome"] == "stopped"
+        assert kept["stop"]["code"] in ("service_silent", "bus_lost", "drive_silent", "estop_unknown")
+        assert kept["comparison"]["samples"] > 90
+    finally:
+        second.end(signal.SIGTERM)
