@@ -4,8 +4,11 @@ import asyncio
 import json
 import logging
 import os
+import signal
 import socket
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from ipaddress import ip_address
 from pathlib import Path
@@ -68,7 +71,10 @@ def serve(
     if reload:
         _serve_reloading(settings)
     else:
-        asyncio.run(_serve(settings))
+        try:
+            asyncio.run(_serve(settings))
+        except KeyboardInterrupt:
+            sys.exit(130)
 
 
 @app.command()
@@ -115,6 +121,14 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
 
 class _Server(uvicorn.Server):
     """Says where the page is once it really is there, and what was wrong when it is not."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """As uvicorn's own, without raising the signal again at the end: there is more to be ended after the server."""
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self.handle_exit, number, None)
+        yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)

@@ -2,7 +2,9 @@
 
 import json
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -63,7 +65,8 @@ class FigureWorker:
 
     @staticmethod
     def _new_pool() -> ProcessPoolExecutor:
-        pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
+        spawning = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
         # Ctrl-C in a terminal reaches every process of the group; ending the worker is ours. It inherits the mask.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
@@ -147,6 +150,18 @@ def _symmetric(error_deg: Any) -> list[float]:
     """An error axis with zero in the middle, never so narrow that noise looks like a fault."""
     reach = max(2.0, 1.2 * float(abs(error_deg).max()))
     return [-reach, reach]
+
+
+def _end_with_parent() -> None:
+    """A service that is killed cannot end its worker; so the worker watches."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
 
 
 def _warm_up() -> None:

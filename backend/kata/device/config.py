@@ -75,7 +75,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     approach_speed_deg_s: float = 15.0
     following_error_deg: float = 20.0
     following_error_ms: int = 250
-    silence_ms: int = 60
+    silence_ms: int = 100
     """A drive or input that has not answered for this long is a fault."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 200
