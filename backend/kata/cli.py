@@ -25,7 +25,7 @@ from kata.demo import DemoError, demonstrate, write
 from kata.device.config import ConfigError
 from kata.motion.taught import TaughtError
 from kata.settings import Settings
-from kata.simulator.apparatus import HandRefusedError
+from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
 from kata.web.app import create_app
 

@@ -12,8 +12,7 @@ from typing import Final, Literal
 
 import msgspec
 
-from kata.simulator.hand import Hand, Motion
-from kata.simulator.hand import HandRefusedError as HandRefusedError
+from kata.simulator.hand import Hand, HandRefusedError, Motion
 from kata.simulator.plant import STEP_S, Plant
 from kata.simulator.servos import Servo
 

@@ -14,7 +14,8 @@ from kata.clinic.problems import ProblemError
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.motion.taught import Taught, TaughtError, parse_csv, read_csv
-from kata.simulator.apparatus import HandRefusedError, State
+from kata.simulator.apparatus import State
+from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorProcess
 
 Source = Literal["built-in", "recorded", "uploaded"]
