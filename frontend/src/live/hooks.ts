@@ -16,6 +16,9 @@ export const useAlive = (): boolean => useStore(isAlive);
 export const useHeardAt = (): number | null =>
   useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));
 
+/** What happened while this page was open, newest first. */
+export const useEvents = (): Schemas["EventLive"][] => useStore((state) => state.events);
+
 export const useStation = (): StationInfo | null => useStore((state) => state.station);
 
 /** One field of the live state; null before anything has come. */

@@ -6,6 +6,7 @@ import { useLive, useStation } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { Angles } from "./Angles";
+import { Lately } from "./Lately";
 import { PlayPanel } from "./PlayPanel";
 import { SimulatorPanel } from "./SimulatorPanel";
 import { TeachPanel } from "./TeachPanel";
@@ -73,7 +74,10 @@ export function StationPage() {
           </Stack>
         </Grid.Col>
         <Grid.Col span={{ base: 12, md: 6 }}>
-          <Angles />
+          <Stack>
+            <Angles />
+            <Lately />
+          </Stack>
         </Grid.Col>
       </Grid>
     </Stack>

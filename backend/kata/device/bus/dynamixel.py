@@ -90,10 +90,9 @@ class StatusParser:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
-        self.damaged = 0
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
-        """Yields ``(drive id, error byte, data)``; noise and packets with a wrong CRC are dropped and counted."""
+        """Yields ``(drive id, error byte, data)``; noise and packets with a wrong CRC are dropped."""
         buffer = self._buffer
         buffer += data
         while True:
@@ -106,14 +105,12 @@ class StatusParser:
                 return
             end = 7 + int.from_bytes(buffer[5:7], "little")
             if end > 1024:
-                self.damaged += 1
                 del buffer[:4]
                 continue
             if len(buffer) < end:
                 return
             packet = bytes(buffer[:end])
             if end < _OVERHEAD or crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
-                self.damaged += 1
                 del buffer[:4]
                 continue
             del buffer[:end]
