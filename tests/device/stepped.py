@@ -23,6 +23,7 @@ class SteppedApparatus:
     """A :class:`~kata.device.bus.port.Bus`; tests set its fields as the world would."""
 
     angles_deg: list[float] = field(default_factory=lambda: list(REST_DEG))
+    speeds_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
     torque: list[bool] = field(default_factory=lambda: [False] * 5)
     estop_open: bool = False
     pedal_down: bool = False
@@ -47,7 +48,7 @@ class SteppedApparatus:
         self._cycle += 1
         axis = self._cycle % 5
         drives = tuple(
-            None if n in self.silent else DriveReading(self.t_ns, angle, 0.0, 0.0)
+            None if n in self.silent else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], 0.0)
             for n, angle in enumerate(self.angles_deg)
         )
         inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)

@@ -170,6 +170,10 @@ def _hold(stepped: Stepped) -> None:
     stepped.apparatus.angles_deg[2] = 60.0
 
 
+def _run_away(stepped: Stepped) -> None:
+    stepped.apparatus.speeds_deg_s[0] = 250.0
+
+
 def _silence_service(stepped: Stepped) -> None:
     stepped.exchange.service_silent_ms = 600.0
 
@@ -190,6 +194,7 @@ def _fill_disk(stepped: Stepped) -> None:
         ("torque_lost", _switch_itself_off),
         ("position_limit", _push_out),
         ("following_error", _hold),
+        ("overspeed", _run_away),
         ("service_silent", _silence_service),
         ("journal_fault", _fill_disk),
     ],
@@ -235,6 +240,28 @@ def test_an_error_in_the_control_program_stops_at_once(playing: Stepped, monkeyp
     assert not playing.torque
     assert playing.mode == "stopped"
     assert playing.causes() == ["unexpected_error"]
+
+
+def test_a_jump_is_never_sent(playing: Stepped) -> None:
+    movement = playing.loop._machine._movement
+    assert movement is not None
+    movement.position_s += 0.5  # as a defect of our own would
+    playing.cycle()
+
+    assert not playing.torque
+    assert playing.causes() == ["setpoint_step"]
+    assert np.abs(np.diff(np.array(playing.apparatus.written), axis=0)).max() < 0.6
+
+
+def test_a_setpoint_that_is_no_number_is_never_sent(playing: Stepped) -> None:
+    movement = playing.loop._machine._movement
+    assert movement is not None
+    movement.position_s = float("nan")
+    playing.cycle()
+
+    assert not playing.torque
+    assert playing.mode == "stopped"
+    assert np.all(np.isfinite(np.array(playing.apparatus.written)))
 
 
 def test_when_the_bus_comes_back_nothing_moves_by_itself(playing: Stepped) -> None:

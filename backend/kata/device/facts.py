@@ -40,8 +40,6 @@ class Facts:
     torque_on: bool
     """What was last commanded."""
     setpoint_deg: tuple[float, ...]
-    setpoint_step_deg: tuple[float, ...]
-    """Last change of the setpoint, per setpoint period."""
     following_ms: tuple[float, ...]
     """How long each axis has been further from its setpoint than allowed."""
     service_age_ms: float
@@ -64,16 +62,12 @@ class Observer:
         self._torque_on = False
         self._torque_switched_ns = 0
         self._setpoint = (math.nan,) * axes
-        self._step = (0.0,) * axes
 
     def commanded(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...]) -> None:
         """Remember what the drives were told in this cycle."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
             self._torque_switched_ns = t_ns
-            self._step = (0.0,) * len(setpoint_deg)
-        elif torque_on:
-            self._step = tuple(new - old for new, old in zip(setpoint_deg, self._setpoint, strict=True))
         self._setpoint = setpoint_deg
 
     def facts(
@@ -106,7 +100,6 @@ class Observer:
             torque_reported=tuple(self._torque_reported(status) for status in self._status),
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
-            setpoint_step_deg=self._step,
             following_ms=tuple(self._following_ms(n, t_ns) for n in range(len(self._drives))),
             service_age_ms=service_age_ms,
             late_ms=late_ms,

@@ -5,7 +5,7 @@ stop, because torque off can itself be the harm (the arm drops): category 0 cuts
 ramps down for a quarter of a second first.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -89,12 +89,13 @@ def _following_error(facts: Facts, config: StationConfig) -> Iterable[int]:
     return (n for n, lasted in enumerate(facts.following_ms) if lasted > config.following_error_ms)
 
 
-def _setpoint_step(facts: Facts, config: StationConfig) -> Iterable[int]:
-    return (
+def setpoint_steps(before_deg: Sequence[float], after_deg: Sequence[float], config: StationConfig) -> list[int]:
+    """The axes whose next setpoint is further from the last one than the axis may move in that time; it is not sent."""
+    return [
         n
-        for n, (axis, step) in enumerate(zip(config.axes, facts.setpoint_step_deg, strict=True))
-        if facts.torque_on and abs(step) > _STEP * axis.max_speed_deg_s / config.rate_hz + 1.0
-    )
+        for n, (axis, before, after) in enumerate(zip(config.axes, before_deg, after_deg, strict=True))
+        if not abs(after - before) <= _STEP * axis.max_speed_deg_s / config.rate_hz + 1.0
+    ]
 
 
 def _overrun(facts: Facts, config: StationConfig) -> Iterable[None]:
@@ -110,7 +111,7 @@ def _journal_fault(facts: Facts, config: StationConfig) -> Iterable[None]:
 
 
 def _never(facts: Facts, config: StationConfig) -> Iterable[None]:
-    """Raised by an act, not by a condition; cleared at once."""
+    """Raised by an act, or before something is sent, and not by a condition; cleared at once."""
     return ()
 
 
@@ -187,7 +188,7 @@ FAULTS: Final = (
         0,
         "Motor {motor} was about to be sent a jump.",
         "Acknowledge, and report this: it should not be possible.",
-        _setpoint_step,
+        _never,
     ),
     Fault("overrun", 1, "The control computer was too slow.", _CHECK_AND_ACKNOWLEDGE, _overrun),
     Fault(

@@ -14,6 +14,7 @@ from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.config import StationConfig
 from kata.device.exchange import Exchange
 from kata.device.facts import Facts, Observer
+from kata.device.faults import setpoint_steps
 from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
 from kata.device.modes import Machine
 from kata.device.supervisor import judge
@@ -86,11 +87,19 @@ class ControlLoop:
             self._take_command(facts)
         except Exception:
             log.exception("the control program met an error of its own")
-            self._machine.fail(facts)
+            self._machine.abort(facts, [("unexpected_error", None)])
+        if torque_was_on and self._machine.torque_on:
+            self._refuse_jumps(facts)
         self._write(torque_was_on, facts)
         self._observer.commanded(t_ns, self._machine.torque_on, self._machine.setpoint_deg)
         self._publish(facts)
         return not (self._exchange.closing and self._machine.close())
+
+    def _refuse_jumps(self, facts: Facts) -> None:
+        """The last look before anything is sent."""
+        steps = setpoint_steps(facts.setpoint_deg, self._machine.setpoint_deg, self._config)
+        if steps:
+            self._machine.abort(facts, [("setpoint_step", axis) for axis in steps])
 
     # -- the bus --------------------------------------------------------------------------------------------------
 

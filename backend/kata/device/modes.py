@@ -292,11 +292,12 @@ class Machine:
             self._end_run(JournalEnd(reason="unloaded"))
         return True
 
-    def fail(self, facts: Facts) -> None:
-        """The program met an error of its own: stop, category 0."""
+    def abort(self, facts: Facts, causes: list[Key]) -> None:
+        """Torque off at once, for an error of the program's own."""
         self._t_ns = facts.t_ns
         self.stop = self.stop or LatchedStop(facts.t_ns)
-        self.stop.update(self.stop.holding, [("unexpected_error", None)])
+        for cause in self.stop.update(self.stop.holding, causes):
+            self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
         self._cut_torque()
         if self.mode != "stopped":
             self._end_teaching()
