@@ -23,6 +23,7 @@ from kata.clinic.problems import ProblemError
 from kata.database.engine import DatabaseError
 from kata.demo import DemoError, demonstrate, write
 from kata.device.config import ConfigError
+from kata.device.journal import FolderInUseError
 from kata.motion.taught import TaughtError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
@@ -102,6 +103,7 @@ def demo(
         ProblemError,
         ConfigError,
         DatabaseError,
+        FolderInUseError,
         SimulatorError,
         OSError,
     ) as error:
@@ -150,7 +152,7 @@ async def _serve(settings: Settings) -> None:
                 uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
             )
             await server.serve([listening])
-    except (ConfigError, DatabaseError, SimulatorError) as error:
+    except (ConfigError, DatabaseError, FolderInUseError, SimulatorError) as error:
         _fail(str(error))
 
 

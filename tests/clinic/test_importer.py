@@ -2,6 +2,7 @@
 
 import base64
 import json
+import threading
 from datetime import UTC, datetime
 from pathlib import Path
 from uuid import UUID, uuid4
@@ -175,6 +176,43 @@ def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clin
     assert run.outcome == "interrupted"
     assert run.comparison is not None
     assert run.comparison.samples == 100
+
+
+def test_a_journal_that_a_last_device_process_still_writes_is_waited_for(clinic: Clinic) -> None:
+    """A service that was killed and is started again at once finds the old device process on its ramp."""
+    run_id = clinic.begin_run(clinic.recording())
+    path = clinic.journal("run", run_id, [1.0], end=JournalEnd(reason="stopped", cause_code="service_silent"))
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-30])
+    holding, may_end = threading.Event(), threading.Event()
+
+    def end_it() -> None:
+        with journal.claimed(clinic.folder, 0.0):
+            holding.set()
+            may_end.wait(10)
+            path.write_bytes(whole)
+
+    device = threading.Thread(target=end_it)
+    device.start()
+    assert holding.wait(10)
+    starting = threading.Thread(target=clinic.importer.run_at_start)
+    starting.start()
+    starting.join(0.2)
+    assert starting.is_alive()
+    may_end.set()
+    starting.join(10)
+    device.join(10)
+    with clinic.database.read() as session:
+        assert sessions.get_run(session, run_id).outcome == "stopped"
+
+
+def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kata.clinic.importer._LAST_DEVICE_S", 0.0)
+    run_id = clinic.begin_run(clinic.recording())
+    with journal.claimed(clinic.folder, 0.0), pytest.raises(journal.FolderInUseError):
+        clinic.importer.run_at_start()
+    with clinic.database.read() as session:
+        assert sessions.get_run(session, run_id).ended_at is None
 
 
 def test_a_run_without_any_journal_is_interrupted_at_the_next_start(clinic: Clinic) -> None:

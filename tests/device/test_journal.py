@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.journal import JournalEnd, JournalError, JournalHeader, JournalWriter, read
+from kata.device.journal import FolderInUseError, JournalEnd, JournalError, JournalHeader, JournalWriter, claimed, read
 
 HEADER = JournalHeader(
     kind="run",
@@ -129,3 +129,14 @@ def _cut(folder: Path, data: bytes) -> Path:
     path = folder / "cut.journal"
     path.write_bytes(data)
     return path
+
+
+def test_a_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
+    with (
+        claimed(tmp_path, 0.0),
+        pytest.raises(FolderInUseError, match="in use by another Kata"),
+        claimed(tmp_path, 0.05),
+    ):
+        pass
+    with claimed(tmp_path, 0.0):
+        pass

@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 
 _IMPORTED: Final = "imported"
 _UNREADABLE: Final = "unreadable"
+_LAST_DEVICE_S: Final = 10.0
+"""A device process whose service was killed ramps down, writes its journal and ends in much less."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +61,14 @@ class Importer:
                     log.exception("%s could not be imported; it stays where it is", path.name)
 
     def run_at_start(self) -> None:
-        """As :meth:`run`, while no device process is running; then close what has lost its journal."""
-        self.run()
-        with self._database.write() as session:
-            lost = sessions.give_up_unended(session)
+        """As :meth:`run`, once the last device process has ended; then close what has lost its journal.
+
+        :raises FolderInUseError: when one goes on, so that another service must be there.
+        """
+        with journal.claimed(self._folder, _LAST_DEVICE_S):
+            self.run()
+            with self._database.write() as session:
+                lost = sessions.give_up_unended(session)
         if lost:
             log.warning("%d playbacks had not ended when the service did, and left no journal", lost)
 

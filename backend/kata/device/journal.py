@@ -5,11 +5,14 @@ stands before the first record that is cut or damaged is good. The control threa
 thread writes and syncs. The service reads finished files into the database.
 """
 
+import fcntl
 import os
 import struct
+import time
 import zlib
 from collections import deque
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -31,6 +34,8 @@ SUFFIX: Final = ".journal"
 _RING_RECORDS: Final = 6000
 """A minute at 100 Hz: longer than any disk may keep us waiting."""
 
+_CLAIM_AGAIN_S: Final = 0.02
+
 _SAMPLE: Final = struct.Struct("<qIBd15f")
 _FRAME: Final = struct.Struct("<BH")
 _CRC: Final = struct.Struct("<I")
@@ -51,6 +56,35 @@ _ROW: Final = np.dtype(
 
 class JournalError(ValueError):
     """The file is not a journal, or not one this version can read."""
+
+
+class FolderInUseError(Exception):
+    """Another process holds the folder of journals; the message says which folder."""
+
+
+@contextmanager
+def claimed(folder: Path, within_s: float) -> Iterator[None]:
+    """Hold the folder alone: a journal is imported when nobody writes it any more, and one device process is enough.
+
+    The claim goes with the process, however that ends. A device process that has lost its service holds it until its last
+    journal is whole.
+
+    :raises FolderInUseError: when somebody else still holds it after ``within_s``.
+    """
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        until = time.monotonic() + within_s
+        while True:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError as error:
+                if time.monotonic() >= until:
+                    raise FolderInUseError(f"{folder} is in use by another Kata.") from error
+                time.sleep(_CLAIM_AGAIN_S)
+        yield
+    finally:
+        os.close(handle)
 
 
 class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format", tag="kata-journal/1"):

@@ -15,6 +15,7 @@ from typing import Final
 from kata.device.bus.dynamixel import DynamixelBus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
+from kata.device.journal import FolderInUseError, claimed
 from kata.device.loop import ControlLoop
 
 log = logging.getLogger(__name__)
@@ -22,6 +23,8 @@ log = logging.getLogger(__name__)
 _SWITCH_INTERVAL_S: Final = 50e-6
 """With Python's default of 5 ms, one busy sibling thread makes a 100 Hz thread that much late."""
 _PRIORITY: Final = 60
+_CLAIM_LIMIT_S: Final = 10.0
+"""For the process before this one to come to its end."""
 
 
 def main() -> int:
@@ -38,8 +41,17 @@ def main() -> int:
     except (ConfigError, OSError) as error:
         log.error("%s", error)
         return 2
-    exchange = Exchange(config, socket.socket(fileno=arguments.socket), arguments.journal)
+    try:
+        with claimed(arguments.journal, _CLAIM_LIMIT_S):
+            _run(config, Exchange(config, socket.socket(fileno=arguments.socket), arguments.journal))
+    except FolderInUseError as error:
+        log.error("%s", error)
+        return 2
+    log.info("ended")
+    return 0
 
+
+def _run(config: StationConfig, exchange: Exchange) -> None:
     def end(signum: int, frame: object) -> None:
         exchange.closing = True
 
@@ -54,8 +66,6 @@ def main() -> int:
     control.start()
     control.join()
     exchange.finish()
-    log.info("ended")
-    return 0
 
 
 def _control(config: StationConfig, exchange: Exchange) -> None:
