@@ -53,7 +53,7 @@ class SteppedApparatus:
         )
         inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
         status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
-        return Reading(drives, inputs, None if axis in self.silent else status)
+        return Reading(drives, inputs, () if axis in self.silent else (status,))
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         self._check()

@@ -11,7 +11,7 @@ _SWITCHING_NS: Final = 50_000_000
 """A drive's word on its torque counts from this long after the torque was switched."""
 _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
-_NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, status=None)
+_NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
 
@@ -77,8 +77,8 @@ class Observer:
         replies = reading or _NOTHING
         for n, drive in enumerate(replies.drives):
             self._drives[n] = drive or self._drives[n]
-        if replies.status:
-            self._status[replies.status.axis] = replies.status
+        for status in replies.statuses:
+            self._status[status.axis] = status
         if replies.inputs:
             self._inputs = replies.inputs
             self._settle_pedal(replies.inputs)
