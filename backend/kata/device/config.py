@@ -29,6 +29,8 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
     max_speed_deg_s: float = 150.0
+    max_acceleration_deg_s2: float = 10_000.0
+    """Far above what an arm does, and below what a jump looks like at 100 Hz."""
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
     position_p_gain: int = 1600
@@ -129,10 +131,17 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     following_error_deg: float = 20.0
     following_error_ms: int = 250
     silence_ms: int = 100
-    """A drive or input that has not answered for this long is a fault."""
+    """A drive that has not answered for this long is a fault. An input is one after two cycles."""
+    reversal_s: float = 2.0
+    """How far back along the path the arm is taken when it meets resistance, in the recording's own time."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 200
     """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent."""
+
+    @property
+    def setpoint_delay_s(self) -> float:
+        """How much later than it is worked out a setpoint reaches its drive, because the next cycle's request carries it."""
+        return 1.0 / self.cycle_hz if self.protocol == "modbus" and self.modbus.function_23 else 0.0
 
     def __post_init__(self) -> None:
         problems = self._problems()
@@ -155,6 +164,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                 found.append(f"axes[{n}]: min_deg must be below max_deg")
             if not 0 < axis.max_speed_deg_s <= 450:
                 found.append(f"axes[{n}].max_speed_deg_s: must be above 0 and at most 450 (75 rpm)")
+            if not axis.max_acceleration_deg_s2 > 0:
+                found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
             if not 0 < axis.max_torque_nm <= 4:
                 found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
         if self.inputs.drive_id not in ids:
