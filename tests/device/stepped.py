@@ -141,7 +141,12 @@ class Stepped:
     """The loop, the apparatus and the clock in one hand."""
 
     def __init__(
-        self, folder: Path, config: StationConfig | None = None, apparatus: SteppedApparatus | None = None
+        self,
+        folder: Path,
+        config: StationConfig | None = None,
+        apparatus: SteppedApparatus | None = None,
+        *,
+        settle: bool = True,
     ) -> None:
         self.config = config or StationConfig()
         self.apparatus = apparatus or SteppedApparatus()
@@ -155,7 +160,10 @@ class Stepped:
             now_ns=lambda: self._t_ns,
         )
         self.loop._open()
-        self.forward(0.2)
+        if settle:
+            self.forward(0.2)
+        else:
+            self.cycle()
 
     def forward(self, seconds: float, late_ms: float = 0.0) -> None:
         """Let time pass, cycle by cycle."""

@@ -139,6 +139,12 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent."""
 
     @property
+    def mechanism_deg(self) -> tuple[tuple[float, float], ...]:
+        """What may be commanded of each axis: its range, and half of the tolerance that measured angles have."""
+        tolerance = self.limit_tolerance_deg / 2
+        return tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in self.axes)
+
+    @property
     def setpoint_delay_s(self) -> float:
         """How much later than it is worked out a setpoint reaches its drive, because the next cycle's request carries it."""
         return 1.0 / self.cycle_hz if self.protocol == "modbus" and self.modbus.function_23 else 0.0

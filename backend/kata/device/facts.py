@@ -69,8 +69,8 @@ class Facts:
     torque_on: bool
     """What was last commanded."""
     setpoint_deg: tuple[float, ...]
-    setpoint_age_ms: float
-    """Since it was worked out, not since it was sent."""
+    setpoint_cycles: int
+    """Since it was worked out, not since it was sent. In cycles: time that the loop itself has lost is an overrun."""
     following_ms: tuple[float, ...]
     """How long each axis has been further from its setpoint than allowed."""
     overtorque_ms: tuple[float, ...]
@@ -120,12 +120,14 @@ class Observer:
         self._torque_switched_ns = 0
         self._setpoint = (math.nan,) * axes
         self._setpoint_t_ns = 0
+        self._setpoint_cycles = 0
 
     def commanded(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
         """Remember what the drives were told in this cycle, and when that setpoint was worked out."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
             self._torque_switched_ns = t_ns
+        self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
     def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
@@ -156,7 +158,7 @@ class Observer:
             torque_reported=reported,
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
-            setpoint_age_ms=_age_ms(t_ns, self._setpoint_t_ns),
+            setpoint_cycles=self._setpoint_cycles,
             following_ms=tuple(self._following.ms(n, t_ns, self._behind(n)) for n in axes),
             overtorque_ms=tuple(self._overtorque.ms(n, t_ns, self._too_strong(n)) for n in axes),
             accelerating_ms=tuple(self._accelerating.ms(n, t_ns, self._too_abrupt(n)) for n in axes),
@@ -179,7 +181,9 @@ class Observer:
             self._settle_pedal(replies.inputs)
 
     def _settle_pedal(self, inputs: InputReading) -> None:
-        if inputs.pedal_down == self._pedal_down:
+        if inputs.pedal_down is None:
+            self._pedal_down = self._pedal_changed_ns = None
+        elif inputs.pedal_down == self._pedal_down:
             self._pedal_changed_ns = None
         elif self._pedal_down is None or (
             self._pedal_changed_ns is not None and inputs.t_ns - self._pedal_changed_ns >= _STEADY_NS

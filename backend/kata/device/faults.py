@@ -131,8 +131,8 @@ def _position_frozen(facts: Facts, config: StationConfig) -> Iterable[int]:
 
 
 def _setpoint_frozen(facts: Facts, config: StationConfig) -> Iterable[None]:
-    limit_ms = _SETPOINT_PERIODS * 1000 / config.rate_hz
-    return (None,) if facts.torque_on and facts.setpoint_age_ms > limit_ms else ()
+    limit = _SETPOINT_PERIODS * config.cycle_hz // config.rate_hz
+    return (None,) if facts.torque_on and facts.setpoint_cycles > limit else ()
 
 
 def _overrun(facts: Facts, config: StationConfig) -> Iterable[None]:
@@ -224,7 +224,6 @@ FAULTS: Final = (
         "Switch the power supplies off.",
         _torque_remains,
     ),
-    Fault("position_limit", 1, "Motor {motor} left its range.", _CHECK_AND_ACKNOWLEDGE, _position_limit),
     Fault(
         "position_jump",
         0,
@@ -247,6 +246,7 @@ FAULTS: Final = (
         _overtorque,
     ),
     Fault("overacceleration", 0, "Motor {motor} moved too abruptly.", _CHECK_AND_ACKNOWLEDGE, _overacceleration),
+    Fault("position_limit", 1, "Motor {motor} left its range.", _CHECK_AND_ACKNOWLEDGE, _position_limit),
     Fault("overspeed", 0, "Motor {motor} was too fast.", _CHECK_AND_ACKNOWLEDGE, _overspeed),
     Fault(
         "following_error",

@@ -133,8 +133,7 @@ class Machine:
         self._lead_s = 0.5 / config.rate_hz + config.setpoint_delay_s
         """A setpoint holds until the next one: it aims at the middle of that time."""
         self._grid = 0
-        tolerance = config.limit_tolerance_deg / 2
-        self._mechanism_deg = tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in config.axes)
+        self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
@@ -362,7 +361,7 @@ class Machine:
     @property
     def limits_deg(self) -> Limits:
         """The tightest of mechanism and run, for each axis."""
-        return self._run.limits_deg() if self._run else self._mechanism_deg
+        return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
     def setpoint_due(self) -> bool:
@@ -380,8 +379,9 @@ class Machine:
     def _begin_approach(self, facts: Facts) -> None:
         run = self._run
         assert run is not None
-        run.came_from = np.array(facts.measured_deg)
-        way = approach.Approach(run.came_from, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
+        here = np.array(facts.measured_deg)
+        run.begin(here)
+        way = approach.Approach(here, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
         self._movement = Movement(way)
         self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
         self.torque_on = True

@@ -46,19 +46,25 @@ class Run:
         level = self.load.load_level / LOAD_LEVELS * _AT_FULL_TORQUE
         self._threshold_nm = [axis.max_torque_nm * level for axis in self.config.axes]
         self.forget_resistance()
+        self.limits_deg = self._tightest()
+        """What may be commanded: the tighter of mechanism and patient."""
 
-    def limits_deg(self) -> Limits:
-        """What may be commanded: the tighter of mechanism and patient, except on the way from where the arm was found."""
-        limits = []
-        for n, axis in enumerate(self.config.axes):
-            tolerance = self.config.limit_tolerance_deg / 2
-            low, high = axis.min_deg - tolerance, axis.max_deg + tolerance
-            if self.load.limits_deg:
-                low, high = max(low, self.load.limits_deg[n][0]), min(high, self.load.limits_deg[n][1])
-            if self.came_from is not None:
-                low, high = min(low, float(self.came_from[n])), max(high, float(self.came_from[n]))
-            limits.append((low, high))
-        return tuple(limits)
+    def begin(self, came_from: Floats) -> None:
+        """Torque is about to go on, with the arm at ``came_from``: wherever that is, on the way from there and back it may be."""
+        self.came_from = came_from
+        self.limits_deg = tuple(
+            (min(low, float(angle)), max(high, float(angle)))
+            for (low, high), angle in zip(self.limits_deg, came_from, strict=True)
+        )
+
+    def _tightest(self) -> Limits:
+        limits = self.config.mechanism_deg
+        if not self.load.limits_deg:
+            return limits
+        return tuple(
+            (max(low, patients_low), min(high, patients_high))
+            for (low, high), (patients_low, patients_high) in zip(limits, self.load.limits_deg, strict=True)
+        )
 
     # -- resistance -----------------------------------------------------------------------------------------------
 

@@ -25,7 +25,8 @@ class InputReading:
 
     t_ns: int
     estop_open: bool
-    pedal_down: bool
+    pedal_down: bool | None
+    """None: unknown."""
 
 
 @dataclass(frozen=True, slots=True)
