@@ -50,6 +50,8 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     drive_id: int = 1
     estop_port: int = 1
     pedal_port: int = 2
+    max_age_cycles: int = 2
+    """What an input said counts for this long; after that the emergency stop counts as pressed, the pedal as up."""
     usb_pedal: str | None = None
     """A pedal that is a keyboard to the computer, as the RI-PF1BK: /dev/input/by-id/...-event-kbd. ``pedal_port`` is then not looked at."""
 
@@ -174,6 +176,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                 found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
             if not 0 < axis.max_torque_nm <= 4:
                 found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
+        if self.inputs.max_age_cycles < 1:
+            found.append("inputs.max_age_cycles: must be at least 1")
         if self.inputs.drive_id not in ids:
             found.append("inputs.drive_id: must be the id of one of the axes")
         if self.baud <= 0 or self.return_delay_us < 0:
@@ -188,6 +192,15 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                 f"{self.cycle_hz} are asked for"
             )
         return found
+
+
+def simulated(port: str) -> StationConfig:
+    """The station that is served when the apparatus is simulated and no other configuration is given.
+
+    A pseudo-terminal hands its bytes over by an ordinary kernel worker, which a busy computer lets wait for some cycles:
+    inputs may be older than on a real line before they count as unknown.
+    """
+    return StationConfig(port=port, inputs=Inputs(max_age_cycles=10))
 
 
 def read(path: Path) -> StationConfig:

@@ -11,8 +11,6 @@ _SWITCHING_NS: Final = 50_000_000
 """A drive's word on its torque counts from this long after the torque was switched."""
 _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
-_INPUT_CYCLES: Final = 2
-"""What an input said counts for this many cycles."""
 _TORQUE_TOLERANCE: Final = 1.1
 """The drive's own limit is the rated torque; what it reports may overshoot a little."""
 _NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, statuses=())
@@ -113,7 +111,7 @@ class Observer:
         self._following, self._overtorque, self._accelerating = _Lasting(axes), _Lasting(axes), _Lasting(axes)
         self._frozen_since: list[float | None] = [None] * axes
         self._inputs: InputReading | None = None
-        self._input_limit_ms = _INPUT_CYCLES * 1000 / config.cycle_hz
+        self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
