@@ -75,7 +75,6 @@ class Wire:
         """Carry out and send what is due."""
         while self._coming and self._coming[0][0] <= now_ns:
             at_ns, _, instruction = heapq.heappop(self._coming)
-            self._apparatus.advance(at_ns)
             for answer in self._bus.carry_out(instruction, self._baud(), at_ns):
                 due_ns = at_ns + int(answer.after_s * 1e9)
                 self._busy_until_ns = max(self._busy_until_ns, due_ns)
