@@ -4,26 +4,17 @@ Times follow the bytes: an instruction counts when its last byte has passed, an 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from kata.simulator import protocol
+from kata.simulator.answers import Answer, bytes_s
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.protocol import Instruction
 from kata.simulator.script import Script
 from kata.simulator.servos import END, PORT_DATA, STATUS_LEVEL, Servo
 
-_BITS_A_BYTE: Final = 10
 _ANSWERS_READS: Final = 1
 _ANSWERS_ALL: Final = 2
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Bytes, and how long after the end of the instruction the last of them is out, in seconds."""
-
-    data: bytes
-    after_s: float
 
 
 class ServoBus:
@@ -37,10 +28,6 @@ class ServoBus:
         self._apparatus = apparatus
         self.servos = [Servo(drive, baud) for drive in apparatus.drives]
         self.script = Script(apparatus, self.servos)
-
-    def byte_s(self, baud: int) -> float:
-        """One byte's time on the wire."""
-        return _BITS_A_BYTE / baud
 
     def carry_out(self, instruction: Instruction, baud: int, now_ns: int) -> list[Answer]:
         """What the drives that listen at this baud rate do and answer."""
@@ -79,7 +66,7 @@ class ServoBus:
         after_s = 0.0
         for servo, answer in answers:
             late_s, data = self.script.spoil(servo.drive.motor, answer)
-            after_s += servo.return_delay_s + late_s + len(data) * self.byte_s(baud)
+            after_s += servo.return_delay_s + late_s + bytes_s(len(data), baud)
             yield Answer(data, after_s)
 
     def _single(self, listening: dict[int, Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
