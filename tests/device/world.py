@@ -37,6 +37,7 @@ class MemoryLine:
         self._baud = baud
         self._waiting: list[tuple[int, int, bytes]] = []
         self._number = 0
+        self._busy_until_ns = 0
         self.carried = 0
         """Bytes both ways."""
 
@@ -50,8 +51,9 @@ class MemoryLine:
         while self._waiting and self._waiting[0][0] <= world.t_ns:
             heapq.heappop(self._waiting)
         self.carried += len(data)
+        self._busy_until_ns = max(self._busy_until_ns, world.t_ns) + len(data) * 10_000_000_000 // self._baud
         if world.script.has("echo"):
-            self._arrives(world.t_ns + len(data) * 10_000_000_000 // self._baud, data)
+            self._arrives(self._busy_until_ns, data)
         world.line.hear(data, world.t_ns, self._baud)
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
@@ -131,7 +133,9 @@ class World:
 
     def goals(self, motor: int, since_ns: int = 0) -> list[float]:
         """Goals that a drive has accepted, degrees."""
-        return [seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns]
+        return [
+            seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
+        ]
 
     @property
     def torque(self) -> list[bool]:

@@ -66,7 +66,7 @@ class Conformance:
 
     def test_two_drives_with_one_id_are_named(self, world: World) -> None:
         world.fault("duplicate_id", 4)
-        with pytest.raises(BusError, match="motor 4.*do two drives share its id"):
+        with pytest.raises(BusError, match=r"motor 4.*do two drives share its id"):
             make_bus(world.config, world.open_line).open()
 
     def test_the_rated_torque_is_written_to_the_drives(self, world: World, bus: Bus) -> None:
@@ -94,13 +94,13 @@ class Conformance:
 
     def test_speed_and_torque_have_the_sign_of_the_motion(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
-        up = list(HOLD)
+        began_ns = world.t_ns
         fastest = hardest = 0.0
-        for _ in range(60):
-            up[3] += 0.4
+        while (since_s := (world.t_ns - began_ns) / 1e9) < 0.6:
+            bus.write_setpoints([*HOLD[:3], HOLD[3] + 30.0 * since_s, HOLD[4]])
             reading = bus.read()
-            bus.write_setpoints(up)
-            world.wait(0.01)
+            world.wait(0.001)
+            assert reading.drives[3] is not None
             fastest = max(fastest, reading.drives[3].speed_deg_s)
             hardest = max(hardest, reading.drives[3].torque_nm)
         assert fastest == pytest.approx(30.0, rel=0.6)
@@ -156,8 +156,9 @@ class Conformance:
         self.cycles(world, bus, 5)
         assert not any(world.torque)
         offs = [seen.t_ns for seen in world.seen if seen.what == "torque" and seen.value == 0 and seen.t_ns > off_ns]
-        assert max(offs) - off_ns < 2_000_000
-        assert not any(world.goals(motor, off_ns) for motor in range(1, 6))
+        # A hundred bytes: behind setpoints that are on the line already, and its own frame.
+        assert max(offs) - off_ns < 100 * 10e9 / world.config.baud + 1e6
+        assert not any(world.goals(motor, max(offs)) for motor in range(1, 6))
         assert {s.torque_on for r in self.cycles(world, bus, 5) for s in r.statuses} == {False}
 
     def test_the_watchdog_stops_a_drive_that_hears_nothing_says_so_and_is_cleared_by_the_next_start(
@@ -214,19 +215,19 @@ class Conformance:
             assert 4 in reading.garbled
             assert all(reading.drives[:4])
         world.script.clear()
-        assert all(self.cycles(world, bus, 1)[0].drives)
+        assert all(self.cycles(world, bus, 12)[-1].drives)
         assert bus.errors > 0
 
     def test_an_answer_that_comes_late_is_not_taken_for_a_later_one(self, world: World, bus: Bus) -> None:
-        # Later by just so much that each answer comes while the same thing is being asked again.
-        world.fault("delayed", 1, 1000 / world.config.cycle_hz)
+        world.fault("delayed", 1, 700 / world.config.cycle_hz)
         for reading in self.cycles(world, bus, 20):
             assert reading.inputs is None
             assert reading.drives[0] is None
 
     def test_noise_between_answers_costs_no_sound_one(self, world: World, bus: Bus) -> None:
         world.fault("noise", value=3)
-        for reading in self.cycles(world, bus, 20):
+        # One cycle to find out that the line is noisy.
+        for reading in self.cycles(world, bus, 20)[1:]:
             assert all(reading.drives)
             assert reading.inputs is not None
 
@@ -252,6 +253,7 @@ class Conformance:
                 call()
         bus.close()
         world.script.clear()
+        world.wait(0.1)
         bus.open()
         assert not any(world.torque)
         assert all(self.cycles(world, bus, 1)[0].drives)

@@ -40,6 +40,17 @@ class TestSlowDynamixel(Conformance):
     settings = {"baud": 115_200, "return_delay_us": 500, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
 
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_an_answer_that_is_late_by_whole_cycles_is_known_by_its_length(cycles: int) -> None:
+    world = World()
+    bus = make_bus(world.config, world.open_line)
+    bus.open()
+    Conformance.cycles(world, bus, 5)
+    world.fault("delayed", 1, cycles * 10.0)
+    for reading in Conformance.cycles(world, bus, 20):
+        assert reading.inputs is None
+
+
 @given(st.lists(st.binary(max_size=80), max_size=12))
 def test_whatever_comes_the_parsers_raise_nothing(chunks: list[bytes]) -> None:
     status, fast = StatusParser(), FastParser([1, 2, 3, 4, 5], 10)

@@ -14,14 +14,14 @@ class TestModbus(Conformance):
     """With function 23."""
 
     protocol = "modbus"
-    resolution_deg = 0.02
+    resolution_deg = 0.1
 
 
 class TestModbusWithoutFunction23(Conformance):
     """Drives that must be asked and told apart."""
 
     protocol = "modbus"
-    resolution_deg = 0.02
+    resolution_deg = 0.1
     settings = {"modbus": ModbusMap(function_23=False)}  # noqa: RUF012
 
 
@@ -29,7 +29,7 @@ class TestSlowModbus(Conformance):
     """At 115,200 bit/s."""
 
     protocol = "modbus"
-    resolution_deg = 0.02
+    resolution_deg = 0.1
     settings = {"baud": 115_200, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
 

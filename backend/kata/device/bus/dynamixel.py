@@ -4,6 +4,9 @@ A cycle is three requests: a Sync Read of current, velocity and position of all 
 have it: one packet, a quarter fewer bytes), a Read of one drive's torque, error and watchdog registers in turn, and last a
 Read of the two external ports, so that the emergency stop is the youngest of what is judged. Setpoints and torque go out
 as Sync Writes, which no drive answers; what became of the torque, the drives' own registers tell.
+
+An answer does not say which question it belongs to. The drives are asked for a byte more every other cycle, and the inputs
+for none to five bytes more in turn, so that an answer that comes whole cycles late is known by its length.
 """
 
 import logging
@@ -35,6 +38,8 @@ _OVERHEAD: Final = 11
 _SLACK_NS: Final = 4_000_000
 """For adapter, driver and scheduler, on top of the bytes' own time; and never more than this share of a cycle:"""
 _SLACK_SHARE: Final = 0.4
+_PLAIN_CYCLES: Final = 100
+"""A damaged part of a Fast Sync Read takes all behind it along: on a noisy line each drive gets a packet of its own."""
 _TOO_EARLY: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
@@ -137,6 +142,11 @@ class StatusParser:
             if packet[7] == _STATUS and end >= _OVERHEAD:
                 yield packet[4], packet[8], packet[9:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
 
+    @staticmethod
+    def sizes(answers: int, length: int) -> list[int]:
+        """Bytes on the wire of each of so many answers with ``length`` bytes of data."""
+        return [_OVERHEAD + length] * answers
+
     @property
     def pending(self) -> int:
         """Bytes that may be the beginning of a packet."""
@@ -184,6 +194,11 @@ class FastParser:
             self._done += 1
             yield buffer[begin + 1], buffer[begin], bytes(buffer[begin + 2 : end - 2])
 
+    @staticmethod
+    def sizes(answers: int, length: int) -> list[int]:
+        """Bytes on the wire of each of so many parts with ``length`` bytes of data; the first brings the header."""
+        return [8 + length + 4] + [length + 4] * (answers - 1)
+
     @property
     def pending(self) -> int:
         """Bytes that may be the beginning of the packet, or of its next part."""
@@ -219,6 +234,12 @@ class DynamixelBus:
         self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
         self._fast = False
+        self._plain_cycles = 0
+        self._longer = 0
+        """0 or 1: bytes asked for beyond those wanted, in this cycle."""
+        # As many lengths as there are below that of a drive's answer, for which none may be taken.
+        self._before_inputs = cycle(range(_PRESENT_FORMAT.size - self._input_bytes))
+        self._busy_until_ns = 0
         self.errors = 0
         """Replies that stayed away or came damaged, since the start."""
 
@@ -226,6 +247,7 @@ class DynamixelBus:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._line = self._open_line(self._config.port, self._config.baud)
         self._quiet = Quiet(self._ids)
+        self._busy_until_ns = 0
         self.torque_off()
         for motor, axis in enumerate(self._config.axes, start=1):
             self._set_up(motor, axis)
@@ -240,6 +262,7 @@ class DynamixelBus:
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
+        self._longer = 1 - self._longer
         drives, garbled = self.read_drives()
         status = self._read_status(next(self._next_status))
         return Reading(drives, self._read_inputs(), (status,) if status else (), garbled)
@@ -247,8 +270,12 @@ class DynamixelBus:
     def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int]]:
         """Position, speed and torque of all five; and the axes from which something unsound came."""
         asked = self._quiet.order()
-        replies = self._sync_read(asked, self._fast)
-        sound = self._sound(replies, asked, _PRESENT_FORMAT.size)
+        fast = self._fast and not self._plain_cycles
+        self._plain_cycles = max(0, self._plain_cycles - 1)
+        replies = self._sync_read(asked, fast)
+        if fast and replies.garbled:
+            self._plain_cycles = _PLAIN_CYCLES
+        sound = self._sound(replies, asked, _PRESENT_FORMAT.size + self._longer)
         self._quiet.answered(asked, sound.keys())
         missing = frozenset(self._ids.index(drive_id) for drive_id in asked if drive_id not in sound)
         drives = tuple(self._drive_reading(axis, sound.get(axis.id)) for axis in self._config.axes)
@@ -285,35 +312,36 @@ class DynamixelBus:
     def _sync_read(self, asked: Sequence[int], fast: bool) -> _Replies:
         if not asked:
             return _Replies()
-        size = _PRESENT_FORMAT.size
+        size = _PRESENT_FORMAT.size + self._longer
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
         request = encode(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
-        if fast:
-            return self._transact(
-                request, asked, FastParser(asked, size), [8 + size + 4] + [size + 4] * (len(asked) - 1)
-            )
-        return self._transact(request, asked, StatusParser(), [_OVERHEAD + size] * len(asked))
+        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size)
 
     def _read_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
         first = min(inputs.estop_port, inputs.pedal_port)
-        length = 2 * abs(inputs.estop_port - inputs.pedal_port) + 2
-        read = self._read_registers(inputs.drive_id, _PORT_DATA + 2 * first, length)
+        length = self._input_bytes
+        before = next(self._before_inputs)
+        read = self._read_registers(inputs.drive_id, _PORT_DATA + 2 * first - before, before + length)
         if read is None:
             return None
-        t_ns, data = read
+        t_ns, data = read[0], read[1][before:]
         return InputReading(
             t_ns=t_ns,
             estop_open=data[2 * (inputs.estop_port - first)] != 0,
             pedal_down=data[2 * (inputs.pedal_port - first)] == 0,
         )
 
+    @property
+    def _input_bytes(self) -> int:
+        return 2 * abs(self._config.inputs.estop_port - self._config.inputs.pedal_port) + 2
+
     @staticmethod
     def _drive_reading(axis: Axis, reply: tuple[int, bytes] | None) -> DriveReading | None:
         if reply is None:
             return None
         t_ns, data = reply
-        current, velocity, position = _PRESENT_FORMAT.unpack(data)
+        current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
         return DriveReading(
             t_ns=t_ns,
             position_deg=axis.direction * (position - _zero(axis)) * _DEG_A_COUNT,
@@ -362,12 +390,11 @@ class DynamixelBus:
         """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
         request = encode(drive_id, _PING)
         line = self._the_line()
-        line.send(request)
+        out_ns = self._send(request)
         parser = StatusParser()
-        now_ns = line.now_ns()
-        deadline_ns = now_ns + self._span_ns(request, [_OVERHEAD + 3] * 2) + self._slack_ns
+        deadline_ns = out_ns + self._span_ns([_OVERHEAD + 3] * 2) + self._slack_ns
         answers = 0
-        while data := line.receive(now_ns, deadline_ns):
+        while data := line.receive(out_ns, deadline_ns):
             answers += sum(1 for answered, _, _ in parser.feed(data) if answered == drive_id)
         if answers > 1:
             raise BusError(f"two drives answer to id {drive_id}, motor {motor}'s")
@@ -386,7 +413,7 @@ class DynamixelBus:
 
     def _write(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
-        status = self._transact(request, [drive_id], StatusParser(), [_OVERHEAD]).of
+        status = self._transact(request, [drive_id], StatusParser(), 0).of
         if drive_id not in status:
             raise BusError(f"motor {motor} (id {drive_id}) does not answer")
         error = status[drive_id][1] & 0x7F
@@ -397,14 +424,14 @@ class DynamixelBus:
 
     def _sync_write(self, address: int, values: Sequence[bytes]) -> None:
         data = b"".join(bytes([drive_id]) + value for drive_id, value in zip(self._ids, values, strict=True))
-        self._the_line().send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
+        self._send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
 
     def _read_registers(self, drive_id: int, address: int, length: int) -> tuple[int, bytes] | None:
         """Time and data; None when no sound answer came, or none was worth waiting for."""
         if not self._quiet.worth_asking(drive_id):
             return None
         request = encode(drive_id, _READ, struct.pack("<HH", address, length))
-        replies = self._transact(request, [drive_id], StatusParser(), [_OVERHEAD + length])
+        replies = self._transact(request, [drive_id], StatusParser(), length)
         return self._sound(replies, [drive_id], length).get(drive_id)
 
     def _sound(self, replies: _Replies, asked: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
@@ -418,15 +445,16 @@ class DynamixelBus:
         return sound
 
     def _transact(
-        self, request: bytes, asked: Sequence[int], parser: StatusParser | FastParser, sizes: Sequence[int]
+        self, request: bytes, asked: Sequence[int], parser: StatusParser | FastParser, length: int
     ) -> _Replies:
-        """Send, and collect the answers, of these sizes in bytes, until all are here or the time for them is over."""
+        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over."""
+        sizes = parser.sizes(len(asked), length)
         line = self._the_line()
-        line.send(request)
         sent_ns = line.now_ns()
-        earliest_ns = sent_ns + self._span_ns(request, sizes)
+        out_ns = self._send(request)
+        earliest_ns = out_ns + self._span_ns(sizes)
         deadline_ns = earliest_ns + self._slack_ns
-        first_ns = sent_ns + int(_TOO_EARLY * self._span_ns(request, sizes[:1]))
+        first_ns = sent_ns + int(_TOO_EARLY * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         replies = _Replies()
         while len(replies.of) < len(asked):
             data = line.receive(earliest_ns, deadline_ns)
@@ -435,16 +463,24 @@ class DynamixelBus:
             t_ns = line.now_ns()
             if t_ns < first_ns:
                 continue
-            found = [packet for packet in parser.feed(data) if packet[0] in asked]
+            # Of another length: the answer to an earlier question.
+            found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
                 replies.of[drive_id] = (t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns), error, payload)
         replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 
-    def _span_ns(self, request: bytes, sizes: Sequence[int]) -> int:
-        """How long the bytes of a request and its answers, and the drives' own delay before each, take on the wire."""
-        return (len(request) + sum(sizes)) * self._byte_ns + len(sizes) * self._delay_ns
+    def _send(self, packet: bytes) -> int:
+        """When its last byte will be out, after those of the packets before it."""
+        line = self._the_line()
+        line.send(packet)
+        self._busy_until_ns = max(self._busy_until_ns, line.now_ns()) + len(packet) * self._byte_ns
+        return self._busy_until_ns
+
+    def _span_ns(self, sizes: Sequence[int]) -> int:
+        """How long answers of these sizes, and the drives' own delay before each, take on the wire."""
+        return sum(sizes) * self._byte_ns + len(sizes) * self._delay_ns
 
     def _the_line(self) -> Line:
         if self._line is None:
