@@ -23,7 +23,7 @@ from kata.clinic.sessions.tables import RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
-from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
+from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
 
 STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
@@ -60,7 +60,7 @@ class Clinic:
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
         )  # fmt: skip
-        writer = JournalWriter(self.folder, header)
+        writer = JournalWriter(self.folder, header, Files())
         t_ns = 5_000_000_000
         for take, seconds in enumerate(takes, start=1):
             for n in range(round(seconds * 100) + 1):
@@ -77,7 +77,7 @@ class Clinic:
             t_ns += 1_000_000_000
         if end:
             writer.finish(end)
-        writer.flush()
+        writer.write()
         return writer.path
 
     def count(self, table: type[RecordingRow] | type[RunRow]) -> int:

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.journal import FolderInUseError, JournalEnd, JournalError, JournalHeader, JournalWriter, claimed, read
+from kata.device.journal import (
+    Files,
+    FolderInUseError,
+    JournalEnd,
+    JournalError,
+    JournalHeader,
+    JournalWriter,
+    claimed,
+    read,
+)
 
 HEADER = JournalHeader(
     kind="run",
@@ -23,7 +32,7 @@ HEADER = JournalHeader(
 
 
 def _writer(folder: Path, samples: int) -> JournalWriter:
-    writer = JournalWriter(folder, HEADER)
+    writer = JournalWriter(folder, HEADER, Files())
     for n in range(samples):
         writer.sample(
             n * 10_000_000,
@@ -39,9 +48,12 @@ def _writer(folder: Path, samples: int) -> JournalWriter:
 
 def test_what_goes_in_comes_out(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 50)
-    assert not writer.flush()
+    writer.write()
+    assert not writer.sync()
     writer.finish(JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed."))
-    assert writer.flush()
+    assert not writer.sync()
+    writer.write()
+    assert writer.sync()
 
     kept = read(writer.path)
     assert (kept.kind, kept.id, kept.recording_id) == ("run", "a-run", "a-recording")
@@ -56,7 +68,7 @@ def test_what_goes_in_comes_out(tmp_path: Path) -> None:
 def test_cut_at_any_byte_the_samples_before_the_cut_are_whole(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 4)
     writer.finish(JournalEnd(reason="completed"))
-    writer.flush()
+    writer.write()
     data = writer.path.read_bytes()
     body = data.index(b"\n") + 1
     whole = [len(read(_cut(tmp_path, data[:length])).t_ns) for length in range(body, len(data) + 1)]
@@ -69,7 +81,7 @@ def test_cut_at_any_byte_the_samples_before_the_cut_are_whole(tmp_path: Path) ->
 
 def test_a_flipped_bit_ends_the_good_part(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 4)
-    writer.flush()
+    writer.write()
     data = bytearray(writer.path.read_bytes())
     body = data.index(b"\n") + 1
     record = (len(data) - body) // 4
@@ -89,7 +101,7 @@ def test_other_files_are_refused(tmp_path: Path, data: bytes) -> None:
 def test_a_full_ring_loses_and_counts_instead_of_waiting(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 7000)
     assert writer.lost > 0
-    writer.flush()
+    writer.write()
     assert len(read(writer.path).t_ns) == 7000 - writer.lost
     assert np.all(np.diff(read(writer.path).t_ns) == 10_000_000)
 
@@ -108,10 +120,11 @@ def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(os, "write", full_after_a_while)
     with pytest.raises(OSError, match="No space"):
-        writer.flush()
+        writer.write()
     room[0] = 1_000_000
     writer.finish(JournalEnd(reason="completed"))
-    assert writer.flush()
+    writer.write()
+    assert writer.sync()
 
     kept = read(writer.path)
     assert len(kept.t_ns) == 50
@@ -120,9 +133,9 @@ def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeyp
 
 
 def test_two_journals_never_share_a_file(tmp_path: Path) -> None:
-    _writer(tmp_path, 1).flush()
+    _writer(tmp_path, 1).write()
     with pytest.raises(FileExistsError):
-        _writer(tmp_path, 1).flush()
+        _writer(tmp_path, 1).write()
 
 
 def _cut(folder: Path, data: bytes) -> Path:

@@ -93,6 +93,7 @@ class ControlLoop:
         self._write(torque_was_on, facts)
         self._observer.commanded(t_ns, self._machine.torque_on, self._machine.setpoint_deg)
         self._publish(facts)
+        self._exchange.wake()
         return not (self._exchange.closing and self._machine.close())
 
     def _refuse_jumps(self, facts: Facts) -> None:
