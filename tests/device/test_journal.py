@@ -92,7 +92,10 @@ def test_a_flipped_bit_ends_the_good_part(tmp_path: Path) -> None:
     assert kept.truncated
 
 
-@pytest.mark.parametrize("data", [b"", b"hello\n", b'{"format":"kata-journal/9","kind":"run"}\n'])
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"hello\n", b'{"format":"kata-journal/2","id":"\xff"}\n', b'{"format":"kata-journal/9","kind":"run"}\n'],
+)
 def test_other_files_are_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(JournalError, match="is not a journal"):
         read(_cut(tmp_path, data))

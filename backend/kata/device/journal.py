@@ -267,7 +267,7 @@ def read(path: Path) -> Journal:
     line, _, body = data.partition(b"\n")
     try:
         header = msgspec.json.decode(line, type=JournalHeader)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise JournalError(f"{path.name} is not a journal: {error}") from error
     samples = bytearray()
     end: JournalEnd | None = None
