@@ -78,8 +78,12 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     silence_ms: int = 100
     """A drive or input that has not answered for this long is a fault."""
     service_silence_ms: int = 500
-    bus_watchdog_ms: int = 200
-    """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent."""
+    bus_watchdog_ms: int = 160
+    """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent.
+
+    The arm must stand 200 ms after this process has died. A drive may notice a step late, and then needs some 25 ms to
+    come to rest.
+    """
 
     def __post_init__(self) -> None:
         problems = list(self._problems())

@@ -22,6 +22,7 @@ _CATCH_UP_NS: Final = 500_000_000
 _ESTOP_PORT: Final = 1
 _PEDAL_PORT: Final = 2
 _EVENTS_KEPT: Final = 200
+_LINE_SILENT_NS: Final = 100_000_000
 _STRENGTHS: Final = (1.0, 1.0, 1.0, 1.0, 0.8)
 
 What = Literal[
@@ -33,11 +34,13 @@ What = Literal[
     "torque_off",
     "hand_started",
     "hand_left",
+    "watchdog_tripped",
+    "line_silent",
 ]
 
 
 class Happening(msgspec.Struct, frozen=True):
-    """Something physical, at ``time.monotonic_ns``."""
+    """Something physical, at ``time.monotonic_ns``; a silent line is told later, and when it was last heard."""
 
     t_ns: int
     what: What
@@ -84,6 +87,7 @@ class Apparatus:
         self._estop_pressed = False
         self._events: deque[Happening] = deque(maxlen=_EVENTS_KEPT)
         self._now_ns = time.monotonic_ns()
+        self._heard_ns: int | None = None
         self._pedal_down = False
         self._set_contacts()
 
@@ -101,7 +105,10 @@ class Apparatus:
     def _step(self) -> None:
         plant = self._plant
         for servo, angle, speed in zip(self.servos, plant.angle, plant.speed, strict=True):
+            was_tripped = servo.tripped
             servo.control(angle, speed, STEP_S)
+            if servo.tripped and not was_tripped:
+                self._events.append(Happening(self._now_ns, "watchdog_tripped", self.servos.index(servo) + 1))
         torques: Sequence[float] = [servo.torque_nm for servo in self.servos]
         if self._hand.phase != "away":
             pull = self._hand.torques_nm(plant.angle, plant.speed, STEP_S)
@@ -111,8 +118,15 @@ class Apparatus:
                 torques = [motor + hand for motor, hand in zip(torques, pull, strict=True)]
             self._settle_pedal()
         plant.step(torques)
+        if self._heard_ns is not None and self._now_ns - self._heard_ns > _LINE_SILENT_NS:
+            self._happened("line_silent", self._heard_ns)
+            self._heard_ns = None
 
     # -- the wire -------------------------------------------------------------------------------------------------
+
+    def heard(self, now_ns: int) -> None:
+        """A sound instruction, whatever it asks for."""
+        self._heard_ns = now_ns
 
     def write(self, servo: Servo, address: int, data: bytes, now_ns: int) -> int:
         """A register write that reached a drive; its error byte."""

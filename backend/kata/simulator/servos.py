@@ -100,6 +100,11 @@ class Servo:
         return self.table[TORQUE_ENABLE] != 0
 
     @property
+    def tripped(self) -> bool:
+        """Its bus watchdog has stopped it."""
+        return self.table[BUS_WATCHDOG] == _TRIPPED
+
+    @property
     def alert(self) -> int:
         """What a standing hardware error adds to the error byte of its answers."""
         return protocol.ALERT if self.table[HARDWARE_ERROR] else 0
