@@ -9,6 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+from uuid import UUID
 
 import numpy as np
 from sqlalchemy import func, select
@@ -84,7 +85,7 @@ def kill_while_teaching(clinic: Clinic, after_s: float) -> Kill:
         rig.until(lambda: rig.snapshot.teaching and rig.snapshot.teaching.recording)
         until_s = time.monotonic() + after_s
         rig.until(lambda: time.monotonic() >= until_s)
-        killed_ns = _kill(rig)
+        killed_ns = _kill(rig, after_s)
         time.sleep(_WATCHED_S)
         path = rig.journals / f"teaching-{teaching}.journal"
         kept = journal.read(path)
@@ -99,23 +100,10 @@ def kill_while_teaching(clinic: Clinic, after_s: float) -> Kill:
 
 def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
     """``after_s``: since the playback began."""
-    run_id = clinic.begin_run(clinic.played)
-    before = clinic.count(RunRow)
     with closing(Rig(clinic.folder.parent)) as rig:
-        rig.until_mode("idle")
-        times, angles = _MOTION.times_s, motor_angles_deg(_MOTION.poses_deg)
-        load = Load(
-            run_id=str(run_id),
-            recording_id=str(clinic.played),
-            times_s=times.astype("<f8").tobytes(),
-            angles_deg=angles.astype("<f8").tobytes(),
-        )
-        assert rig.send(load) is None
-        assert rig.send(Approach()) is None
-        rig.until_mode("paused")
-        assert rig.send(Play()) is None
-        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s >= after_s)
-        killed_ns = _kill(rig)
+        run_id = play(rig, clinic, after_s)
+        before = clinic.count(RunRow)
+        killed_ns = _kill(rig, after_s)
         moved_ns = _watch(rig, killed_ns)
         tripped = [happening for happening in rig.happened("watchdog_tripped") if happening.t_ns >= killed_ns]
         assert {happening.motor for happening in tripped} == {1, 2, 3, 4, 5}
@@ -135,7 +123,44 @@ def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
     return Kill("playback", missing, kept.truncated, (tripped_ns - killed_ns) / 1e6, (moved_ns - killed_ns) / 1e6)
 
 
-def _kill(rig: Rig) -> int:
+def hang_up_while_playing(clinic: KeptClinic, after_s: float) -> list[float]:
+    """As a service that is killed: until each drive was without torque, by the simulator's clock, in ms."""
+    with closing(Rig(clinic.folder.parent)) as rig:
+        run_id = play(rig, clinic, after_s)
+        killed_ns = time.monotonic_ns()
+        rig.hang_up()
+        assert rig.device.wait(10) == 0
+        off = [happening for happening in rig.happened("torque_off") if happening.t_ns >= killed_ns]
+        assert {happening.motor for happening in off} == {1, 2, 3, 4, 5}
+        assert rig.happened("watchdog_tripped") == []
+    clinic.importer.run_at_start()
+    with clinic.database.read() as session:
+        run = sessions.get_run(session, run_id)
+        assert (run.outcome, run.stop_code) == ("stopped", "service_silent")
+    return [(happening.t_ns - killed_ns) / 1e6 for happening in off]
+
+
+def play(rig: Rig, clinic: KeptClinic, until_s: float) -> UUID:
+    """Play back, to this place on the path."""
+    run_id = clinic.begin_run(clinic.played)
+    rig.until_mode("idle")
+    load = Load(
+        run_id=str(run_id),
+        recording_id=str(clinic.played),
+        times_s=_MOTION.times_s.astype("<f8").tobytes(),
+        angles_deg=motor_angles_deg(_MOTION.poses_deg).astype("<f8").tobytes(),
+    )
+    assert rig.send(load) is None
+    assert rig.send(Approach()) is None
+    rig.until_mode("paused")
+    assert rig.send(Play()) is None
+    rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s >= until_s)
+    return run_id
+
+
+def _kill(rig: Rig, after_s: float) -> int:
+    # A snapshot has just come, so a cycle has just ended: go on to any place in one of the next two.
+    time.sleep(after_s % 0.02)
     killed_ns = time.monotonic_ns()
     os.kill(rig.device.pid, signal.SIGKILL)
     rig.device.wait(10)
@@ -157,7 +182,7 @@ def _missing(rig: Rig, kept: journal.Journal) -> int:
     steps_ns = np.diff(kept.t_ns)
     assert np.all(steps_ns > 0)
     assert np.all(np.isfinite(kept.measured_deg))
-    (silent,) = rig.happened("line_silent")
+    silent = rig.happened("line_silent")[-1]
     return max(0, (silent.t_ns - int(kept.t_ns[-1])) // (1_000_000_000 // kept.rate_hz))
 
 
