@@ -232,6 +232,28 @@ def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) 
     assert clinic.saved == []
 
 
+@pytest.mark.parametrize("left", [b"", b'{"format":"kata-journal/2","kind":"r', b"\0" * 4096])
+def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothing_was_measured(
+    clinic: Clinic, left: bytes
+) -> None:
+    """At once, not only at the next start: the session could not be ended otherwise."""
+    run_id = clinic.begin_run(clinic.recording())
+    other_id = clinic.begin_run(clinic.saved[-1].id)
+    names = {f"run-{run_id}.journal", f"teaching-{clinic.begin_teaching()}.journal"}
+    for name in names:
+        (clinic.folder / name).write_bytes(left)
+    clinic.importer.run()
+    clinic.importer.run()
+
+    with clinic.database.read() as session:
+        run = sessions.as_run(sessions.get_run(session, run_id))
+        assert sessions.get_run(session, other_id).outcome == "loaded"
+    assert (run.outcome, run.comparison) == ("interrupted", None)
+    assert run.ended_at is not None
+    assert clinic.count(RecordingRow) == 1
+    assert {path.name for path in (clinic.folder / "unreadable").iterdir()} == names
+
+
 def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     bad = clinic.journal("run", clinic.begin_run(clinic.recording()), [1.0])
     clinic.journal("teaching", clinic.begin_teaching(), [1.0], end=JournalEnd(reason="finished"))

@@ -1,16 +1,20 @@
 """A power cut at any moment: at most the last 100 ms are lost, and nothing that is read is made up."""
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
-from kata.device.journal import JournalEnd, JournalError, JournalHeader, JournalWriter, read
+from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
 from kata.device.keeper import JournalKeeper, next_sync_ns
+from kata.device.messages import Acknowledge, Approach, Play
+from tests.device.conftest import LOAD, a_trajectory
 from tests.device.power import CutDisk
+from tests.device.stepped import Stepped, SteppedExchange
 from tests.device.test_journal import HEADER
 
 MS = 1_000_000
@@ -212,6 +216,70 @@ def test_an_error_that_passes_is_told_too_and_the_next_try_leaves_no_hole(tmp_pa
     assert samples(tmp_path, bytes(session.disk.data)) == [(t, values(t)) for t in session.given]
     assert (session.disk.entered, session.disk.synced > 0) == (True, True)
     assert session.problems() <= {"lost"}
+
+
+@dataclass
+class OnThatDisk(SteppedExchange):
+    """Writes in every cycle and syncs at once, as the other two threads would."""
+
+    disk: CutDisk = field(default_factory=CutDisk)
+
+    def __post_init__(self) -> None:
+        self.keeper = JournalKeeper(self.folder, self.disk)
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        return self.keeper.open(header)
+
+    def wake(self) -> None:
+        self.keeper.write()
+        self.keeper.sync()
+        self.journal_ok = self.keeper.ok
+
+
+def _fill(disk: CutDisk) -> None:
+    disk.room = 1234
+
+
+def _break_once(disk: CutDisk) -> None:
+    disk.failing = {"sync"}
+
+
+@pytest.mark.parametrize("happen", [_fill, _break_once])
+def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
+) -> None:
+    monkeypatch.setattr("tests.device.stepped.SteppedExchange", OnThatDisk)
+    stepped = Stepped(tmp_path)
+    exchange = stepped.exchange
+    assert isinstance(exchange, OnThatDisk)
+    assert stepped.send(LOAD, a_trajectory()) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    stepped.forward(0.5)
+    before = len(exchange.disk.data)
+    happen(exchange.disk)
+    stepped.until("stopped", within_s=0.5)
+
+    assert stepped.causes() == ["journal_fault"]
+    assert stepped.torque
+    stepped.forward(0.3)
+    assert not stepped.torque
+    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    kept = read(tmp_path / "run.journal")
+    assert np.sum(kept.phase == PHASE_PLAYING) >= 50
+    if happen is _fill:
+        assert len(exchange.disk.data) == before + 1234
+        assert (kept.truncated, kept.end) == (True, None)
+        assert "acknowledge" in stepped.snapshot.refusals
+        exchange.disk.room = 1 << 20
+        stepped.forward(0.2)
+    assert stepped.send(Acknowledge()) is None
+    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    kept = read(tmp_path / "run.journal")
+    assert kept.end is not None
+    assert kept.end.cause_code == "journal_fault"
+    assert np.all(np.diff(kept.t_ns) == 10 * MS)
 
 
 def test_a_journal_that_could_be_closed_after_all_ends_the_fault(tmp_path: Path) -> None:

@@ -264,7 +264,10 @@ def read(path: Path) -> Journal:
     :raises OSError: when the file cannot be read.
     """
     data = path.read_bytes()
-    line, _, body = data.partition(b"\n")
+    line, newline, body = data.partition(b"\n")
+    if not newline:
+        # The header is written with or before everything else: nothing was kept.
+        raise JournalError(f"{path.name} is not a journal: it ends before its header does")
     try:
         header = msgspec.json.decode(line, type=JournalHeader)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
@@ -272,7 +275,7 @@ def read(path: Path) -> Journal:
     samples = bytearray()
     end: JournalEnd | None = None
     good = 0
-    for kind, payload, position in _records(body, zlib.crc32(line + b"\n")):
+    for kind, payload, position in _records(body, zlib.crc32(line + newline)):
         if kind == _TYPE_SAMPLE:
             samples += payload
         elif kind == _TYPE_END:
