@@ -65,31 +65,43 @@ def test_what_goes_in_comes_out(tmp_path: Path) -> None:
     assert not kept.truncated
 
 
-def test_cut_at_any_byte_the_samples_before_the_cut_are_whole(tmp_path: Path) -> None:
-    writer = _writer(tmp_path, 4)
+def _whole(folder: Path) -> tuple[bytes, int, int]:
+    """A journal of four samples and an end; where its header ends, and the length of a sample's record."""
+    writer = _writer(folder, 4)
+    writer.write()
+    length = writer.path.stat().st_size
     writer.finish(JournalEnd(reason="completed"))
     writer.write()
     data = writer.path.read_bytes()
     body = data.index(b"\n") + 1
-    whole = [len(read(_cut(tmp_path, data[:length])).t_ns) for length in range(body, len(data) + 1)]
-
-    assert whole == sorted(whole)
-    assert (whole[0], whole[-1]) == (0, 4)
-    assert read(_cut(tmp_path, data[:-1])).end is None
-    assert read(_cut(tmp_path, data[:-1])).truncated
+    return data, body, (length - body) // 4
 
 
-def test_a_flipped_bit_ends_the_good_part(tmp_path: Path) -> None:
-    writer = _writer(tmp_path, 4)
-    writer.write()
-    data = bytearray(writer.path.read_bytes())
-    body = data.index(b"\n") + 1
-    record = (len(data) - body) // 4
-    data[body + 2 * record + 20] ^= 0x01
-    kept = read(_cut(tmp_path, bytes(data)))
+def test_cut_at_every_byte_exactly_the_records_before_the_cut_are_there(tmp_path: Path) -> None:
+    data, body, record = _whole(tmp_path)
+    whole = read(_cut(tmp_path, data))
+    for length in range(body):
+        with pytest.raises(JournalError):
+            read(_cut(tmp_path, data[:length]))
+    for length in range(body, len(data) + 1):
+        kept = read(_cut(tmp_path, data[:length]))
+        count = min(4, (length - body) // record)
+        assert kept.t_ns.tolist() == [n * 10_000_000 for n in range(count)]
+        assert np.array_equal(kept.measured_deg, whole.measured_deg[:count])
+        assert (kept.end is not None) == (length == len(data))
+        assert kept.truncated == (length not in (len(data), *(body + n * record for n in range(5))))
 
-    assert len(kept.t_ns) == 2
-    assert kept.truncated
+
+@pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
+def test_a_damaged_byte_anywhere_ends_the_good_part_at_its_record(tmp_path: Path, flip: int) -> None:
+    data, body, record = _whole(tmp_path)
+    for position in range(body, len(data)):
+        damaged = bytearray(data)
+        damaged[position] ^= flip
+        kept = read(_cut(tmp_path, bytes(damaged)))
+        assert len(kept.t_ns) == min(4, (position - body) // record)
+        assert kept.end is None
+        assert kept.truncated
 
 
 @pytest.mark.parametrize(
