@@ -1,4 +1,4 @@
-"""Two hundred kills of the device process, in teaching and in playback by turns; a quarter of an hour.
+"""Two hundred kills of the device process, in teaching and in playback by turns, and ten of its service; a quarter of an hour.
 
 `--log-cli-level info` tells each as it comes, and the figures at the end.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.whole.kills import KeptClinic, Kill, kill_at_random
+from tests.whole.kills import KeptClinic, Kill, hang_up_while_playing, kill_at_random
 
 KILLS = 200
 
@@ -33,6 +33,14 @@ def test_two_hundred_kills(tmp_path: Path) -> None:
             log.info("%d: %s", seed, wrong[-1] if wrong and wrong[-1].startswith(f"{seed}:") else kills[-1])
     _tell(kills)
     assert wrong == []
+
+
+@pytest.mark.campaign
+def test_ten_killed_services(tmp_path: Path) -> None:
+    with closing(KeptClinic(tmp_path)) as clinic:
+        off_ms = [max(hang_up_while_playing(clinic, 0.3 + n / 10)) for n in range(10)]
+    log.info("torque off: median %.1f ms, largest %.1f ms", statistics.median(off_ms), max(off_ms))
+    assert max(off_ms) <= 300.0
 
 
 def _tell(kills: list[Kill]) -> None:
