@@ -24,6 +24,10 @@ class SteppedApparatus:
 
     angles_deg: list[float] = field(default_factory=lambda: list(REST_DEG))
     speeds_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
+    torques_nm: list[float] = field(default_factory=lambda: [0.0] * 5)
+    drift_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
+    """How fast each shaft goes its own way, whatever it is told."""
+    garbled: set[int] = field(default_factory=set)
     torque: list[bool] = field(default_factory=lambda: [False] * 5)
     estop_open: bool = False
     pedal_down: bool = False
@@ -38,6 +42,7 @@ class SteppedApparatus:
     errors: int = 0
     t_ns: int = 0
     _cycle: int = 0
+    _read_ns: int = 0
 
     def open(self) -> None:
         self._check()
@@ -47,19 +52,24 @@ class SteppedApparatus:
         self._check()
         self._cycle += 1
         axis = self._cycle % 5
+        since_s, self._read_ns = (self.t_ns - self._read_ns) / 1e9, self.t_ns
+        for n, drift in enumerate(self.drift_deg_s):
+            self.angles_deg[n] += drift * since_s
         drives = tuple(
-            None if n in self.silent else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], 0.0)
+            None
+            if n in self.silent | self.garbled
+            else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], self.torques_nm[n])
             for n, angle in enumerate(self.angles_deg)
         )
         inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
         status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
-        return Reading(drives, inputs, None if axis in self.silent else status)
+        return Reading(drives, inputs, () if axis in self.silent else (status,), frozenset(self.garbled))
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         self._check()
         self.written.append(tuple(angles_deg))
         for n, angle in enumerate(angles_deg):
-            if self.torque[n] and n not in self.stuck:
+            if self.torque[n] and n not in self.stuck and not self.drift_deg_s[n]:
                 self.angles_deg[n] = angle
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
@@ -89,11 +99,19 @@ class SteppedExchange:
     closing: bool = False
     service_silent_ms: float = 0.0
     journal_ok: bool = True
+    naming: str | None = None
+    """The run that the service names in its heartbeats, one a cycle."""
+    heartbeats: int = 0
     dropped: int = 0
     replies: list[Reply] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     snapshots: list[Snapshot] = field(default_factory=list)
     journals: list[JournalWriter] = field(default_factory=list)
+
+    @property
+    def belief(self) -> tuple[int, str | None]:
+        self.heartbeats += 1
+        return self.heartbeats, self.naming
 
     def take_stop(self) -> bool:
         stop, self.stop = self.stop, False
@@ -126,7 +144,12 @@ class Stepped:
     """The loop, the apparatus and the clock in one hand."""
 
     def __init__(
-        self, folder: Path, config: StationConfig | None = None, apparatus: SteppedApparatus | None = None
+        self,
+        folder: Path,
+        config: StationConfig | None = None,
+        apparatus: SteppedApparatus | None = None,
+        *,
+        settle: bool = True,
     ) -> None:
         self.config = config or StationConfig()
         self.apparatus = apparatus or SteppedApparatus()
@@ -140,7 +163,10 @@ class Stepped:
             now_ns=lambda: self._t_ns,
         )
         self.loop._open()
-        self.forward(0.2)
+        if settle:
+            self.forward(0.2)
+        else:
+            self.cycle()
 
     def forward(self, seconds: float, late_ms: float = 0.0) -> None:
         """Let time pass, cycle by cycle."""

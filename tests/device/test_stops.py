@@ -161,13 +161,36 @@ def _switch_itself_off(stepped: Stepped) -> None:
 
 
 def _push_out(stepped: Stepped) -> None:
-    stepped.apparatus.stuck = {4}
-    stepped.apparatus.angles_deg[4] = 50.0
+    stepped.apparatus.drift_deg_s[0] = 100.0
 
 
 def _hold(stepped: Stepped) -> None:
+    stepped.apparatus.drift_deg_s[2] = 100.0
+
+
+def _jump(stepped: Stepped) -> None:
     stepped.apparatus.stuck = {2}
     stepped.apparatus.angles_deg[2] = 60.0
+
+
+def _freeze(stepped: Stepped) -> None:
+    stepped.apparatus.stuck = {3}
+
+
+def _strain(stepped: Stepped) -> None:
+    stepped.apparatus.torques_nm[1] = -5.0
+
+
+def _garble(stepped: Stepped) -> None:
+    stepped.apparatus.garbled = {3}
+
+
+def _mean_another_run(stepped: Stepped) -> None:
+    stepped.exchange.naming = "another"
+
+
+def _stop_planning(stepped: Stepped) -> None:
+    stepped.loop._machine._divider = 1_000_000
 
 
 def _run_away(stepped: Stepped) -> None:
@@ -195,6 +218,12 @@ def _fill_disk(stepped: Stepped) -> None:
         ("position_limit", _push_out),
         ("following_error", _hold),
         ("overspeed", _run_away),
+        ("position_jump", _jump),
+        ("position_frozen", _freeze),
+        ("overtorque", _strain),
+        ("drive_garbled", _garble),
+        ("other_run", _mean_another_run),
+        ("setpoint_frozen", _stop_planning),
         ("service_silent", _silence_service),
         ("journal_fault", _fill_disk),
     ],

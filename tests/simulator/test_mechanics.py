@@ -10,6 +10,7 @@ from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 from kata.simulator.apparatus import Apparatus
+from kata.simulator.bus import ServoBus
 from kata.simulator.hand import HandRefusedError, Motion
 from kata.simulator.plant import Plant
 
@@ -28,6 +29,7 @@ class World:
 
     def __init__(self, seed: int | None = None) -> None:
         self.apparatus = Apparatus(seed)
+        self.servos = ServoBus(self.apparatus).servos
         self.now_ns = self.apparatus.state().t_ns
 
     def forward(self, seconds: float) -> None:
@@ -39,13 +41,13 @@ class World:
         return np.array([axis.angle_deg for axis in self.apparatus.state().axes])
 
     def energise(self) -> None:
-        for servo in self.apparatus.servos:
-            self.apparatus.write(servo, 80, struct.pack("<HHH", 60, 400, 1600), self.now_ns)
-            self.apparatus.write(servo, 64, b"\1", self.now_ns)
+        for servo in self.servos:
+            servo.write(80, struct.pack("<HHH", 60, 400, 1600))
+            servo.write(64, b"\1")
 
     def send(self, angles_deg: np.ndarray) -> None:
-        for servo, angle in zip(self.apparatus.servos, angles_deg, strict=True):
-            self.apparatus.write(servo, 116, struct.pack("<i", round(2048 + angle / COUNT_DEG)), self.now_ns)
+        for servo, angle in zip(self.servos, angles_deg, strict=True):
+            servo.write(116, struct.pack("<i", round(2048 + angle / COUNT_DEG)))
 
 
 def test_the_hand_traces_a_motion_with_its_foot_on_the_pedal() -> None:
@@ -145,8 +147,8 @@ def test_an_arm_let_go_sinks_and_does_not_fall() -> None:
         goal[3] = 90.0 * (n + 1) / steps
         world.send(goal)
         world.forward(0.01)
-    for servo in world.apparatus.servos:
-        world.apparatus.write(servo, 64, b"\0", world.now_ns)
+    for servo in world.servos:
+        servo.write(64, b"\0")
     world.forward(0.3)
     speed = abs(world.apparatus.state().axes[3].speed_deg_s)
     assert 1.0 < speed < 40.0
@@ -164,11 +166,11 @@ def test_no_torque_without_torque_enable() -> None:
 def test_goal_current_limits_what_a_drive_gives() -> None:
     world = World()
     world.energise()
-    servo = world.apparatus.servos[3]
-    world.apparatus.write(servo, 64, b"\0", world.now_ns)
-    world.apparatus.write(servo, 11, b"\5", world.now_ns)
-    world.apparatus.write(servo, 102, struct.pack("<h", 186), world.now_ns)  # 0.5 A: 1 Nm
-    world.apparatus.write(servo, 64, b"\1", world.now_ns)
+    servo = world.servos[3]
+    servo.write(64, b"\0")
+    servo.write(11, b"\5")
+    servo.write(102, struct.pack("<h", 186))  # 0.5 A: 1 Nm
+    servo.write(64, b"\1")
     goal = world.angles()
     goal[3] = 90.0
     world.send(goal)

@@ -366,9 +366,8 @@ def test_a_damaged_instruction_is_answered_with_a_crc_error() -> None:
 
 
 def test_a_standing_hardware_error_shows_in_every_answer() -> None:
-    apparatus = Apparatus()
-    bus = ServoBus(apparatus)
-    apparatus.servos[0].table[70] = 32  # overload
+    bus = ServoBus(Apparatus())
+    bus.servos[0].table[70] = 32  # overload
     (answer,) = answers_to(bus, protocol.WRITE, bytes([65, 0, 1]))
     assert answer == protocol.status(1, protocol.ALERT)
     (answer,) = answers_to(bus, protocol.WRITE, bytes([132, 0, 1]))
@@ -386,9 +385,8 @@ def test_a_silent_drive_cuts_a_fast_sync_read_short() -> None:
 
 
 def test_a_drive_told_to_answer_pings_only_does_so() -> None:
-    apparatus = Apparatus()
-    bus = ServoBus(apparatus)
-    apparatus.servos[0].table[68] = 0
+    bus = ServoBus(Apparatus())
+    bus.servos[0].table[68] = 0
     assert len(answers_to(bus, protocol.PING)) == 1
     assert answers_to(bus, protocol.READ, bytes([132, 0, 4, 0])) == []
     assert answers_to(bus, protocol.SYNC_READ, bytes([132, 0, 4, 0, 1, 2])) == []

@@ -35,7 +35,7 @@ class Rig:
         self.folder = folder
         self.simulator = SimulatorProcess(folder)
         self.hand = self.simulator.client()
-        self.config = config.StationConfig(port=self.simulator.port, **settings)  # type: ignore[arg-type]
+        self.config = msgspec.structs.replace(config.simulated(self.simulator.port), **settings)
         station = folder / "station.toml"
         config.write(self.config, station)
         self.journals = folder / "journal"

@@ -3,11 +3,13 @@
 The defaults describe the apparatus of Sun et al. (2025) with drives that speak Dynamixel Protocol 2.0.
 """
 
+import math
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Literal
 
 import msgspec
 
+from kata.device.ceiling import ceiling_hz
 from kata.motion.axes import N_AXES, POSE_RANGE_DEG
 
 
@@ -19,14 +21,16 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """One motor: its address on the bus, how its encoder is mounted, and what it may do."""
 
     id: int
-    zero_count: int = 2048
-    """Encoder count (4096 a turn) at motor angle 0."""
+    zero_count: int | None = None
+    """What the drive says at motor angle 0, in its own counts; unless given 2048 for Dynamixel (4096 a turn), 0 for Modbus."""
     direction: int = 1
     """+1 or -1: the sign from encoder to motor angle."""
     min_deg: float
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
     max_speed_deg_s: float = 150.0
+    max_acceleration_deg_s2: float = 10_000.0
+    """Far above what an arm does, and below what a jump looks like at 100 Hz."""
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
     position_p_gain: int = 1600
@@ -35,16 +39,67 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the emergency stop and the pedal are wired: digital inputs (external ports) of one drive.
+    """Where the emergency stop and the pedal are wired: digital inputs of one drive, numbered from 1.
 
-    Both are read with the drive's pull-up: a closed contact pulls the port to ground (0), an open one or a broken
+    Dynamixel: external ports. Both are read with the drive's pull-up: a closed contact pulls the port to ground (0), an open one or a broken
     wire reads 1. The emergency stop is normally closed, so 1 means pressed; the pedal is normally open, so 0 means
-    down. A broken wire therefore stops the apparatus, and never records.
+    down. A broken wire therefore stops the apparatus, and never records. Modbus: discrete inputs, 1 where the contact is
+    closed.
     """
 
     drive_id: int = 1
     estop_port: int = 1
     pedal_port: int = 2
+    max_age_cycles: int = 2
+    """What an input said counts for this long; after that the emergency stop counts as pressed, the pedal as up."""
+    usb_pedal: str | None = None
+    """A pedal that is a keyboard to the computer, as the RI-PF1BK: /dev/input/by-id/...-event-kbd. ``pedal_port`` is then not looked at."""
+
+
+NO_REGISTER: Final = -1
+
+
+class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Registers of Modbus RTU drives: addresses of holding registers, counted from 0; 32-bit values high word first.
+
+    -1 (NO_REGISTER) where the drive has none of clear, watchdog, limits or delay. ``status`` to ``torque`` are read as one block.
+    """
+
+    function_23: bool = True
+    """The drives know function 23 (read and write in one exchange)."""
+    silence_characters: float = 3.5
+    """Silence that ends a frame. The standard wants 1.75 ms above 19,200 bit/s; most drives are content with 3.5 characters."""
+    torque_enable: int = 0x0000
+    clear: int = 0x0001
+    """Writing 1 clears a tripped watchdog."""
+    watchdog_ms: int = 0x0002
+    torque_limit: int = 0x0003
+    position_limits: int = 0x0004
+    """Lowest and highest position, two registers each."""
+    response_delay_us: int = 0x0008
+    goal_position: int = 0x0010
+    """Two registers."""
+    status: int = 0x0020
+    status_torque_bit: int = 0
+    status_watchdog_bit: int = 1
+    error: int = 0x0021
+    position: int = 0x0022
+    """Two registers."""
+    speed: int = 0x0024
+    torque: int = 0x0025
+    position_per_deg: float = 100.0
+    speed_per_deg_s: float = 10.0
+    torque_per_nm: float = 100.0
+
+    @property
+    def block_start(self) -> int:
+        """First register of the block that is read every cycle."""
+        return min(self.status, self.error, self.position, self.speed, self.torque)
+
+    @property
+    def block_registers(self) -> int:
+        """How many registers that block has."""
+        return max(self.status, self.error, self.position + 1, self.speed, self.torque) - self.block_start + 1
 
 
 # The image of the scapula's +-20 deg square under the linkage, rounded outwards (tests hold it to that).
@@ -61,22 +116,26 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     name: str = "Station 1"
     port: str = "/dev/ttyUSB0"
     """Prefer /dev/serial/by-id/...: ttyUSB0 becomes ttyUSB1 when an adapter is replugged."""
+    protocol: Literal["dynamixel", "modbus"] = "dynamixel"
     baud: int = 1_000_000
     return_delay_us: int = 0
-    """Written to the drives (register 9, steps of 2 us)."""
+    """How long a drive waits before it answers; written to it (Dynamixel: register 9, steps of 2 us)."""
     rate_hz: int = 100
     """Samples recorded and setpoints sent per second: 10 as in the paper, 100 by default."""
     cycle_hz: int = 100
     """Bus cycles per second; a multiple of ``rate_hz``. It bounds how late the emergency stop is seen."""
     axes: tuple[Axis, ...] = msgspec.field(default_factory=_default_axes)
     inputs: Inputs = Inputs()
+    modbus: ModbusMap = ModbusMap()
     limit_tolerance_deg: float = 4.0
     """How far beyond an axis' range a measured angle may be before it is a fault."""
     approach_speed_deg_s: float = 15.0
     following_error_deg: float = 20.0
     following_error_ms: int = 250
     silence_ms: int = 100
-    """A drive or input that has not answered for this long is a fault."""
+    """A drive that has not answered for this long is a fault. An input is one after two cycles."""
+    reversal_s: float = 2.0
+    """How far back along the path the arm is taken when it meets resistance, in the recording's own time."""
     service_silence_ms: int = 500
     bus_watchdog_ms: int = 160
     """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent.
@@ -85,8 +144,19 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     come to rest.
     """
 
+    @property
+    def mechanism_deg(self) -> tuple[tuple[float, float], ...]:
+        """What may be commanded of each axis: its range, and half of the tolerance that measured angles have."""
+        tolerance = self.limit_tolerance_deg / 2
+        return tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in self.axes)
+
+    @property
+    def setpoint_delay_s(self) -> float:
+        """How much later than it is worked out a setpoint reaches its drive, because the next cycle's request carries it."""
+        return 1.0 / self.cycle_hz if self.protocol == "modbus" and self.modbus.function_23 else 0.0
+
     def __post_init__(self) -> None:
-        problems = list(self._problems())
+        problems = self._problems()
         if problems:
             raise ConfigError("; ".join(problems))
 
@@ -100,19 +170,41 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         for n, axis in enumerate(self.axes, start=1):
             if axis.direction not in (-1, 1):
                 found.append(f"axes[{n}].direction: must be 1 or -1")
-            if not axis.min_deg < axis.max_deg:
+            if not (math.isfinite(axis.min_deg) and math.isfinite(axis.max_deg)):
+                found.append(f"axes[{n}]: min_deg and max_deg must be numbers")
+            elif not axis.min_deg < axis.max_deg:
                 found.append(f"axes[{n}]: min_deg must be below max_deg")
             if not 0 < axis.max_speed_deg_s <= 450:
                 found.append(f"axes[{n}].max_speed_deg_s: must be above 0 and at most 450 (75 rpm)")
+            if not axis.max_acceleration_deg_s2 > 0:
+                found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
             if not 0 < axis.max_torque_nm <= 4:
                 found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
+        if self.inputs.max_age_cycles < 1:
+            found.append("inputs.max_age_cycles: must be at least 1")
         if self.inputs.drive_id not in ids:
             found.append("inputs.drive_id: must be the id of one of the axes")
+        if self.baud <= 0 or self.return_delay_us < 0:
+            return [*found, "baud: must be above 0, and return_delay_us not below"]
         if not 1 <= self.rate_hz <= self.cycle_hz or self.cycle_hz % self.rate_hz:
             found.append("rate_hz: must divide cycle_hz")
-        if not 50 <= self.cycle_hz <= 500:
-            found.append("cycle_hz: must be 50 to 500, or the emergency stop would be seen too late")
+        if not 20 <= self.cycle_hz <= 500:
+            found.append("cycle_hz: must be 20 to 500, or the emergency stop would be seen too late")
+        elif self.cycle_hz > (ceiling := ceiling_hz(self)):
+            found.append(
+                f"cycle_hz: this bus carries at most {ceiling:.0f} cycles a second ({self.protocol} at {self.baud} bit/s); "
+                f"{self.cycle_hz} are asked for"
+            )
         return found
+
+
+def simulated(port: str) -> StationConfig:
+    """The station that is served when the apparatus is simulated and no other configuration is given.
+
+    A pseudo-terminal hands its bytes over by an ordinary kernel worker, which a busy computer lets wait for some cycles:
+    inputs may be older than on a real line before they count as unknown.
+    """
+    return StationConfig(port=port, inputs=Inputs(max_age_cycles=10))
 
 
 def read(path: Path) -> StationConfig:
@@ -129,5 +221,12 @@ def read(path: Path) -> StationConfig:
 
 
 def write(config: StationConfig, path: Path) -> None:
-    """Write a station's TOML file, every value spelt out."""
-    path.write_bytes(msgspec.toml.encode(config))
+    """Write a station's TOML file, every value spelt out but those that are none."""
+    path.write_bytes(msgspec.toml.encode(_without_none(msgspec.to_builtins(config))))
+
+
+def _without_none(value: Any) -> Any:
+    """TOML has no null."""
+    if isinstance(value, dict):
+        return {key: _without_none(part) for key, part in value.items() if part is not None}
+    return [_without_none(part) for part in value] if isinstance(value, list | tuple) else value

@@ -24,6 +24,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
 from kata.device.keeper import JournalKeeper, next_sync_ns
 from kata.device.messages import (
+    LOAD_LEVELS,
     Command,
     Event,
     FromDevice,
@@ -78,6 +79,8 @@ class Exchange:
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
+        self.belief: tuple[int, str | None] = (0, None)
+        """How many heartbeats came, and the run that the last one named."""
         self.dropped = 0
         """Snapshots that a slow service never got."""
 
@@ -194,7 +197,9 @@ class Exchange:
             except msgspec.MsgspecError as error:
                 log.error("a message that cannot be understood was ignored: %s", error)
                 continue
-            if not isinstance(message, Heartbeat):
+            if isinstance(message, Heartbeat):
+                self.belief = (self.belief[0] + 1, message.run_id)
+            else:
                 self._accept(message)
 
     def _accept(self, request: Request) -> None:
@@ -227,9 +232,19 @@ class Exchange:
         except ValueError as error:
             raise TrajectoryError("its samples are cut short") from error
         trajectory = Trajectory(times, angles)
+        if not 1 <= load.load_level <= LOAD_LEVELS:
+            raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
+        if load.limits_deg and len(load.limits_deg) != len(self._config.axes):
+            raise TrajectoryError("it has limits for some axes only")
         limits = [AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s) for axis in self._config.axes]
         # Half of what a measured angle may be beyond: what was taught at the end of the range must be playable.
         trajectory.check(limits, self._config.limit_tolerance_deg / 2)
+        if load.limits_deg:
+            patients = [
+                AxisLimits(low, high, axis.max_speed_deg_s)
+                for axis, (low, high) in zip(self._config.axes, load.limits_deg, strict=True)
+            ]
+            trajectory.check(patients, 0.0)
         return trajectory
 
     def _sync_journals(self) -> None:

@@ -5,23 +5,46 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
-from kata.device.config import StationConfig
+from kata.device.config import Axis, StationConfig
 
 _SWITCHING_NS: Final = 50_000_000
 """A drive's word on its torque counts from this long after the torque was switched."""
 _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
-_NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, status=None)
+_TORQUE_TOLERANCE: Final = 1.1
+"""The drive's own limit is the rated torque; what it reports may overshoot a little."""
+_NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
+Limits = tuple[tuple[float, float], ...]
+"""Lowest and highest setpoint of each axis, degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What the loop itself knows, besides what the bus said."""
+
+    late_ms: float = 0.0
+    service_age_ms: float = 0.0
+    disagreements: int = 0
+    """How often in a row the service named another run than the one that goes on."""
+    journal_ok: bool = True
+    limits_deg: Limits = ()
+    """The tightest of mechanism and run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is known at the beginning of a cycle. Tuples have five entries, axis order."""
+    """What is known at the beginning of a cycle. Tuples have five entries, axis order.
+
+    What *lasts* is counted from the first bad cycle, and one good one clears it.
+    """
 
     t_ns: int
+    situation: Situation
     bus_ok: bool
+    complete: bool
+    """Every drive, its status and the inputs have been seen since the bus is there, and no drive has torque."""
     estop: Contact
     pedal_down: bool | None
     """None: unknown."""
@@ -31,6 +54,10 @@ class Facts:
     torque_nm: tuple[float, ...]
     drive_age_ms: tuple[float, ...]
     """inf where a drive never answered."""
+    status_age_ms: tuple[float, ...]
+    """inf where a drive never told its status since the bus is there."""
+    garbled: tuple[bool, ...]
+    """Of those that did not answer soundly when last asked: something did come."""
     measured_t_ns: int | None
     """When this cycle's angles came; None unless all five did."""
     hardware_error: tuple[int, ...]
@@ -40,11 +67,35 @@ class Facts:
     torque_on: bool
     """What was last commanded."""
     setpoint_deg: tuple[float, ...]
+    setpoint_cycles: int
+    """Since it was worked out, not since it was sent. In cycles: time that the loop itself has lost is an overrun."""
     following_ms: tuple[float, ...]
     """How long each axis has been further from its setpoint than allowed."""
-    service_age_ms: float
-    late_ms: float
-    journal_ok: bool
+    overtorque_ms: tuple[float, ...]
+    """How long each drive has given more than its rated torque."""
+    accelerating_ms: tuple[float, ...]
+    """How long each axis has changed its speed faster than allowed."""
+    jump_deg: tuple[float, ...]
+    """How much further than it can the axis seems to have moved between its last two answers."""
+    frozen_deg: tuple[float, ...]
+    """How far the setpoint has gone while the drive reported the very same position again and again."""
+
+
+class _Lasting:
+    """For how long something has held without a break, for each axis."""
+
+    def __init__(self, axes: int) -> None:
+        self._since_ns: list[int | None] = [None] * axes
+
+    def ms(self, axis: int, t_ns: int, holds: bool) -> float:
+        """Milliseconds up to ``t_ns``; 0 in the first cycle, and when it does not hold."""
+        since_ns = self._since_ns[axis]
+        if not holds:
+            self._since_ns[axis] = None
+            return 0.0
+        if since_ns is None:
+            self._since_ns[axis] = since_ns = t_ns
+        return _age_ms(t_ns, since_ns)
 
 
 class Observer:
@@ -54,60 +105,83 @@ class Observer:
         self._config = config
         axes = len(config.axes)
         self._drives: list[DriveReading | None] = [None] * axes
+        self._before: list[DriveReading | None] = [None] * axes
         self._status: list[DriveStatus | None] = [None] * axes
-        self._following_since_ns: list[int | None] = [None] * axes
+        self._garbled = [False] * axes
+        self._following, self._overtorque, self._accelerating = _Lasting(axes), _Lasting(axes), _Lasting(axes)
+        self._frozen_since: list[float | None] = [None] * axes
         self._inputs: InputReading | None = None
+        self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
         self._torque_switched_ns = 0
         self._setpoint = (math.nan,) * axes
+        self._setpoint_t_ns = 0
+        self._setpoint_cycles = 0
 
-    def commanded(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...]) -> None:
-        """Remember what the drives were told in this cycle."""
+    def commanded(self, t_ns: int, torque_on: bool, setpoint_deg: tuple[float, ...], setpoint_t_ns: int) -> None:
+        """Remember what the drives were told in this cycle, and when that setpoint was worked out."""
         if torque_on != self._torque_on:
             self._torque_on = torque_on
             self._torque_switched_ns = t_ns
-        self._setpoint = setpoint_deg
+        self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
+        self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
 
-    def facts(
-        self, t_ns: int, reading: Reading | None, *, service_age_ms: float, late_ms: float, journal_ok: bool
-    ) -> Facts:
+    def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
         """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
         replies = reading or _NOTHING
-        for n, drive in enumerate(replies.drives):
-            self._drives[n] = drive or self._drives[n]
-        if replies.status:
-            self._status[replies.status.axis] = replies.status
-        if replies.inputs:
-            self._inputs = replies.inputs
-            self._settle_pedal(replies.inputs)
+        self._take(replies, bus_ok=reading is not None)
         inputs = self._inputs
-        inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._config.silence_ms
+        inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
         answered = [drive.t_ns for drive in replies.drives if drive]
+        axes = range(len(self._drives))
+        reported = tuple(self._torque_reported(status) for status in self._status)
         return Facts(
             t_ns=t_ns,
+            situation=situation,
             bus_ok=reading is not None,
+            complete=inputs_known and all(self._drives) and all(torque is False for torque in reported),
             estop="unknown" if not inputs_known or inputs is None else "open" if inputs.estop_open else "closed",
             pedal_down=self._pedal_down if inputs_known else None,
             measured_deg=tuple(drive.position_deg if drive else math.nan for drive in self._drives),
             speed_deg_s=tuple(drive.speed_deg_s if drive else 0.0 for drive in self._drives),
             torque_nm=tuple(drive.torque_nm if drive else 0.0 for drive in self._drives),
             drive_age_ms=tuple(_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives),
+            status_age_ms=tuple(_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status),
+            garbled=tuple(self._garbled),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
             hardware_error=tuple(status.hardware_error if status else 0 for status in self._status),
             watchdog_tripped=tuple(bool(status and status.watchdog_tripped) for status in self._status),
-            torque_reported=tuple(self._torque_reported(status) for status in self._status),
+            torque_reported=reported,
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
-            following_ms=tuple(self._following_ms(n, t_ns) for n in range(len(self._drives))),
-            service_age_ms=service_age_ms,
-            late_ms=late_ms,
-            journal_ok=journal_ok,
+            setpoint_cycles=self._setpoint_cycles,
+            following_ms=tuple(self._following.ms(n, t_ns, self._behind(n)) for n in axes),
+            overtorque_ms=tuple(self._overtorque.ms(n, t_ns, self._too_strong(n)) for n in axes),
+            accelerating_ms=tuple(self._accelerating.ms(n, t_ns, self._too_abrupt(n)) for n in axes),
+            jump_deg=tuple(self._jump_deg(n) for n in axes),
+            frozen_deg=tuple(self._frozen_deg(n) for n in axes),
         )
 
+    def _take(self, replies: Reading, *, bus_ok: bool) -> None:
+        for n, drive in enumerate(replies.drives):
+            if drive:
+                self._before[n], self._drives[n] = self._drives[n], drive
+            self._garbled[n] = n in replies.garbled or (drive is None and self._garbled[n])
+        if not bus_ok:
+            # Whoever comes back may have been switched off and on: what it said of itself no longer counts.
+            self._status = [None] * len(self._status)
+        for status in replies.statuses:
+            self._status[status.axis] = status
+        if replies.inputs:
+            self._inputs = replies.inputs
+            self._settle_pedal(replies.inputs)
+
     def _settle_pedal(self, inputs: InputReading) -> None:
-        if inputs.pedal_down == self._pedal_down:
+        if inputs.pedal_down is None:
+            self._pedal_down = self._pedal_changed_ns = None
+        elif inputs.pedal_down == self._pedal_down:
             self._pedal_changed_ns = None
         elif self._pedal_down is None or (
             self._pedal_changed_ns is not None and inputs.t_ns - self._pedal_changed_ns >= _STEADY_NS
@@ -122,16 +196,44 @@ class Observer:
             return None
         return status.torque_on
 
-    def _following_ms(self, axis: int, t_ns: int) -> float:
-        drive = self._drives[axis]
-        error = abs(self._setpoint[axis] - drive.position_deg) if drive else 0.0
-        if not self._torque_on or error <= self._config.following_error_deg:
-            self._following_since_ns[axis] = None
+    # -- one axis each, judged over more than this cycle ------------------------------------------------------------
+
+    def _behind(self, n: int) -> bool:
+        drive = self._drives[n]
+        if drive is None or not self._torque_on:
+            return False
+        return abs(self._setpoint[n] - drive.position_deg) > self._config.following_error_deg
+
+    def _too_strong(self, n: int) -> bool:
+        drive = self._drives[n]
+        return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * _TORQUE_TOLERANCE
+
+    def _too_abrupt(self, n: int) -> bool:
+        before, now = self._before[n], self._drives[n]
+        if before is None or now is None or now.t_ns <= before.t_ns:
+            return False
+        change_deg_s2 = abs(now.speed_deg_s - before.speed_deg_s) / ((now.t_ns - before.t_ns) / 1e9)
+        return change_deg_s2 > self._axis(n).max_acceleration_deg_s2
+
+    def _jump_deg(self, n: int) -> float:
+        before, now = self._before[n], self._drives[n]
+        if before is None or now is None:
             return 0.0
-        since = self._following_since_ns[axis]
-        if since is None:
-            self._following_since_ns[axis] = since = t_ns
-        return _age_ms(t_ns, since)
+        possible = 2 * self._axis(n).max_speed_deg_s * max(0, now.t_ns - before.t_ns) / 1e9
+        return max(0.0, abs(now.position_deg - before.position_deg) - possible)
+
+    def _frozen_deg(self, n: int) -> float:
+        before, now = self._before[n], self._drives[n]
+        if before is None or now is None or not self._torque_on or now.position_deg != before.position_deg:
+            self._frozen_since[n] = None
+            return 0.0
+        began_at = self._frozen_since[n]
+        if began_at is None:
+            self._frozen_since[n] = began_at = self._setpoint[n]
+        return abs(self._setpoint[n] - began_at)
+
+    def _axis(self, n: int) -> Axis:
+        return self._config.axes[n]
 
 
 def _age_ms(t_ns: int, then_ns: int) -> float:

@@ -2,7 +2,7 @@
 
 A fault is latched when its condition first holds, and counts as cleared while it no longer does. Each row says how to
 stop, because torque off can itself be the harm (the arm drops): category 0 cuts torque in the same cycle, category 1
-ramps down for a quarter of a second first.
+ramps down first, category 2 ramps down and holds the arm until somebody acknowledges.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -10,12 +10,24 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kata.device.config import StationConfig
-from kata.device.facts import Facts
+from kata.device.facts import Facts, Limits
 
 OVERRUN_LIMIT_MS: Final = 250.0
 """Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
 _OVERSPEED: Final = 1.5
 _STEP: Final = 1.5
+_STEP_TOLERANCE_DEG: Final = 1.0
+_ROUNDING_DEG: Final = 1e-6
+_OVERTORQUE_MS: Final = 100.0
+_ACCELERATING_MS: Final = 30.0
+_JUMP_DEG: Final = 5.0
+_FROZEN_DEG: Final = 8.0
+_SETPOINT_PERIODS: Final = 3
+_STATUS_SILENCE_MS: Final = 1000.0
+_DISAGREEMENTS: Final = 3
+
+Key = tuple[str, int | None]
+"""A fault's code and axis (0-4) or None."""
 
 Condition = Callable[[Facts, StationConfig], Iterable[int | None]]
 """The axes (0-4) for which the fault holds; a single None where it belongs to no axis; nothing where it does not hold."""
@@ -26,7 +38,7 @@ class Fault:
     """One row of the table. ``{motor}`` in a sentence is replaced by the motor's number."""
 
     code: str
-    category: Literal[0, 1]
+    category: Literal[0, 1, 2]
     message: str
     next_step: str
     holds: Condition
@@ -45,7 +57,22 @@ def _bus_lost(facts: Facts, config: StationConfig) -> Iterable[None]:
 
 
 def _drive_silent(facts: Facts, config: StationConfig) -> Iterable[int]:
-    return (n for n, age in enumerate(facts.drive_age_ms) if age > config.silence_ms and facts.bus_ok)
+    return _unheard(facts, config, garbled=False)
+
+
+def _drive_garbled(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return _unheard(facts, config, garbled=True)
+
+
+def _unheard(facts: Facts, config: StationConfig, *, garbled: bool) -> Iterable[int]:
+    if not facts.bus_ok:
+        return ()
+    ages = zip(facts.drive_age_ms, facts.status_age_ms, facts.garbled, strict=True)
+    return (
+        n
+        for n, (drive_ms, status_ms, unsound) in enumerate(ages)
+        if unsound == garbled and (drive_ms > config.silence_ms or status_ms > _STATUS_SILENCE_MS)
+    )
 
 
 def _drive_error(facts: Facts, config: StationConfig) -> Iterable[int]:
@@ -67,12 +94,10 @@ def _torque_remains(facts: Facts, config: StationConfig) -> Iterable[int]:
 def _position_limit(facts: Facts, config: StationConfig) -> Iterable[int]:
     if not facts.torque_on:
         return ()
-    tolerance = config.limit_tolerance_deg
-    return (
-        n
-        for n, (axis, angle) in enumerate(zip(config.axes, facts.measured_deg, strict=True))
-        if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance
-    )
+    # Half of the tolerance is in the limits of what may be commanded already.
+    tolerance = config.limit_tolerance_deg / 2
+    measured = zip(facts.situation.limits_deg, facts.measured_deg, strict=True)
+    return (n for n, ((low, high), angle) in enumerate(measured) if not low - tolerance <= angle <= high + tolerance)
 
 
 def _overspeed(facts: Facts, config: StationConfig) -> Iterable[int]:
@@ -89,25 +114,41 @@ def _following_error(facts: Facts, config: StationConfig) -> Iterable[int]:
     return (n for n, lasted in enumerate(facts.following_ms) if lasted > config.following_error_ms)
 
 
-def setpoint_steps(before_deg: Sequence[float], after_deg: Sequence[float], config: StationConfig) -> list[int]:
-    """The axes whose next setpoint is further from the last one than the axis may move in that time; it is not sent."""
-    return [
-        n
-        for n, (axis, before, after) in enumerate(zip(config.axes, before_deg, after_deg, strict=True))
-        if not abs(after - before) <= _STEP * axis.max_speed_deg_s / config.rate_hz + 1.0
-    ]
+def _overtorque(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, lasted in enumerate(facts.overtorque_ms) if lasted > _OVERTORQUE_MS and facts.torque_on)
+
+
+def _overacceleration(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, lasted in enumerate(facts.accelerating_ms) if lasted > _ACCELERATING_MS and facts.torque_on)
+
+
+def _position_jump(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, jump in enumerate(facts.jump_deg) if jump > _JUMP_DEG and facts.torque_on)
+
+
+def _position_frozen(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, gone in enumerate(facts.frozen_deg) if gone > _FROZEN_DEG)
+
+
+def _setpoint_frozen(facts: Facts, config: StationConfig) -> Iterable[None]:
+    limit = _SETPOINT_PERIODS * config.cycle_hz // config.rate_hz
+    return (None,) if facts.torque_on and facts.setpoint_cycles > limit else ()
 
 
 def _overrun(facts: Facts, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.torque_on and facts.late_ms > OVERRUN_LIMIT_MS else ()
+    return (None,) if facts.torque_on and facts.situation.late_ms > OVERRUN_LIMIT_MS else ()
 
 
 def _service_silent(facts: Facts, config: StationConfig) -> Iterable[None]:
-    return (None,) if facts.torque_on and facts.service_age_ms > config.service_silence_ms else ()
+    return (None,) if facts.torque_on and facts.situation.service_age_ms > config.service_silence_ms else ()
+
+
+def _other_run(facts: Facts, config: StationConfig) -> Iterable[None]:
+    return (None,) if facts.torque_on and facts.situation.disagreements >= _DISAGREEMENTS else ()
 
 
 def _journal_fault(facts: Facts, config: StationConfig) -> Iterable[None]:
-    return () if facts.journal_ok else (None,)
+    return () if facts.situation.journal_ok else (None,)
 
 
 def _never(facts: Facts, config: StationConfig) -> Iterable[None]:
@@ -116,6 +157,8 @@ def _never(facts: Facts, config: StationConfig) -> Iterable[None]:
 
 
 _CHECK_AND_ACKNOWLEDGE: Final = "Look after the patient and the arm, then acknowledge."
+
+_REPORT: Final = "Acknowledge, and report this: it should not be possible."
 
 FAULTS: Final = (
     Fault(
@@ -147,6 +190,13 @@ FAULTS: Final = (
         _drive_silent,
     ),
     Fault(
+        "drive_garbled",
+        0,
+        "Motor {motor}'s answers come damaged.",
+        "Check the bus cable's shield and terminators, and that no two motors share an address; then acknowledge.",
+        _drive_garbled,
+    ),
+    Fault(
         "drive_error",
         0,
         "Motor {motor} reports a hardware error.",
@@ -174,6 +224,28 @@ FAULTS: Final = (
         "Switch the power supplies off.",
         _torque_remains,
     ),
+    Fault(
+        "position_jump",
+        0,
+        "Motor {motor} reported a position that it cannot have reached.",
+        "Have its encoder looked at, then acknowledge.",
+        _position_jump,
+    ),
+    Fault(
+        "position_frozen",
+        0,
+        "Motor {motor} does not move, or its encoder has stopped.",
+        "Look whether the arm is held fast; if it is not, have the encoder looked at. Then acknowledge.",
+        _position_frozen,
+    ),
+    Fault(
+        "overtorque",
+        0,
+        "Motor {motor} gave more than its rated torque.",
+        "Look after the patient, have the motor's limits looked at, then acknowledge.",
+        _overtorque,
+    ),
+    Fault("overacceleration", 0, "Motor {motor} moved too abruptly.", _CHECK_AND_ACKNOWLEDGE, _overacceleration),
     Fault("position_limit", 1, "Motor {motor} left its range.", _CHECK_AND_ACKNOWLEDGE, _position_limit),
     Fault("overspeed", 0, "Motor {motor} was too fast.", _CHECK_AND_ACKNOWLEDGE, _overspeed),
     Fault(
@@ -187,9 +259,12 @@ FAULTS: Final = (
         "setpoint_step",
         0,
         "Motor {motor} was about to be sent a jump.",
-        "Acknowledge, and report this: it should not be possible.",
+        _REPORT,
         _never,
     ),
+    Fault("setpoint_limit", 0, "Motor {motor} was about to be sent beyond its limit.", _REPORT, _never),
+    Fault("setpoint_acceleration", 0, "Motor {motor} was about to be sent a jerk.", _REPORT, _never),
+    Fault("setpoint_frozen", 1, "The control program has stopped planning the movement.", _REPORT, _setpoint_frozen),
     Fault("overrun", 1, "The control computer was too slow.", _CHECK_AND_ACKNOWLEDGE, _overrun),
     Fault(
         "service_silent",
@@ -199,11 +274,32 @@ FAULTS: Final = (
         _service_silent,
     ),
     Fault(
+        "other_run",
+        1,
+        "The clinic service and the control computer do not mean the same run.",
+        "Acknowledge, and load the recording again.",
+        _other_run,
+    ),
+    Fault(
         "journal_fault",
         1,
         "What is measured can no longer be written to the disk.",
         "Make room on the disk, then acknowledge.",
         _journal_fault,
+    ),
+    Fault(
+        "load_repeated",
+        2,
+        "Motor {motor} met resistance twice in the same place.",
+        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        _never,
+    ),
+    Fault(
+        "load_on_the_way",
+        2,
+        "Motor {motor} met resistance on the way to the start or back.",
+        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        _never,
     ),
     Fault("operator_stop", 1, "Stopped by the operator.", "Acknowledge when it is safe to go on.", _never),
     Fault(
@@ -217,3 +313,24 @@ FAULTS: Final = (
 """The fault table, most telling first."""
 
 FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
+
+
+def refused_setpoints(
+    last_deg: Sequence[Sequence[float]], next_deg: Sequence[float], limits_deg: Limits, config: StationConfig
+) -> list[Key]:
+    """The last look at a setpoint before it is sent: beyond a limit, too far from the last one, or too abrupt.
+
+    ``last_deg``: the one or two that went before, the newest last. Not a number is further than any limit.
+    """
+    newest = last_deg[-1]
+    found: list[Key] = []
+    for n, (axis, angle, (low, high)) in enumerate(zip(config.axes, next_deg, limits_deg, strict=True)):
+        if not low - _ROUNDING_DEG <= angle <= high + _ROUNDING_DEG:
+            found.append(("setpoint_limit", n))
+        if not abs(angle - newest[n]) <= _STEP * axis.max_speed_deg_s / config.rate_hz + _STEP_TOLERANCE_DEG:
+            found.append(("setpoint_step", n))
+        elif len(last_deg) > 1:
+            bend = abs(angle - 2 * newest[n] + last_deg[-2][n]) * config.rate_hz**2
+            if bend > axis.max_acceleration_deg_s2:
+                found.append(("setpoint_acceleration", n))
+    return found

@@ -30,6 +30,7 @@ PHASE_PLAYING: Final = 2
 PHASE_PAUSED: Final = 3
 PHASE_RETURNING: Final = 4
 PHASE_STOPPING: Final = 5
+PHASE_REVERSING: Final = 6
 
 SUFFIX: Final = ".journal"
 _RING_RECORDS: Final = 6000

@@ -13,8 +13,8 @@ from typing import Final
 from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.config import StationConfig
 from kata.device.exchange import Exchange
-from kata.device.facts import Facts, Observer
-from kata.device.faults import setpoint_steps
+from kata.device.facts import Facts, Observer, Situation
+from kata.device.faults import refused_setpoints
 from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
 from kata.device.modes import Machine
 from kata.device.supervisor import judge
@@ -45,6 +45,10 @@ class ControlLoop:
         self._cycles = 0
         self._overruns = 0
         self._lateness_max_ns = 0
+        self._heard = 0
+        self._disagreements = 0
+        self._sent_deg: list[tuple[float, ...]] = []
+        """The last one or two setpoints since torque is on."""
         self._shown: tuple[object, ...] = ()
         self._shown_at_ns = 0
 
@@ -74,13 +78,7 @@ class ControlLoop:
         """One cycle; False when the service is gone and everything has come to its end."""
         self._cycles += 1
         reading = self._read()
-        facts = self._observer.facts(
-            t_ns,
-            reading,
-            service_age_ms=self._exchange.service_age_ms(t_ns),
-            late_ms=late_ms,
-            journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
-        )
+        facts = self._observer.facts(t_ns, reading, self._situation(t_ns, late_ms))
         torque_was_on = self._machine.torque_on
         try:
             self._machine.step(facts, judge(facts, self._config), self._exchange.take_stop())
@@ -88,19 +86,39 @@ class ControlLoop:
         except Exception:
             log.exception("the control program met an error of its own")
             self._machine.abort(facts, [("unexpected_error", None)])
-        if torque_was_on and self._machine.torque_on:
-            self._refuse_jumps(facts)
+        self._look_once_more(facts)
         self._write(torque_was_on, facts)
-        self._observer.commanded(t_ns, self._machine.torque_on, self._machine.setpoint_deg)
+        machine = self._machine
+        self._observer.commanded(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
         self._publish(facts)
         self._exchange.wake()
         return not (self._exchange.closing and self._machine.close())
 
-    def _refuse_jumps(self, facts: Facts) -> None:
-        """The last look before anything is sent."""
-        steps = setpoint_steps(facts.setpoint_deg, self._machine.setpoint_deg, self._config)
-        if steps:
-            self._machine.abort(facts, [("setpoint_step", axis) for axis in steps])
+    def _situation(self, t_ns: int, late_ms: float) -> Situation:
+        heard, believed = self._exchange.belief
+        if heard != self._heard:
+            self._heard = heard
+            agrees = believed is None or believed == self._machine.occupation
+            self._disagreements = 0 if agrees else self._disagreements + 1
+        return Situation(
+            late_ms=late_ms,
+            service_age_ms=self._exchange.service_age_ms(t_ns),
+            disagreements=self._disagreements,
+            journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
+            limits_deg=self._machine.limits_deg,
+        )
+
+    def _look_once_more(self, facts: Facts) -> None:
+        """At every setpoint before it is sent, wherever it came from."""
+        machine = self._machine
+        if not machine.torque_on:
+            self._sent_deg.clear()
+        elif machine.setpoint_due or not self._sent_deg:
+            before = self._sent_deg or [facts.measured_deg]
+            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, self._config)
+            if refused:
+                machine.abort(facts, refused)
+            self._sent_deg = [*before[-1:], machine.setpoint_deg]
 
     # -- the bus --------------------------------------------------------------------------------------------------
 

@@ -28,6 +28,8 @@ PedalState = Literal["up", "down", "stuck", "unknown"]
 CommandName = Literal[
     "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "return", "stop", "acknowledge"
 ]
+LOAD_LEVELS: Final = 25
+
 COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
     "teach",
     "finish_teaching",
@@ -77,6 +79,10 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     recording_id: str
     times_s: bytes
     angles_deg: bytes
+    load_level: int = LOAD_LEVELS
+    """1 (turns back at the lightest touch) to 25 (at the motors' rated torque): the patient's."""
+    limits_deg: tuple[tuple[float, float], ...] = ()
+    """The patient's and the session's: lowest and highest angle of each axis, or none at all."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
@@ -119,6 +125,9 @@ class Request(_Message, frozen=True, kw_only=True, tag="request"):
 
 class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
     """The service is alive. Sent at least every 50 ms."""
+
+    run_id: str | None = None
+    """The run or teaching that it believes to be going on, "" for none; None says nothing."""
 
 
 # -- telemetry ----------------------------------------------------------------------------------------------------
@@ -173,6 +182,11 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     left_s: float
     """What is left of the present movement: of the approach while approaching, of the path otherwise."""
     at_start: bool
+    load_level: int
+    reversals: int
+    """How often the arm met resistance and was taken back."""
+    reversing: bool
+    """It is being taken back just now, or waits there."""
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
@@ -224,7 +238,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     number: int
     t_ns: int
     code: str
-    """mode, take_started, take_ended, fault, fault_cleared, command_refused, bus_opened, bus_lost, torque."""
+    """mode, take_started, take_ended, fault, load_reversal, torque."""
     message: str
 
 

@@ -6,7 +6,6 @@ command, and says what the drives are to do.
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import count
 from typing import Final
@@ -15,7 +14,8 @@ import numpy as np
 
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.facts import Facts
+from kata.device.facts import Facts, Limits
+from kata.device.faults import Key
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.messages import (
     COMMAND_NAMES,
@@ -37,9 +37,11 @@ from kata.device.messages import (
     TeachingState,
     Unload,
 )
-from kata.device.movement import Movement
+from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import not_in_this_mode, not_yet_cleared, outside_range
-from kata.device.supervisor import Key, LatchedStop
+from kata.device.run import Run
+from kata.device.supervisor import LatchedStop
+from kata.device.teaching import Teaching
 from kata.motion import approach
 from kata.motion.trajectory import Trajectory
 
@@ -57,6 +59,34 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Acknowledge: "acknowledge",
 }
 
+TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
+    ("offline", "idle"): "every drive and input has been seen",
+    ("offline", "stopped"): "fault",
+    ("idle", "teaching"): "teach",
+    ("idle", "ready"): "load",
+    ("idle", "stopped"): "fault",
+    ("teaching", "idle"): "finish teaching",
+    ("teaching", "stopped"): "stop or fault",
+    ("ready", "idle"): "unload",
+    ("ready", "approaching"): "approach: torque on",
+    ("ready", "stopped"): "fault",
+    ("approaching", "paused"): "the start is reached",
+    ("approaching", "stopped"): "stop or fault",
+    ("paused", "playing"): "play",
+    ("paused", "returning"): "return",
+    ("paused", "stopped"): "stop or fault",
+    ("playing", "paused"): "pause, or taken back from resistance",
+    ("playing", "returning"): "the end is reached",
+    ("playing", "stopped"): "stop, fault, or resistance in the same place",
+    ("returning", "idle"): "back where it began: torque off",
+    ("returning", "stopped"): "stop or fault",
+    ("stopped", "idle"): "acknowledge, once every cause has cleared",
+}
+"""Every way from one mode to another, and what takes it; docs/state-machine.md is drawn from it."""
+
+_RAMP_LIMIT_NS: Final = int(2 * RAMP_S * 1e9)
+"""A category 1 stop that has not come to a stand by then cuts the torque all the same."""
+
 _PHASES: Final[dict[Mode, int]] = {
     "approaching": journal.PHASE_APPROACHING,
     "playing": journal.PHASE_PLAYING,
@@ -66,30 +96,8 @@ _PHASES: Final[dict[Mode, int]] = {
 }
 
 
-@dataclass
-class _Run:
-    run_id: str
-    recording_id: str
-    trajectory: Trajectory
-    journal: JournalWriter
-    came_from: np.ndarray[tuple[int], np.dtype[np.float64]] | None = None
-    """Where the approach began, and where the arm is taken back to."""
-    position_s: float = 0.0
-    played_to_end: bool = False
-
-
-@dataclass
-class _Teaching:
-    teaching_id: str
-    journal: JournalWriter
-    pedal_was_up: bool = False
-    """Recording needs a press: a pedal held down since before teaching began records nothing."""
-    takes: int = 0
-    samples: int = 0
-    take_began_ns: int | None = None
-    """None while the pedal is up."""
-    take_s: float = 0.0
-    cycles: int = 0
+class IllegalTransitionError(Exception):
+    """A defect: a step wanted to go where the table of transitions has no way."""
 
 
 class Machine:
@@ -109,18 +117,23 @@ class Machine:
         self._emit_event = emit
         self._event_numbers = count(1)
         self._t_ns = 0
-        self._run: _Run | None = None
-        self._teaching: _Teaching | None = None
+        self._run: Run | None = None
+        self._teaching: Teaching | None = None
         self._movement: Movement | None = None
         self.mode: Mode = "offline"
         self.stop: LatchedStop | None = None
         self.torque_on = False
         self.setpoint_deg: tuple[float, ...] = (float("nan"),) * len(config.axes)
+        self.setpoint_t_ns = 0
+        """When the setpoint was worked out."""
+        self._raised: list[Key] = []
+        """Faults that a step has found by itself; they count in the next cycle."""
         self._period_s = 1.0 / config.cycle_hz
         self._divider = config.cycle_hz // config.rate_hz
-        self._lead_s = 0.5 / config.rate_hz
+        self._lead_s = 0.5 / config.rate_hz + config.setpoint_delay_s
         """A setpoint holds until the next one: it aims at the middle of that time."""
         self._grid = 0
+        self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
@@ -138,14 +151,14 @@ class Machine:
 
     def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
         """Everything must have been seen to be good; only a pressed emergency stop may remain, and stops at once."""
-        if all(code == "estop_pressed" for code, _ in holding):
+        if facts.complete and all(code == "estop_pressed" for code, _ in holding):
             self._enter("idle")
 
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
-        acted: list[Key] = []
+        acted, self._raised = self._raised, []
         if stop_requested and (self.stop or self.torque_on or self._teaching):
-            acted = [("operator_stop", None)]
+            acted.append(("operator_stop", None))
         if self.stop is None and (holding or acted):
             self.stop = LatchedStop(facts.t_ns)
         if self.stop is None:
@@ -154,7 +167,7 @@ class Machine:
             self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
         if self.mode != "stopped":
             if self._movement:
-                self._movement.going = False
+                self._movement.course = 0
             self._end_teaching()
             self._enter("stopped")
 
@@ -166,49 +179,61 @@ class Machine:
             self._cut_torque()
         elif self.torque_on:
             self._move(facts)
-            if self._movement is None or self._movement.stands or self._movement.ended:
+            late = facts.t_ns - self.stop.at_ns > _RAMP_LIMIT_NS
+            if self.stop.category == 1 and (late or self._stands):
                 self._cut_torque()
-        if not self.torque_on and self._run:
-            first = self.stop.causes()[0]
-            self._end_run(JournalEnd(reason="stopped", cause_code=first.code, cause_message=first.message))
+        if not self.torque_on:
+            self._end_stopped_run()
 
     def _step_teaching(self, facts: Facts) -> None:
         teaching = self._teaching
         assert teaching is not None
-        pressed = facts.pedal_down is True
-        if not pressed:
-            teaching.pedal_was_up = teaching.pedal_was_up or facts.pedal_down is False
-            self._end_take()
-            return
-        if not teaching.pedal_was_up:
-            return
-        if teaching.take_began_ns is None:
-            teaching.takes += 1
-            teaching.cycles = 0
-            teaching.take_began_ns = facts.t_ns
+        was_recording = teaching.recording
+        teaching.step(facts)
+        if teaching.recording and not was_recording:
             self._emit("take_started", f"Take {teaching.takes} is being recorded.")
-        teaching.take_s = (facts.t_ns - teaching.take_began_ns) / 1e9
-        if teaching.cycles % self._divider == 0 and facts.measured_t_ns is not None:
-            teaching.samples += 1
-            self._record(facts, teaching.journal, teaching.takes, 0, teaching.take_s)
-        teaching.cycles += 1
+        elif was_recording and not teaching.recording:
+            self._tell_take_ended(teaching)
 
     def _step_moving(self, facts: Facts) -> None:
+        before_deg = self.setpoint_deg
         self._move(facts)
-        movement = self._movement
-        assert movement is not None and self._run is not None
+        movement, run = self._movement, self._run
+        assert movement is not None and run is not None
+        if self.setpoint_due:
+            self._feel(run, movement, facts, before_deg)
         if self.mode == "approaching" and movement.ended:
-            self._movement = Movement(self._run.trajectory, going=False)
+            self._movement = Movement(run.trajectory, course=0)
             self._enter("paused")
-        elif self.mode == "playing" and movement.ended:
-            self._run.played_to_end = True
-            self._begin_return()
-        elif self.mode == "playing" and movement.stands:
-            self._enter("paused")
+        elif self.mode == "playing":
+            self._step_playing(run, movement)
         elif self.mode == "returning" and movement.ended:
             self._cut_torque()
-            self._end_run(JournalEnd(reason="completed" if self._run.played_to_end else "returned"))
+            self._end_run(JournalEnd(reason="completed" if run.played_to_end else "returned"))
             self._enter("idle")
+
+    def _step_playing(self, run: Run, movement: Movement) -> None:
+        if movement.ended and run.resisting_axis is None:
+            run.played_to_end = True
+            self._begin_return()
+        elif movement.ended and run.resisted_again:
+            self._raised.append(("load_repeated", run.resisting_axis))
+        elif movement.ended:
+            movement.course = 0
+        elif movement.stands:
+            self._enter("paused")
+
+    def _feel(self, run: Run, movement: Movement, facts: Facts, before_deg: tuple[float, ...]) -> None:
+        """Resistance over the patient's level: back along the path, or, where there is none to go back on, a stand."""
+        axis = run.resisted(facts, before_deg, self.setpoint_deg)
+        if axis is None or movement.course != 1:
+            return
+        if self.mode == "playing":
+            run.turn_back(axis, movement)
+            at_s = movement.position_s
+            self._emit("load_reversal", f"Motor {axis + 1} met resistance at {at_s:.1f} s; the arm is taken back.")
+        else:
+            self._raised.append(("load_on_the_way", axis))
 
     def _step_resting(self, facts: Facts) -> None:
         """Torque is off, nothing happens."""
@@ -233,10 +258,11 @@ class Machine:
         if refusal:
             return refusal
         if name == "acknowledge" and self.stop:
-            return not_yet_cleared(self.stop, torque_on=self.torque_on)
+            held = self.stop.category == 2 and self._stands
+            return not_yet_cleared(self.stop, still_stopping=self.torque_on and not held)
         if name == "approach":
             return outside_range(facts, self._config)
-        if name == "pause" and self._movement and not self._movement.going:
+        if name == "pause" and self._movement and self._movement.course == 0:
             return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
         return None
 
@@ -253,7 +279,7 @@ class Machine:
         match command:
             case Teach():
                 header = self._header("teaching", command.teaching_id, None)
-                self._teaching = _Teaching(command.teaching_id, self._open_journal(header))
+                self._teaching = Teaching(command.teaching_id, self._open_journal(header), self._divider)
                 self._enter("teaching")
             case FinishTeaching():
                 self._end_teaching()
@@ -261,7 +287,7 @@ class Machine:
             case Load():
                 assert trajectory is not None
                 header = self._header("run", command.run_id, command.recording_id)
-                self._run = _Run(command.run_id, command.recording_id, trajectory, self._open_journal(header))
+                self._run = Run(command, trajectory, self._open_journal(header), self._config)
                 self._enter("ready")
             case Unload():
                 self._end_run(JournalEnd(reason="unloaded"))
@@ -269,15 +295,18 @@ class Machine:
             case Approach():
                 self._begin_approach(facts)
             case Play():
-                assert self._movement is not None
-                self._movement.going = True
+                assert self._movement is not None and self._run is not None
+                self._run.forget_resistance()
+                self._movement.course = 1
                 self._enter("playing")
             case Pause():
                 assert self._movement is not None
-                self._movement.going = False
+                self._movement.course = 0
             case Return():
                 self._begin_return()
             case Acknowledge():
+                self._cut_torque()
+                self._end_stopped_run()
                 self.stop = None
                 self._movement = None
                 self._enter("idle")
@@ -315,34 +344,24 @@ class Machine:
 
     def run_state(self) -> RunState | None:
         """The loaded recording and the place on its path."""
-        run, movement = self._run, self._movement
+        run = self._run
         if run is None:
             return None
-        duration = run.trajectory.duration_s
-        left = duration - run.position_s
-        if movement and movement.path is not run.trajectory:
-            left = movement.path.duration_s - movement.position_s
-        return RunState(
-            run_id=run.run_id,
-            recording_id=run.recording_id,
-            position_s=run.position_s,
-            duration_s=duration,
-            left_s=left,
-            at_start=self.mode == "paused" and run.position_s == 0.0,
-        )
+        return run.state(self._movement, at_start=self.mode == "paused" and run.position_s == 0.0)
 
     def teaching_state(self) -> TeachingState | None:
         """Takes so far."""
-        teaching = self._teaching
-        if teaching is None:
-            return None
-        return TeachingState(
-            teaching_id=teaching.teaching_id,
-            takes=teaching.takes,
-            recording=teaching.take_began_ns is not None,
-            take_s=teaching.take_s,
-            samples=teaching.samples,
-        )
+        return self._teaching.state() if self._teaching else None
+
+    @property
+    def occupation(self) -> str:
+        """The run or teaching that goes on, "" for none."""
+        return self._run.load.run_id if self._run else self._teaching.teaching_id if self._teaching else ""
+
+    @property
+    def limits_deg(self) -> Limits:
+        """The tightest of mechanism and run, for each axis."""
+        return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
     def setpoint_due(self) -> bool:
@@ -360,16 +379,18 @@ class Machine:
     def _begin_approach(self, facts: Facts) -> None:
         run = self._run
         assert run is not None
-        run.came_from = np.array(facts.measured_deg)
-        way = approach.Approach(run.came_from, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
+        here = np.array(facts.measured_deg)
+        run.begin(here)
+        way = approach.Approach(here, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
         self._movement = Movement(way)
-        self.setpoint_deg = facts.measured_deg
+        self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
         self.torque_on = True
         self._emit("torque", "Torque is on.")
         self._enter("approaching")
 
     def _begin_return(self) -> None:
         assert self._run is not None and self._run.came_from is not None
+        self._run.forget_resistance()
         here = np.array(self.setpoint_deg)
         self._movement = Movement(approach.Approach(here, self._run.came_from, self._config.approach_speed_deg_s))
         self._enter("returning")
@@ -383,40 +404,38 @@ class Machine:
             if facts.measured_t_ns is not None:
                 since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
                 place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
-                self._record(facts, run.journal, 0, _PHASES[self.mode], place)
+                reversing = self.mode == "playing" and run.resisting_axis is not None
+                phase = journal.PHASE_REVERSING if reversing else _PHASES[self.mode]
+                run.record(facts, phase, place, self.setpoint_deg)
             self.setpoint_deg = tuple(float(angle) for angle in movement.setpoint(self._lead_s))
+            self.setpoint_t_ns = facts.t_ns
         movement.advance(self._period_s)
         if on_recording:
             run.position_s = movement.position_s
 
-    def _record(self, facts: Facts, writer: JournalWriter, take: int, phase: int, path_s: float) -> None:
-        assert facts.measured_t_ns is not None
-        writer.sample(
-            facts.measured_t_ns,
-            take=take,
-            phase=phase,
-            path_s=path_s,
-            setpoint_deg=self.setpoint_deg,
-            measured_deg=facts.measured_deg,
-            torque_nm=facts.torque_nm,
-        )
+    @property
+    def _stands(self) -> bool:
+        return self._movement is None or self._movement.stands
 
     def _cut_torque(self) -> None:
         if self.torque_on:
             self.torque_on = False
             self._emit("torque", "Torque is off.")
 
-    def _end_take(self) -> None:
-        teaching = self._teaching
-        if teaching and teaching.take_began_ns is not None:
-            teaching.take_began_ns = None
-            self._emit("take_ended", f"Take {teaching.takes} has ended after {teaching.take_s:.1f} s.")
+    def _tell_take_ended(self, teaching: Teaching) -> None:
+        self._emit("take_ended", f"Take {teaching.takes} has ended after {teaching.take_s:.1f} s.")
 
     def _end_teaching(self) -> None:
-        self._end_take()
-        if self._teaching:
-            self._teaching.journal.finish(JournalEnd(reason="finished"))
-            self._teaching = None
+        teaching, self._teaching = self._teaching, None
+        if teaching:
+            if teaching.recording:
+                self._tell_take_ended(teaching)
+            teaching.end()
+
+    def _end_stopped_run(self) -> None:
+        if self._run and self.stop:
+            first = self.stop.causes()[0]
+            self._end_run(JournalEnd(reason="stopped", cause_code=first.code, cause_message=first.message))
 
     def _end_run(self, end: JournalEnd) -> None:
         assert self._run is not None
@@ -437,6 +456,8 @@ class Machine:
 
     def _enter(self, mode: Mode) -> None:
         if mode != self.mode:
+            if (self.mode, mode) not in TRANSITIONS:
+                raise IllegalTransitionError(f"from {self.mode} to {mode}")
             self.mode = mode
             self._emit("mode", mode)
 

@@ -1,12 +1,14 @@
 """Going along a path at a pace that never changes abruptly."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Literal, Protocol
 
 from kata.motion.linkage import Floats
 
-RAMP_S = 0.25
-"""From standing to the path's own pace, and back: starting, pausing, and a category 1 stop."""
+RAMP_S: Final = 0.2
+"""From standing to the path's own pace, and back: starting, pausing, turning round, and a category 1 stop."""
+_CREEP: Final = 0.1
+"""The pace at which an end is met: slowing down must not come to a stand just before it."""
 
 
 class Path(Protocol):
@@ -22,18 +24,28 @@ class Path(Protocol):
 
 @dataclass
 class Movement:
-    """A place on a path and the pace along it: 0 stands, 1 is the path's own speed."""
+    """A place on a path and the pace along it: 0 stands, 1 is the path's own speed, -1 goes back as fast."""
 
     path: Path
     position_s: float = 0.0
     pace: float = 0.0
-    going: bool = True
+    course: Literal[-1, 0, 1] = 1
+    """Where it is to go: on, back, or to a stand."""
+    back_to_s: float = 0.0
+    """Where going back ends."""
 
     def advance(self, dt_s: float) -> None:
-        """Let ``dt_s`` pass."""
+        """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
+        wanted = float(self.course)
+        left_s = self._left_s
+        if self.course and left_s <= self.pace**2 * RAMP_S / 2 + abs(self.pace) * dt_s:
+            wanted = _CREEP * self.course
         change = dt_s / RAMP_S
-        self.pace = min(1.0, self.pace + change) if self.going else max(0.0, self.pace - change)
-        self.position_s = min(self.position_s + self.pace * dt_s, self.path.duration_s)
+        self.pace += min(max(wanted - self.pace, -change), change)
+        step_s = self.pace * dt_s
+        if self.course and step_s * self.course >= left_s:
+            step_s = left_s * self.course
+        self.position_s = min(max(self.position_s + step_s, 0.0), self.path.duration_s)
 
     def setpoint(self, lead_s: float) -> Floats:
         """Where the arm should be ``lead_s`` from now."""
@@ -41,10 +53,16 @@ class Movement:
 
     @property
     def ended(self) -> bool:
-        """The path's end is reached."""
-        return self.position_s >= self.path.duration_s
+        """The end of its course is reached."""
+        return self.course != 0 and self._left_s <= 0.0
 
     @property
     def stands(self) -> bool:
         """It has slowed down to a stand."""
-        return self.pace == 0.0 and not self.going
+        return self.course == 0 and self.pace == 0.0
+
+    @property
+    def _left_s(self) -> float:
+        if self.course < 0:
+            return self.position_s - min(self.back_to_s, self.position_s)
+        return self.path.duration_s - self.position_s

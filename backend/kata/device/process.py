@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from kata.device.bus.dynamixel import DynamixelBus
+from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
 from kata.device.journal import Files, FolderInUseError, claimed
@@ -70,7 +70,7 @@ def _run(config: StationConfig, exchange: Exchange) -> None:
 
 
 def _control(config: StationConfig, exchange: Exchange) -> None:
-    loop = ControlLoop(config, DynamixelBus(config), exchange, real_time=_become_real_time(), now_ns=time.monotonic_ns)
+    loop = ControlLoop(config, make_bus(config), exchange, real_time=_become_real_time(), now_ns=time.monotonic_ns)
     loop.run()
 
 

@@ -47,9 +47,9 @@ def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
     return Refusal(code=f"is_{mode}", message=message, next_step=next_step)
 
 
-def not_yet_cleared(stop: LatchedStop, *, torque_on: bool) -> Refusal | None:
-    """A stop is acknowledged when it has come to its end and none of its causes holds any more."""
-    if torque_on:
+def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | None:
+    """A stop is acknowledged when it has come to its end, a held arm included, and none of its causes holds any more."""
+    if still_stopping:
         return Refusal(code="still_stopping", message="The arm is slowing down.", next_step="Wait a moment.")
     for cause in stop.causes():
         if not cause.cleared:

@@ -5,11 +5,8 @@ from dataclasses import dataclass, field
 
 from kata.device.config import StationConfig
 from kata.device.facts import Facts
-from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault
+from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault, Key
 from kata.device.messages import StopCause, StopState
-
-Key = tuple[str, int | None]
-"""A fault's code and axis (0-4) or None."""
 
 
 def judge(facts: Facts, config: StationConfig) -> list[Key]:

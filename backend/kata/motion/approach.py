@@ -5,6 +5,7 @@ replaces the jump.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class Approach:
     goal_deg: Floats
     speed_deg_s: float
 
-    @property
+    @cached_property
     def duration_s(self) -> float:
         """Time from start to goal; never below half a second, so that even a short way is gentle."""
         farthest = float(np.max(np.abs(self.goal_deg - self.start_deg)))

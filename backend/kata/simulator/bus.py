@@ -4,62 +4,60 @@ Times follow the bytes: an instruction counts when its last byte has passed, an 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from kata.simulator import protocol
+from kata.simulator.answers import Answer, bytes_s
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.protocol import Instruction
-from kata.simulator.servos import STATUS_LEVEL, Servo
+from kata.simulator.script import Script
+from kata.simulator.servos import END, PORT_DATA, STATUS_LEVEL, Servo
 
-_BITS_A_BYTE: Final = 10
 _ANSWERS_READS: Final = 1
 _ANSWERS_ALL: Final = 2
 
 
-@dataclass(frozen=True)
-class Answer:
-    """Bytes, and how long after the end of the instruction the last of them is out, in seconds."""
-
-    data: bytes
-    after_s: float
-
-
 class ServoBus:
-    """Carries instructions to the servos and their answers back."""
+    """Carries instructions to the servos and their answers back. Needs no wire and no clock but ``now_ns``."""
 
-    def __init__(self, apparatus: Apparatus) -> None:
+    def __init__(self, apparatus: Apparatus, baud: int = 1_000_000) -> None:
+        """``baud`` is what the servos listen at, at first.
+
+        :raises ValueError: when it is no baud rate of theirs.
+        """
         self._apparatus = apparatus
-        self._registered: dict[int, tuple[int, bytes]] = {}
-
-    def byte_s(self, baud: int) -> float:
-        """One byte's time on the wire."""
-        return _BITS_A_BYTE / baud
+        self.servos = [Servo(drive, baud) for drive in apparatus.drives]
+        self.script = Script(apparatus, self.servos)
 
     def carry_out(self, instruction: Instruction, baud: int, now_ns: int) -> list[Answer]:
         """What the drives that listen at this baud rate do and answer."""
-        listening = {servo.id: servo for servo in self._apparatus.servos if servo.baud == baud}
+        self._apparatus.advance(now_ns)
+        listening = {
+            servo.id: servo
+            for servo in self.servos
+            if servo.baud == baud and not self.script.has("off", servo.drive.motor)
+        }
         if not instruction.sound:
             addressed = listening.get(instruction.drive_id)
-            if addressed is None:
+            if addressed is None or not self.script.answers(addressed.drive.motor):
                 return []
             error = protocol.status(addressed.id, addressed.alert | protocol.CRC_ERROR)
             return list(self._in_turn([(addressed, error)], baud))
         self._apparatus.heard(now_ns)
         for servo in listening.values():
-            servo.heard()
+            servo.drive.heard()
         match instruction.code:
             case protocol.SYNC_READ:
-                answers = _packets(self._read_in_turn(listening, _same_for_all(instruction.parameters)))
+                answers = _packets(self._read_in_turn(listening, _same_for_all(instruction.parameters), now_ns))
             case protocol.FAST_SYNC_READ:
-                answers = self._fast_sync_read(listening, instruction.parameters)
+                answers = self._fast_sync_read(listening, instruction.parameters, now_ns)
             case protocol.BULK_READ:
-                answers = _packets(self._read_in_turn(listening, _one_each(instruction.parameters)))
+                answers = _packets(self._read_in_turn(listening, _one_each(instruction.parameters), now_ns))
             case protocol.SYNC_WRITE:
-                self._sync_write(listening, instruction.parameters, now_ns)
+                self._sync_write(listening, instruction.parameters)
                 answers = []
             case protocol.BULK_WRITE:
-                self._bulk_write(listening, instruction.parameters, now_ns)
+                self._bulk_write(listening, instruction.parameters)
                 answers = []
             case _:
                 answers = self._single(listening, instruction, now_ns)
@@ -67,8 +65,9 @@ class ServoBus:
 
     def _in_turn(self, answers: Sequence[tuple[Servo, bytes]], baud: int) -> Iterator[Answer]:
         after_s = 0.0
-        for servo, data in answers:
-            after_s += servo.return_delay_s + len(data) * self.byte_s(baud)
+        for servo, answer in answers:
+            late_s, data = self.script.spoil(servo.drive.motor, answer)
+            after_s += servo.return_delay_s + late_s + bytes_s(len(data), baud)
             yield Answer(data, after_s)
 
     def _single(self, listening: dict[int, Servo], instruction: Instruction, now_ns: int) -> list[tuple[Servo, bytes]]:
@@ -80,10 +79,11 @@ class ServoBus:
         answers = []
         for servo in addressed:
             error, data = self._one(servo, instruction, now_ns)
-            reads = instruction.code in (protocol.PING, protocol.READ)
             level = servo.table[STATUS_LEVEL]
-            if instruction.code == protocol.PING or (
-                not broadcast and (level == _ANSWERS_ALL or (reads and level == _ANSWERS_READS))
+            reads = instruction.code == protocol.READ
+            wanted = not broadcast and (level == _ANSWERS_ALL or (reads and level == _ANSWERS_READS))
+            if (instruction.code == protocol.PING or wanted) and self.script.answers(
+                servo.drive.motor, inputs=reads and _of_inputs(servo, *_range(instruction.parameters))
             ):
                 answers.append((servo, protocol.status(servo.id, servo.alert | error, data)))
         return answers
@@ -94,18 +94,17 @@ class ServoBus:
             case protocol.PING:
                 return 0, bytes(servo.table[0:2] + servo.table[6:7])
             case protocol.READ if len(parameters) == 4:
-                return servo.read(_word(parameters, 0), _word(parameters, 2))
+                return servo.read(_word(parameters, 0), _word(parameters, 2), now_ns)
             case protocol.WRITE if len(parameters) > 2:
-                return self._apparatus.write(servo, _word(parameters, 0), parameters[2:], now_ns), b""
+                return servo.write(_word(parameters, 0), parameters[2:]), b""
             case protocol.REG_WRITE if len(parameters) > 2:
-                self._registered[servo.id] = (_word(parameters, 0), parameters[2:])
+                servo.registered = (_word(parameters, 0), parameters[2:])
                 return 0, b""
             case protocol.ACTION:
-                if servo.id in self._registered:
-                    return self._apparatus.write(servo, *self._registered.pop(servo.id), now_ns), b""
-                return 0, b""
+                registered, servo.registered = servo.registered, None
+                return (servo.write(*registered) if registered else 0), b""
             case protocol.REBOOT:
-                self._apparatus.reboot(servo, now_ns)
+                servo.reboot()
                 return 0, b""
             case protocol.READ | protocol.WRITE | protocol.REG_WRITE:
                 return protocol.DATA_LENGTH_ERROR, b""
@@ -113,7 +112,7 @@ class ServoBus:
                 return protocol.INSTRUCTION_ERROR, b""
 
     def _read_in_turn(
-        self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]]
+        self, listening: dict[int, Servo], wanted: Sequence[tuple[int, int, int]], now_ns: int
     ) -> list[tuple[Servo, int, bytes]]:
         """Each named drive waits for the one named before it: a silent one silences all that follow."""
         answers = []
@@ -121,37 +120,41 @@ class ServoBus:
             servo = listening.get(drive_id)
             if servo is None or servo.table[STATUS_LEVEL] == 0:
                 break
-            error, data = servo.read(address, length)
+            if not self.script.answers(servo.drive.motor, inputs=_of_inputs(servo, address, length)):
+                break
+            error, data = servo.read(address, length, now_ns)
             answers.append((servo, servo.alert | error, data))
         return answers
 
-    def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes) -> list[tuple[Servo, bytes]]:
+    def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> list[tuple[Servo, bytes]]:
         wanted = _same_for_all(parameters)
         if not wanted:
             return []
         length = wanted[0][2]
         # What cannot be read is filled up: the packet's length is promised before the first drive has answered.
-        answers = [(s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_turn(listening, wanted)]
+        answers = [
+            (s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_turn(listening, wanted, now_ns)
+        ]
         blocks = protocol.fast_blocks([(s.id, error, data) for s, error, data in answers], len(wanted), length)
         return [(servo, block) for (servo, _, _), block in zip(answers, blocks, strict=True)]
 
-    def _sync_write(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> None:
+    def _sync_write(self, listening: dict[int, Servo], parameters: bytes) -> None:
         if len(parameters) < 4:
             return
         address, length = _word(parameters, 0), _word(parameters, 2)
         for start in range(4, len(parameters) - length, length + 1):
             servo = listening.get(parameters[start])
             if servo is not None:
-                self._apparatus.write(servo, address, parameters[start + 1 : start + 1 + length], now_ns)
+                servo.write(address, parameters[start + 1 : start + 1 + length])
 
-    def _bulk_write(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> None:
+    def _bulk_write(self, listening: dict[int, Servo], parameters: bytes) -> None:
         start = 0
         while start + 5 <= len(parameters):
             length = _word(parameters, start + 3)
             data = parameters[start + 5 : start + 5 + length]
             servo = listening.get(parameters[start])
             if servo is not None and len(data) == length:
-                self._apparatus.write(servo, _word(parameters, start + 1), data, now_ns)
+                servo.write(_word(parameters, start + 1), data)
             start += 5 + length
 
 
@@ -170,6 +173,16 @@ def _one_each(parameters: bytes) -> list[tuple[int, int, int]]:
     """Drive id, address and length of each part of a Bulk Read."""
     starts = range(0, len(parameters) - 4, 5)
     return [(parameters[n], _word(parameters, n + 1), _word(parameters, n + 3)) for n in starts]
+
+
+def _range(parameters: bytes) -> tuple[int, int]:
+    """Address and length of a Read."""
+    return (_word(parameters, 0), _word(parameters, 2)) if len(parameters) == 4 else (0, 0)
+
+
+def _of_inputs(servo: Servo, address: int, length: int) -> bool:
+    """Whether these registers tell of the contacts that are wired to this drive."""
+    return bool(servo.drive.contacts) and address < END and address + length > PORT_DATA
 
 
 def _word(data: bytes, at: int) -> int:

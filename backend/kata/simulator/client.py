@@ -1,4 +1,4 @@
-"""The other end of the control socket: move the simulated hand, pedal and switch."""
+"""The other end of the control socket: move the simulated hand, pedal and switch, and break things."""
 
 import socket
 from pathlib import Path
@@ -8,8 +8,9 @@ import msgspec
 
 from kata.motion.taught import Taught
 from kata.simulator.apparatus import State
-from kata.simulator.control import Estop, Guide, Look, Outcome, Pedal, Release, Rows, Wish
+from kata.simulator.control import Break, Estop, Guide, Look, Mend, Outcome, Pedal, Release, Rows, Wish
 from kata.simulator.hand import HandRefusedError
+from kata.simulator.script import Fault, Kind
 
 _ROWS_A_LINE: Final = 100
 """Of a long motion: the simulator works out so many in a fraction of a millisecond, and serves the servos' wire in between."""
@@ -50,6 +51,17 @@ class SimulatorClient:
     def release(self) -> State:
         """Let go of arm and pedal."""
         return self._ask(Release())
+
+    def fault(self, kind: Kind, motor: int | None = None, value: float | None = None) -> State:
+        """Let something be broken from now on: see :class:`~kata.simulator.script.Fault`.
+
+        :raises ValueError: when motor or value do not go with the kind.
+        """
+        return self._ask(Break(Fault(kind, motor, value)))
+
+    def clear_faults(self) -> State:
+        """Let nothing be broken any more."""
+        return self._ask(Mend())
 
     def state(self) -> State:
         """Look."""

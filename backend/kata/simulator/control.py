@@ -1,4 +1,4 @@
-"""The control socket: where hand, pedal and switch are moved from. JSON lines, one reply to each request."""
+"""The control socket: where hand, pedal and switch are moved from, and faults are set. JSON lines, one reply to each request."""
 
 import socket
 from pathlib import Path
@@ -8,6 +8,7 @@ import msgspec
 
 from kata.simulator.apparatus import Apparatus, State
 from kata.simulator.hand import HandRefusedError, Motion
+from kata.simulator.script import Fault, Script
 
 _LONGEST: Final = 4 * 1024 * 1024
 """A line's length in bytes; whoever sends more is hung up on."""
@@ -45,11 +46,21 @@ class Release(msgspec.Struct, frozen=True, tag_field="do", tag="release"):
     """Let go of arm and pedal."""
 
 
+class Break(msgspec.Struct, frozen=True, tag_field="do", tag="fault"):
+    """Let something be broken from now on."""
+
+    fault: Fault
+
+
+class Mend(msgspec.Struct, frozen=True, tag_field="do", tag="clear_faults"):
+    """Let nothing be broken any more."""
+
+
 class Look(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
     """Change nothing."""
 
 
-Wish = Pedal | Estop | Rows | Guide | Release | Look
+Wish = Pedal | Estop | Rows | Guide | Release | Break | Mend | Look
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -71,8 +82,9 @@ class _Client:
 class ControlServer:
     """Serves any number of clients from the simulator's one loop."""
 
-    def __init__(self, path: Path, apparatus: Apparatus) -> None:
+    def __init__(self, path: Path, apparatus: Apparatus, script: Script) -> None:
         self._apparatus = apparatus
+        self._script = script
         self._path = path
         path.unlink(missing_ok=True)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -140,5 +152,9 @@ class ControlServer:
                 self._apparatus.guide(wish.name, motion, wish.pedal)
             case Release():
                 self._apparatus.let_go()
+            case Break(fault=fault):
+                self._script.fault(fault)
+            case Mend():
+                self._script.clear()
             case Look():
                 pass

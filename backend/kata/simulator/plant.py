@@ -61,10 +61,21 @@ class Plant:
         """Radians, axis order."""
         self.speed = [0.0] * len(PARAMETERS)
         """Radians a second, axis order."""
+        self._jammed: set[int] = set()
+
+    def jam(self, axis: int, *, jammed: bool) -> None:
+        """A jammed shaft stays where it is, whatever pulls. ``axis`` from 0."""
+        if jammed:
+            self._jammed.add(axis)
+            self.speed[axis] = 0.0
+        else:
+            self._jammed.discard(axis)
 
     def step(self, torque_nm: Sequence[float]) -> None:
         """Let one millisecond pass under these torques of motor and hand together."""
         for n, (inertia, viscous, coulomb, gravity, hangs, low, high) in enumerate(self._axes):
+            if n in self._jammed:
+                continue
             angle, speed = self.angle[n], self.speed[n]
             torque = torque_nm[n] - gravity * math.sin(angle - hangs)
             if angle < low:

@@ -1,9 +1,8 @@
-"""The simulator's process: the pseudo-terminal, the control socket, and one loop that serves both; and its parent's side."""
+"""The simulator's process: one loop that serves the wire and the control socket; and its parent's side."""
 
 import argparse
 import contextlib
 import gc
-import heapq
 import json
 import logging
 import os
@@ -12,88 +11,29 @@ import signal
 import subprocess
 import sys
 import tempfile
-import termios
 import time
-import tty
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, get_args
 
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
 from kata.simulator.control import ControlServer
-from kata.simulator.protocol import Instruction, InstructionParser
+from kata.simulator.lines import DynamixelLine, Line, ModbusLine
+from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.script import Script
+from kata.simulator.wire import Wire
 
 log = logging.getLogger(__name__)
 
-_TICK_S: Final = 0.02
+_TICK_NS: Final = 20_000_000
 _PRIORITY: Final = 50
 _START_LIMIT_S: Final = 20.0
-_BYTE_GAP_NS: Final = 5_000_000
-"""A packet whose next bytes stay away for longer is given up: its length was damaged, or its sender has gone."""
-_BAUD_OF_SPEED: Final = {
-    getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()
-}
+_SOON_NS: Final = 300_000
+_LATELY_NS: Final = 2_000_000
+_BAUD: Final = 1_000_000
 
-
-class Wire:
-    """The pseudo-terminal's drive side: instructions come when their bytes have passed, and so do the answers."""
-
-    def __init__(self, apparatus: Apparatus) -> None:
-        self._apparatus = apparatus
-        self._bus = ServoBus(apparatus)
-        self.fd, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self.fd, False)
-        self.port = os.ttyname(self._slave)
-        self._parser = InstructionParser()
-        self._coming: list[tuple[int, int, Instruction]] = []
-        self._going: list[tuple[int, int, bytes]] = []
-        self._order = 0
-        self._busy_until_ns = 0
-        self._heard_ns = 0
-
-    def receive(self) -> None:
-        """Bytes have come."""
-        with contextlib.suppress(BlockingIOError):
-            data = os.read(self.fd, 4096)
-            now_ns = time.monotonic_ns()
-            if now_ns - self._heard_ns > _BYTE_GAP_NS:
-                self._parser.forget()
-            self._heard_ns = now_ns
-            baud = self._baud()
-            for instruction in self._parser.feed(data):
-                self._busy_until_ns = max(self._busy_until_ns, now_ns) + self._span_ns(instruction.size, baud)
-                heapq.heappush(self._coming, (self._busy_until_ns, self._next(), instruction))
-
-    def due_s(self, now_ns: int) -> float:
-        """How long until something is due; not longer than a tick."""
-        first = min((queue[0][0] for queue in (self._coming, self._going) if queue), default=None)
-        return _TICK_S if first is None else min(_TICK_S, max(0, first - now_ns) / 1e9)
-
-    def serve(self, now_ns: int) -> None:
-        """Carry out and send what is due."""
-        while self._coming and self._coming[0][0] <= now_ns:
-            at_ns, _, instruction = heapq.heappop(self._coming)
-            self._apparatus.advance(at_ns)
-            for answer in self._bus.carry_out(instruction, self._baud(), at_ns):
-                due_ns = at_ns + int(answer.after_s * 1e9)
-                self._busy_until_ns = max(self._busy_until_ns, due_ns)
-                heapq.heappush(self._going, (due_ns, self._next(), answer.data))
-        while self._going and self._going[0][0] <= now_ns:
-            # Nobody reads: the bytes are lost, as on a real wire.
-            with contextlib.suppress(BlockingIOError):
-                os.write(self.fd, heapq.heappop(self._going)[2])
-
-    def _baud(self) -> int:
-        return _BAUD_OF_SPEED.get(termios.tcgetattr(self._slave)[4], 0)
-
-    def _span_ns(self, size: int, baud: int) -> int:
-        return int(size * self._bus.byte_s(baud) * 1e9) if baud else 0
-
-    def _next(self) -> int:
-        self._order += 1
-        return self._order
+ServoProtocol = Literal["dynamixel", "modbus"]
 
 
 def main() -> int:
@@ -101,33 +41,52 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m kata.simulator", description=__doc__)
     parser.add_argument("--control", type=Path, required=True, help="path of the control socket")
     parser.add_argument("--seed", type=int, default=None, help="vary inertia, friction and weight by up to 30 %%")
+    parser.add_argument(
+        "--protocol", choices=get_args(ServoProtocol), default="dynamixel", help="what the drives speak"
+    )
+    parser.add_argument("--baud", type=int, default=_BAUD, help="what the drives listen at")
+    parser.add_argument("--spin", action="store_true", help="keep the bytes' time to some microseconds; costs a core")
+    parser.add_argument(
+        "--still", action="store_true", help="without mechanics: nothing moves, and the wire costs little"
+    )
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s simulator %(levelname)s %(message)s")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    apparatus = Apparatus(arguments.seed)
-    wire = Wire(apparatus)
-    control = ControlServer(arguments.control, apparatus)
+    apparatus = Apparatus(arguments.seed, still=arguments.still)
+    line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+    port: Path = arguments.control.with_suffix(".port")
+    wire = Wire(line, script, port)
+    control = ControlServer(arguments.control, apparatus, script)
     with contextlib.suppress(OSError):  # best effort: on a busy computer the drives would else seem to stutter
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()
     gc.freeze()
-    sys.stdout.write(json.dumps({"port": wire.port}) + "\n")
+    sys.stdout.write(json.dumps({"port": str(port)}) + "\n")
     sys.stdout.flush()
     try:
-        _serve(apparatus, wire, control)
+        _serve(apparatus, wire, control, spin=arguments.spin)
     finally:
         control.close()
+        wire.close()
     return 0
 
 
-def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer) -> None:
+def _bus(apparatus: Apparatus, protocol: ServoProtocol, baud: int) -> tuple[Line, Script]:
+    if protocol == "modbus":
+        modbus = ModbusBus(apparatus, baud)
+        return ModbusLine(modbus), modbus.script
+    servos = ServoBus(apparatus, baud)
+    return DynamixelLine(servos), servos.script
+
+
+def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer, *, spin: bool) -> None:
     """Until the parent's end of our standard input is gone."""
     stdin = sys.stdin.fileno()
     while True:
-        sources = [wire.fd, stdin, *control.sockets]
-        readable, _, _ = select.select(sources, [], [], wire.due_s(time.monotonic_ns()))
-        if wire.fd in readable:
+        sources = [*wire.sources, stdin, *control.sockets]
+        readable, _, _ = select.select(sources, [], [], _sleep_s(wire, time.monotonic_ns(), spin=spin))
+        if not set(wire.sources).isdisjoint(readable):
             wire.receive()
         now_ns = time.monotonic_ns()
         wire.serve(now_ns)
@@ -137,6 +96,15 @@ def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer) -> None:
             return
 
 
+def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
+    """How long nothing is due; not longer than a tick. Waking up takes its time: who spins stays awake when it is near."""
+    due_ns = wire.due_ns
+    left_ns = _TICK_NS if due_ns is None else min(_TICK_NS, max(0, due_ns - now_ns))
+    if not spin:
+        return left_ns / 1e9
+    return 0.0 if now_ns - wire.traffic_ns < _LATELY_NS else max(0, left_ns - _SOON_NS) / 1e9
+
+
 class SimulatorError(Exception):
     """The simulator could not be started; the message says why."""
 
@@ -144,8 +112,19 @@ class SimulatorError(Exception):
 class SimulatorProcess:
     """A simulator running as a child process; ends when it is closed, or with us."""
 
-    def __init__(self, folder: Path, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        seed: int | None = None,
+        protocol: ServoProtocol = "dynamixel",
+        baud: int = _BAUD,
+        *,
+        spin: bool = False,
+        still: bool = False,
+    ) -> None:
         """Start it and wait until it is ready; its log goes to ``folder``.
+
+        ``spin`` keeps the bytes' time to some microseconds and costs a core; ``still`` leaves the mechanics out.
 
         :raises SimulatorError: when it does not come up.
         """
@@ -153,6 +132,8 @@ class SimulatorProcess:
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
         self._control = Path(self._socket_folder.name) / "simulator.sock"
         command = [sys.executable, "-m", "kata.simulator", "--control", str(self._control)]
+        command += ["--protocol", protocol, "--baud", str(baud)]
+        command += [option for option, wanted in (("--spin", spin), ("--still", still)) if wanted]
         if seed is not None:
             command += ["--seed", str(seed)]
         self._log = (folder / "simulator.log").open("ab")

@@ -142,13 +142,18 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     async def import_last() -> None:
         await asyncio.gather(*importing)
 
-    station_config = config.read(settings.station) if settings.station else config.StationConfig()
+    station_config = config.read(settings.station) if settings.station else None
     simulation: Simulation | None = None
     if settings.simulate:
         process = await asyncio.to_thread(SimulatorProcess, settings.data, settings.seed)
         stack.callback(process.close)
         simulation = Simulation(process, settings.taught)
-        station_config = msgspec.structs.replace(station_config, port=process.port)
+        station_config = (
+            msgspec.structs.replace(station_config, port=process.port)
+            if station_config
+            else config.simulated(process.port)
+        )
+    station_config = station_config or config.StationConfig()
     if settings.rate_hz is not None:
         station_config = msgspec.structs.replace(station_config, rate_hz=settings.rate_hz)
     station_file = settings.data / "station-in-use.toml"

@@ -1,32 +1,48 @@
 """Dynamixel Protocol 2.0, control table of the XH540 (robotis e-manual).
 
-A cycle is three requests: a Read of the two external ports (emergency stop first), a Sync Read of current, velocity
-and position of all five, and a Read of one drive's torque, error and watchdog registers in turn. Setpoints and torque
-go out as Sync Writes, which no drive answers; what became of the torque, the drives' own registers tell.
+A cycle is three requests: a Sync Read of current, velocity and position of all five (a Fast Sync Read where the drives
+have it: one packet, a quarter fewer bytes), a Read of one drive's torque, error and watchdog registers in turn, and last a
+Read of the two external ports, so that the emergency stop is the youngest of what is judged. Setpoints and torque go out
+as Sync Writes, which no drive answers; what became of the torque, the drives' own registers tell.
 """
 
+import logging
 import struct
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import cycle
 from typing import Final
 
+from kata.device.bus.line import Line
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
-from kata.device.bus.serial import SerialLine
+from kata.device.bus.quiet import Quiet
+from kata.device.ceiling import BITS_A_BYTE
 from kata.device.config import Axis, StationConfig
 
+log = logging.getLogger(__name__)
+
 _HEADER: Final = b"\xff\xff\xfd\x00"
+_PING: Final = 0x01
 _READ: Final = 0x02
 _WRITE: Final = 0x03
 _STATUS: Final = 0x55
 _SYNC_READ: Final = 0x82
 _SYNC_WRITE: Final = 0x83
+_FAST_SYNC_READ: Final = 0x8A
 _BROADCAST: Final = 0xFE
 _OVERHEAD: Final = 11
 """Bytes of a status packet that carries no data."""
+_SLACK_NS: Final = 4_000_000
+"""For adapter, driver and scheduler, on top of the bytes' own time; and never more than this share of a cycle:"""
+_SLACK_SHARE: Final = 0.4
+_TOO_EARLY: Final = 0.8
+"""Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
 _RETURN_DELAY: Final = 9
 _OPERATING_MODE: Final = 11
+_CURRENT_LIMIT: Final = 38
+_POSITION_LIMITS: Final = 48
+"""Maximum and minimum, four bytes each, in counts of one turn."""
 _PORT_MODE: Final = 55
 """Plus the port's number, 1 to 3."""
 _TORQUE_ENABLE: Final = 64
@@ -53,6 +69,8 @@ _A_A_UNIT: Final = 0.00269
 _NM_A_A: Final = 2.0
 """The motors' torque constant: 10 Nm at 5 A (apparatus facts)."""
 
+_HALF_TURN: Final = 2048
+_LAST_COUNT: Final = 4095
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
 
 
@@ -90,49 +108,124 @@ class StatusParser:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
+        self.skipped = 0
+        """Bytes of noise and of packets whose CRC does not hold. An echo of our own instructions is neither."""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
-        """Yields ``(drive id, error byte, data)``; noise and packets with a wrong CRC are dropped."""
+        """Yields ``(drive id, error byte, data)``; what is not sound is dropped."""
         buffer = self._buffer
         buffer += data
         while True:
             start = buffer.find(_HEADER)
             if start < 0:
-                del buffer[: max(0, len(buffer) - 3)]
+                self._skip(max(0, len(buffer) - 3))
                 return
-            del buffer[:start]
+            self._skip(start)
             if len(buffer) < 7:
                 return
             end = 7 + int.from_bytes(buffer[5:7], "little")
-            if end > 1024:
-                del buffer[:4]
+            if not 10 <= end <= 1024:
+                self._skip(4)
                 continue
             if len(buffer) < end:
                 return
             packet = bytes(buffer[:end])
-            if end < _OVERHEAD or crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
-                del buffer[:4]
+            if crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
+                self._skip(4)
                 continue
             del buffer[:end]
-            if packet[7] == _STATUS:
+            if packet[7] == _STATUS and end >= _OVERHEAD:
                 yield packet[4], packet[8], packet[9:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+
+    @property
+    def pending(self) -> int:
+        """Bytes that may be the beginning of a packet."""
+        return len(self._buffer)
+
+    def _skip(self, count: int) -> None:
+        del self._buffer[:count]
+        self.skipped += count
+
+
+class FastParser:
+    """The one packet of a Fast Sync Read: each drive adds error, id, data and a CRC of everything so far."""
+
+    def __init__(self, ids: Sequence[int], length: int) -> None:
+        self._ids = ids
+        self._length = length
+        self._start = _HEADER + bytes([_BROADCAST]) + struct.pack("<H", 1 + len(ids) * (length + 4)) + bytes([_STATUS])
+        self._buffer = bytearray()
+        self._done = 0
+        self.skipped = 0
+
+    def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
+        """Yields ``(drive id, error byte, data)`` in the order asked; nothing behind a part that is not sound."""
+        buffer = self._buffer
+        buffer += data
+        start = buffer.find(self._start)
+        if start < 0:
+            spare = max(0, len(buffer) - len(self._start) + 1)
+            del buffer[:spare]
+            self.skipped += spare
+            return
+        del buffer[:start]
+        self.skipped += start
+        while self._done < len(self._ids):
+            begin = len(self._start) + self._done * (self._length + 4)
+            end = begin + self._length + 4
+            if len(buffer) < end:
+                return
+            if buffer[begin + 1] != self._ids[self._done] or crc16(bytes(buffer[: end - 2])) != int.from_bytes(
+                buffer[end - 2 : end], "little"
+            ):
+                self.skipped += len(buffer) - begin
+                del buffer[:]
+                return
+            self._done += 1
+            yield buffer[begin + 1], buffer[begin], bytes(buffer[begin + 2 : end - 2])
+
+    @property
+    def pending(self) -> int:
+        """Bytes that may be the beginning of the packet, or of its next part."""
+        return len(self._buffer) if self._done < len(self._ids) else 0
+
+
+def _zero(axis: Axis) -> int:
+    return _HALF_TURN if axis.zero_count is None else axis.zero_count
+
+
+@dataclass
+class _Replies:
+    """What came of one request."""
+
+    of: dict[int, tuple[int, int, bytes]] = field(default_factory=dict)
+    """Time, error byte and data by drive id."""
+    garbled: bool = False
+    """Something came that was no sound answer."""
 
 
 class DynamixelBus:
     """The :class:`~kata.device.bus.port.Bus` of five drives that speak Protocol 2.0."""
 
-    def __init__(self, config: StationConfig) -> None:
-        """Nothing is opened yet."""
+    def __init__(self, config: StationConfig, open_line: Callable[[str, int], Line]) -> None:
+        """Nothing is opened yet. ``open_line`` opens a port at a baud rate."""
         self._config = config
+        self._open_line = open_line
+        self._byte_ns = BITS_A_BYTE * 1_000_000_000 // config.baud
+        self._delay_ns = config.return_delay_us * 1000
+        self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
-        self._line: SerialLine | None = None
+        self._line: Line | None = None
+        self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
+        self._fast = False
         self.errors = 0
         """Replies that stayed away or came damaged, since the start."""
 
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._line = SerialLine(self._config.port, self._config.baud)
+        self._line = self._open_line(self._config.port, self._config.baud)
+        self._quiet = Quiet(self._ids)
         self.torque_off()
         for motor, axis in enumerate(self._config.axes, start=1):
             self._set_up(motor, axis)
@@ -140,17 +233,31 @@ class DynamixelBus:
         motor = self._ids.index(inputs.drive_id) + 1
         for port in (inputs.estop_port, inputs.pedal_port):
             self._keep(motor, inputs.drive_id, _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
+        self._fast = bool(self._sync_read(self._ids, fast=True).of)
+        if not self._fast:
+            log.info("the drives do not know Fast Sync Read; Sync Read is used")
 
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
-        inputs = self._read_inputs()
-        drives = self._read_drives()
-        return Reading(drives, inputs, self._read_status(next(self._next_status)))
+        self._quiet.next_cycle()
+        drives, garbled = self.read_drives()
+        status = self._read_status(next(self._next_status))
+        return Reading(drives, self._read_inputs(), (status,) if status else (), garbled)
+
+    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int]]:
+        """Position, speed and torque of all five; and the axes from which something unsound came."""
+        asked = self._quiet.order()
+        replies = self._sync_read(asked, self._fast)
+        sound = self._sound(replies, asked, _PRESENT_FORMAT.size)
+        self._quiet.answered(asked, sound.keys())
+        missing = frozenset(self._ids.index(drive_id) for drive_id in asked if drive_id not in sound)
+        drives = tuple(self._drive_reading(axis, sound.get(axis.id)) for axis in self._config.axes)
+        return drives, missing if replies.garbled else frozenset()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
         goals = [
-            struct.pack("<i", round(axis.zero_count + axis.direction * angle / _DEG_A_COUNT))
+            struct.pack("<i", round(_zero(axis) + axis.direction * angle / _DEG_A_COUNT))
             for axis, angle in zip(self._config.axes, angles_deg, strict=True)
         ]
         self._sync_write(_GOAL_POSITION, goals)
@@ -175,23 +282,31 @@ class DynamixelBus:
 
     # -- one request each -----------------------------------------------------------------------------------------
 
+    def _sync_read(self, asked: Sequence[int], fast: bool) -> _Replies:
+        if not asked:
+            return _Replies()
+        size = _PRESENT_FORMAT.size
+        instruction = _FAST_SYNC_READ if fast else _SYNC_READ
+        request = encode(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
+        if fast:
+            return self._transact(
+                request, asked, FastParser(asked, size), [8 + size + 4] + [size + 4] * (len(asked) - 1)
+            )
+        return self._transact(request, asked, StatusParser(), [_OVERHEAD + size] * len(asked))
+
     def _read_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
         first = min(inputs.estop_port, inputs.pedal_port)
         length = 2 * abs(inputs.estop_port - inputs.pedal_port) + 2
-        data = self._read_registers(inputs.drive_id, _PORT_DATA + 2 * first, length)
-        if data is None:
+        read = self._read_registers(inputs.drive_id, _PORT_DATA + 2 * first, length)
+        if read is None:
             return None
+        t_ns, data = read
         return InputReading(
-            t_ns=time.monotonic_ns(),
+            t_ns=t_ns,
             estop_open=data[2 * (inputs.estop_port - first)] != 0,
             pedal_down=data[2 * (inputs.pedal_port - first)] == 0,
         )
-
-    def _read_drives(self) -> tuple[DriveReading | None, ...]:
-        request = encode(_BROADCAST, _SYNC_READ, struct.pack("<HH", _PRESENT, _PRESENT_FORMAT.size) + bytes(self._ids))
-        replies = self._exchange(request, self._ids, _PRESENT_FORMAT.size)
-        return tuple(self._drive_reading(axis, replies.get(axis.id)) for axis in self._config.axes)
 
     @staticmethod
     def _drive_reading(axis: Axis, reply: tuple[int, bytes] | None) -> DriveReading | None:
@@ -201,17 +316,18 @@ class DynamixelBus:
         current, velocity, position = _PRESENT_FORMAT.unpack(data)
         return DriveReading(
             t_ns=t_ns,
-            position_deg=axis.direction * (position - axis.zero_count) * _DEG_A_COUNT,
+            position_deg=axis.direction * (position - _zero(axis)) * _DEG_A_COUNT,
             speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
             torque_nm=axis.direction * current * _A_A_UNIT * _NM_A_A,
         )
 
     def _read_status(self, axis: int) -> DriveStatus | None:
-        data = self._read_registers(self._ids[axis], _TORQUE_ENABLE, _STATUS_BYTES)
-        if data is None:
+        read = self._read_registers(self._ids[axis], _TORQUE_ENABLE, _STATUS_BYTES)
+        if read is None:
             return None
+        t_ns, data = read
         return DriveStatus(
-            t_ns=time.monotonic_ns(),
+            t_ns=t_ns,
             axis=axis,
             torque_on=data[0] != 0,
             hardware_error=data[_HARDWARE_ERROR_AT],
@@ -221,26 +337,56 @@ class DynamixelBus:
     # -- setting up -----------------------------------------------------------------------------------------------
 
     def _set_up(self, motor: int, axis: Axis) -> None:
+        self._meet(motor, axis.id)
         self._write(motor, axis.id, _TORQUE_ENABLE, b"\0")
         self._write(motor, axis.id, _BUS_WATCHDOG, b"\0")
         self._keep(motor, axis.id, _RETURN_DELAY, bytes([self._config.return_delay_us // 2]))
         self._keep(motor, axis.id, _OPERATING_MODE, bytes([_CURRENT_BASED_POSITION]))
+        current = round(axis.max_torque_nm / _NM_A_A / _A_A_UNIT)
+        self._keep(motor, axis.id, _CURRENT_LIMIT, struct.pack("<H", current))
+        self._limit_position(motor, axis)
         gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
         self._write(motor, axis.id, _GAINS, gains)
-        current = round(axis.max_torque_nm / _NM_A_A / _A_A_UNIT)
         self._write(motor, axis.id, _GOAL_CURRENT, struct.pack("<h", current))
+
+    def _limit_position(self, motor: int, axis: Axis) -> None:
+        """The drive keeps to them in its position modes of one turn; in the multi-turn one that obeys a goal current, not.
+
+        They are written all the same: whoever changes the mode finds them set. A range beyond one turn has none.
+        """
+        ends = [_zero(axis) + axis.direction * angle / _DEG_A_COUNT for angle in (axis.min_deg, axis.max_deg)]
+        if min(ends) >= 0 and max(ends) <= _LAST_COUNT:
+            self._keep(motor, axis.id, _POSITION_LIMITS, struct.pack("<II", round(max(ends)), round(min(ends))))
+
+    def _meet(self, motor: int, drive_id: int) -> None:
+        """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
+        request = encode(drive_id, _PING)
+        line = self._the_line()
+        line.send(request)
+        parser = StatusParser()
+        now_ns = line.now_ns()
+        deadline_ns = now_ns + self._span_ns(request, [_OVERHEAD + 3] * 2) + self._slack_ns
+        answers = 0
+        while data := line.receive(now_ns, deadline_ns):
+            answers += sum(1 for answered, _, _ in parser.feed(data) if answered == drive_id)
+        if answers > 1:
+            raise BusError(f"two drives answer to id {drive_id}, motor {motor}'s")
+        if not answers:
+            damaged = parser.skipped + parser.pending > 0
+            why = "answers, but damaged: do two drives share its id?" if damaged else "does not answer"
+            raise BusError(f"motor {motor} (id {drive_id}) {why}")
 
     def _keep(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         """Write a register that lives in EEPROM, but only when it differs: its cells wear."""
         present = self._read_registers(drive_id, address, len(data))
         if present is None:
             raise BusError(f"motor {motor} (id {drive_id}) does not answer")
-        if present != data:
+        if present[1] != data:
             self._write(motor, drive_id, address, data)
 
     def _write(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
-        status = self._transact(request, [drive_id], 0)
+        status = self._transact(request, [drive_id], StatusParser(), [_OVERHEAD]).of
         if drive_id not in status:
             raise BusError(f"motor {motor} (id {drive_id}) does not answer")
         error = status[drive_id][1] & 0x7F
@@ -251,43 +397,56 @@ class DynamixelBus:
 
     def _sync_write(self, address: int, values: Sequence[bytes]) -> None:
         data = b"".join(bytes([drive_id]) + value for drive_id, value in zip(self._ids, values, strict=True))
-        self._open_line().send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
+        self._the_line().send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
 
-    def _read_registers(self, drive_id: int, address: int, length: int) -> bytes | None:
+    def _read_registers(self, drive_id: int, address: int, length: int) -> tuple[int, bytes] | None:
+        """Time and data; None when no sound answer came, or none was worth waiting for."""
+        if not self._quiet.worth_asking(drive_id):
+            return None
         request = encode(drive_id, _READ, struct.pack("<HH", address, length))
-        reply = self._exchange(request, [drive_id], length).get(drive_id)
-        return reply[1] if reply else None
+        replies = self._transact(request, [drive_id], StatusParser(), [_OVERHEAD + length])
+        return self._sound(replies, [drive_id], length).get(drive_id)
 
-    def _exchange(self, request: bytes, ids: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
+    def _sound(self, replies: _Replies, asked: Sequence[int], length: int) -> dict[int, tuple[int, bytes]]:
         """Time and data of each drive that answered with ``length`` bytes and no error."""
-        replies = self._transact(request, ids, length)
         sound = {
             drive_id: (t_ns, data)
-            for drive_id, (t_ns, error, data) in replies.items()
+            for drive_id, (t_ns, error, data) in replies.of.items()
             if not error & 0x7F and len(data) == length
         }
-        self.errors += len(ids) - len(sound)
+        self.errors += len(asked) - len(sound)
         return sound
 
-    def _transact(self, request: bytes, ids: Sequence[int], length: int) -> dict[int, tuple[int, int, bytes]]:
-        """Send, and collect each drive's status packet until all are here or the deadline worked out from bytes."""
-        line = self._open_line()
+    def _transact(
+        self, request: bytes, asked: Sequence[int], parser: StatusParser | FastParser, sizes: Sequence[int]
+    ) -> _Replies:
+        """Send, and collect the answers, of these sizes in bytes, until all are here or the time for them is over."""
+        line = self._the_line()
         line.send(request)
-        waits_ns = len(ids) * self._config.return_delay_us * 1000
-        deadline = line.deadline_ns(len(request), len(ids) * (_OVERHEAD + length), waits_ns)
-        parser = StatusParser()
-        replies: dict[int, tuple[int, int, bytes]] = {}
-        while len(replies) < len(ids):
-            data = line.receive(deadline)
-            t_ns = time.monotonic_ns()
+        sent_ns = line.now_ns()
+        earliest_ns = sent_ns + self._span_ns(request, sizes)
+        deadline_ns = earliest_ns + self._slack_ns
+        first_ns = sent_ns + int(_TOO_EARLY * self._span_ns(request, sizes[:1]))
+        replies = _Replies()
+        while len(replies.of) < len(asked):
+            data = line.receive(earliest_ns, deadline_ns)
             if not data:
                 break
-            for drive_id, error, payload in parser.feed(data):
-                if drive_id in ids:
-                    replies[drive_id] = (t_ns, error, payload)
+            t_ns = line.now_ns()
+            if t_ns < first_ns:
+                continue
+            found = [packet for packet in parser.feed(data) if packet[0] in asked]
+            # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
+            for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
+                replies.of[drive_id] = (t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns), error, payload)
+        replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 
-    def _open_line(self) -> SerialLine:
+    def _span_ns(self, request: bytes, sizes: Sequence[int]) -> int:
+        """How long the bytes of a request and its answers, and the drives' own delay before each, take on the wire."""
+        return (len(request) + sum(sizes)) * self._byte_ns + len(sizes) * self._delay_ns
+
+    def _the_line(self) -> Line:
         if self._line is None:
             raise BusError(f"{self._config.port} is not open")
         return self._line

@@ -25,12 +25,13 @@ class InputReading:
 
     t_ns: int
     estop_open: bool
-    pedal_down: bool
+    pedal_down: bool | None
+    """None: unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveStatus:
-    """What one drive says of itself; one axis (0-4) is asked each cycle."""
+    """What one drive (axis 0-4) says of itself. A driver may ask one of them a cycle, or all."""
 
     t_ns: int
     axis: int
@@ -45,11 +46,16 @@ class Reading:
 
     drives: tuple[DriveReading | None, ...]
     inputs: InputReading | None
-    status: DriveStatus | None
+    statuses: tuple[DriveStatus, ...]
+    garbled: frozenset[int] = frozenset()
+    """Axes (0-4) from which something came that is no sound answer."""
 
 
 class Bus(Protocol):
-    """A driver. Every call returns within a limit worked out from bytes and baud rate, and retries nothing."""
+    """A driver. Every call returns within a limit worked out from bytes and baud rate, and retries nothing.
+
+    What a driver has to do is written down as tests: `tests/device/bus/conformance.py`; docs/drivers.md says how to add one.
+    """
 
     errors: int
     """Replies that stayed away or came damaged, since the start."""
@@ -61,7 +67,7 @@ class Bus(Protocol):
         """
 
     def read(self) -> Reading:
-        """Ask inputs, drives and one drive's status.
+        """Ask drives, their status, and the inputs last: what the emergency stop says is to be the youngest word.
 
         :raises BusError: when the port is gone.
         """

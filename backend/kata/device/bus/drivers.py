@@ -1,0 +1,16 @@
+"""Which driver a station's configuration asks for."""
+
+from collections.abc import Callable
+
+from kata.device.bus.dynamixel import DynamixelBus
+from kata.device.bus.line import Line, SerialLine
+from kata.device.bus.modbus import ModbusBus
+from kata.device.bus.port import Bus
+from kata.device.config import StationConfig
+
+
+def make_bus(config: StationConfig, open_line: Callable[[str, int], Line] = SerialLine) -> Bus:
+    """The driver, whose port is not opened yet. Tests give it a line of their own."""
+    if config.protocol == "modbus":
+        return ModbusBus(config, open_line)
+    return DynamixelBus(config, open_line)

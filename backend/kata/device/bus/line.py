@@ -1,0 +1,92 @@
+"""A line to the drives with a time limit on everything: what a driver needs of a serial port, through pyserial."""
+
+import contextlib
+import logging
+import os
+import select
+import termios
+import time
+from typing import Final, Protocol
+
+import serial
+
+from kata.device.bus.port import BusError
+
+log = logging.getLogger(__name__)
+
+_NEARLY_NS: Final = 300_000
+"""Sleep until this long before the last byte can be here: waking for every packet of a slow line costs a third of a core."""
+
+
+class Line(Protocol):
+    """Bytes out, bytes in, and one clock for both."""
+
+    def now_ns(self) -> int:
+        """The clock that deadlines and replies are counted by."""
+
+    def send(self, data: bytes) -> None:
+        """Forget what came late, and send. Never waits for the bytes to be out.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
+        """What has come, waiting for a first byte until the deadline; empty when none came.
+
+        ``earliest_ns``: when all that is expected can be here; nobody needs to look much before.
+
+        :raises BusError: when the port is gone.
+        """
+
+    def close(self) -> None:
+        """Close the port."""
+
+
+class SerialLine:
+    """One open port, owned by one process (``exclusive``)."""
+
+    def __init__(self, port: str, baud: int) -> None:
+        """:raises BusError: when the port cannot be opened."""
+        self._port = port
+        try:
+            self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise BusError(f"{port} cannot be opened: {error}") from error
+        self._fd: int = self._serial.fileno()
+        # A USB adapter that keeps replies back for 16 ms would cost a cycle. Not every port can be asked.
+        try:
+            self._serial.set_low_latency_mode(True)
+        except (OSError, ValueError, NotImplementedError):
+            log.info("%s cannot be set to low latency; `kata doctor` says whether that matters", port)
+
+    def now_ns(self) -> int:
+        """See :class:`Line`."""
+        return time.monotonic_ns()
+
+    def send(self, data: bytes) -> None:
+        """See :class:`Line`."""
+        try:
+            termios.tcflush(self._fd, termios.TCIFLUSH)
+            if os.write(self._fd, data) != len(data):
+                raise BusError(f"{self._port} does not take what is sent")
+        except (OSError, termios.error) as error:
+            raise BusError(f"{self._port} is gone: {error}") from error
+
+    def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
+        """See :class:`Line`."""
+        if (early_ns := earliest_ns - _NEARLY_NS - time.monotonic_ns()) > _NEARLY_NS:
+            time.sleep(early_ns / 1e9)
+        left_s = (deadline_ns - time.monotonic_ns()) / 1e9
+        try:
+            ready, _, _ = select.select([self._fd], [], [], max(left_s, 0.0))
+            data = os.read(self._fd, 4096) if ready else None
+        except (OSError, ValueError) as error:
+            raise BusError(f"{self._port} is gone: {error}") from error
+        if data == b"":
+            raise BusError(f"{self._port} is gone: it was hung up")
+        return data or b""
+
+    def close(self) -> None:
+        """See :class:`Line`."""
+        with contextlib.suppress(OSError):
+            self._serial.close()

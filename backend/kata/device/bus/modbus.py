@@ -1,0 +1,311 @@
+"""Modbus RTU drives. Vendors' register maps differ, so the map is in the station's configuration (:class:`ModbusMap`).
+
+A cycle asks each drive for one block of registers, and the inputs last, so that the emergency stop is the youngest of what
+is judged. With function 23 the same exchange takes the newest setpoint along: it arrives a cycle later than it was worked
+out, which the path's lead makes good, and the bus carries half as many cycles more. Torque goes off by broadcast, which no
+drive answers; what became of it, each drive's status word tells in the next cycle.
+"""
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from kata.device.bus.line import Line
+from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.quiet import Quiet
+from kata.device.ceiling import BITS_A_BYTE, silence_ns
+from kata.device.config import NO_REGISTER, Axis, StationConfig
+
+_READ_INPUTS: Final = 0x02
+_READ: Final = 0x03
+_WRITE: Final = 0x10
+_BOTH: Final = 0x17
+_EXCEPTION: Final = 0x80
+_BROADCAST: Final = 0
+_EXCEPTION_BYTES: Final = 5
+_WRITTEN_BYTES: Final = 8
+
+_SLACK_NS: Final = 4_000_000
+_SLACK_SHARE: Final = 0.2
+"""As for Dynamixel; a line this slow leaves less of a cycle to wait in."""
+_TOO_EARLY: Final = 0.8
+"""Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for byte in range(256):
+        crc = byte
+        for _ in range(8):
+            crc = (crc >> 1) ^ 0xA001 if crc & 1 else crc >> 1
+        table.append(crc)
+    return tuple(table)
+
+
+_CRC_TABLE: Final = _crc_table()
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16 of Modbus: polynomial 0xA001 reflected, initial value 0xFFFF; its low byte goes first."""
+    crc = 0xFFFF
+    for byte in data:
+        crc = (crc >> 8) ^ _CRC_TABLE[(crc ^ byte) & 0xFF]
+    return crc
+
+
+def encode(slave: int, function: int, data: bytes) -> bytes:
+    """One frame."""
+    frame = bytes([slave, function]) + data
+    return frame + struct.pack("<H", crc16(frame))
+
+
+def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes | None:
+    """A sound answer of ``size`` bytes, or a sound exception, wherever noise or an echo of the request lets it begin.
+
+    :returns: from the function's byte to the last before the CRC; None when there is none.
+    """
+    for start in range(len(received) - _EXCEPTION_BYTES + 1):
+        if received[start] != slave or received[start + 1] & ~_EXCEPTION != function:
+            continue
+        end = start + (_EXCEPTION_BYTES if received[start + 1] & _EXCEPTION else size)
+        frame = received[start:end]
+        if len(received) >= end and crc16(frame[:-2]) == int.from_bytes(frame[-2:], "little"):
+            return frame[1:-2]
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """What a drive said: when, and its data; or that what came was unsound."""
+
+    t_ns: int
+    data: bytes | None
+    garbled: bool
+    exception: int = 0
+
+
+class ModbusBus:
+    """The :class:`~kata.device.bus.port.Bus` of five drives that speak Modbus RTU."""
+
+    def __init__(self, config: StationConfig, open_line: Callable[[str, int], Line]) -> None:
+        """Nothing is opened yet. ``open_line`` opens a port at a baud rate."""
+        self._config = config
+        self._map = config.modbus
+        self._open_line = open_line
+        self._byte_ns = BITS_A_BYTE * 1_000_000_000 / config.baud
+        self._silence_ns = int(silence_ns(config))
+        self._delay_ns = config.return_delay_us * 1000
+        self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
+        self._ids = [axis.id for axis in config.axes]
+        self._line: Line | None = None
+        self._free_at_ns = 0
+        self._quiet = Quiet(self._ids)
+        self._goals: dict[int, bytes] = {}
+        """By slave: what function 23 is to take along."""
+        self.errors = 0
+        """Answers that stayed away or came damaged, since the start."""
+
+    def open(self) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        self._line = self._open_line(self._config.port, self._config.baud)
+        self._free_at_ns = 0
+        self._quiet = Quiet(self._ids)
+        self.torque_off()
+        for motor, axis in enumerate(self._config.axes, start=1):
+            self._set_up(motor, axis)
+
+    def read(self) -> Reading:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        self._quiet.next_cycle()
+        drives: list[DriveReading | None] = []
+        statuses: list[DriveStatus] = []
+        garbled: set[int] = set()
+        for n, axis in enumerate(self._config.axes):
+            answer = self._read_drive(axis) if self._quiet.worth_asking(axis.id) else None
+            if answer and answer.data is not None:
+                drives.append(self._drive_reading(axis, answer.t_ns, answer.data))
+                statuses.append(self._drive_status(n, answer.t_ns, answer.data))
+            else:
+                drives.append(None)
+                if answer and answer.garbled:
+                    garbled.add(n)
+        return Reading(tuple(drives), self._read_inputs(), tuple(statuses), frozenset(garbled))
+
+    def write_setpoints(self, angles_deg: Sequence[float]) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        self._goals = {
+            axis.id: self._position(axis, angle) for axis, angle in zip(self._config.axes, angles_deg, strict=True)
+        }
+        if not self._map.function_23:
+            self._write_goals()
+
+    def torque_on(self, hold_deg: Sequence[float]) -> None:
+        """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
+        if self._map.clear != NO_REGISTER:
+            self._broadcast(self._map.clear, 1)
+        self.write_setpoints(hold_deg)
+        self._write_goals()
+        self._broadcast(self._map.torque_enable, 1)
+        if self._map.watchdog_ms != NO_REGISTER:
+            self._broadcast(self._map.watchdog_ms, self._config.bus_watchdog_ms)
+
+    def torque_off(self) -> None:
+        """See :class:`~kata.device.bus.port.Bus`. A setpoint that was still to go is forgotten."""
+        self._goals = {}
+        self._broadcast(self._map.torque_enable, 0)
+
+    def close(self) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        if self._line:
+            self._line.close()
+            self._line = None
+
+    # -- one request each -----------------------------------------------------------------------------------------
+
+    def _read_drive(self, axis: Axis) -> _Answer:
+        goal = self._goals.pop(axis.id, None)
+        where = struct.pack(">HH", self._map.block_start, self._map.block_registers)
+        size = 5 + 2 * self._map.block_registers
+        if goal is None:
+            answer = self._transact(axis.id, _READ, where, size)
+        else:
+            answer = self._transact(axis.id, _BOTH, where + self._written(self._map.goal_position, goal), size)
+        self._quiet.answered([axis.id], [axis.id] if answer.data is not None else [])
+        return answer
+
+    def _read_inputs(self) -> InputReading | None:
+        inputs = self._config.inputs
+        if not self._quiet.worth_asking(inputs.drive_id):
+            return None
+        first = min(inputs.estop_port, inputs.pedal_port)
+        count = abs(inputs.estop_port - inputs.pedal_port) + 1
+        # Inputs are numbered from 1, their addresses count from 0.
+        answer = self._transact(
+            inputs.drive_id, _READ_INPUTS, struct.pack(">HH", first - 1, count), 5 + (count + 7) // 8
+        )
+        if answer.data is None:
+            return None
+        bits = int.from_bytes(answer.data[1:], "little")
+        return InputReading(
+            t_ns=answer.t_ns,
+            estop_open=not bits >> (inputs.estop_port - first) & 1,
+            pedal_down=bool(bits >> (inputs.pedal_port - first) & 1),
+        )
+
+    def _drive_reading(self, axis: Axis, t_ns: int, data: bytes) -> DriveReading:
+        registers = self._map
+        position = self._long(data, registers.position) - (axis.zero_count or 0)
+        return DriveReading(
+            t_ns=t_ns,
+            position_deg=axis.direction * position / registers.position_per_deg,
+            speed_deg_s=axis.direction * self._word(data, registers.speed) / registers.speed_per_deg_s,
+            torque_nm=axis.direction * self._word(data, registers.torque) / registers.torque_per_nm,
+        )
+
+    def _drive_status(self, axis: int, t_ns: int, data: bytes) -> DriveStatus:
+        status = self._word(data, self._map.status)
+        return DriveStatus(
+            t_ns=t_ns,
+            axis=axis,
+            torque_on=bool(status >> self._map.status_torque_bit & 1),
+            hardware_error=self._word(data, self._map.error) & 0xFFFF,
+            watchdog_tripped=bool(status >> self._map.status_watchdog_bit & 1),
+        )
+
+    # -- setting up -----------------------------------------------------------------------------------------------
+
+    def _set_up(self, motor: int, axis: Axis) -> None:
+        registers = self._map
+        self._set(motor, axis.id, registers.torque_enable, struct.pack(">H", 0))
+        if registers.watchdog_ms != NO_REGISTER:
+            self._set(motor, axis.id, registers.watchdog_ms, struct.pack(">H", 0))
+        if registers.response_delay_us != NO_REGISTER:
+            self._set(motor, axis.id, registers.response_delay_us, struct.pack(">H", self._config.return_delay_us))
+        if registers.torque_limit != NO_REGISTER:
+            limit = round(axis.max_torque_nm * registers.torque_per_nm)
+            self._set(motor, axis.id, registers.torque_limit, struct.pack(">H", limit))
+        if registers.position_limits != NO_REGISTER:
+            tolerance = self._config.limit_tolerance_deg
+            ends = [
+                self._position(axis, axis.min_deg - tolerance),
+                self._position(axis, axis.max_deg + tolerance),
+            ]
+            low, high = ends if axis.direction > 0 else reversed(ends)
+            self._set(motor, axis.id, registers.position_limits, low + high)
+
+    def _set(self, motor: int, slave: int, register: int, data: bytes) -> None:
+        answer = self._transact(slave, _WRITE, self._written(register, data), _WRITTEN_BYTES)
+        if answer.exception:
+            raise BusError(f"motor {motor} (id {slave}) refused register {register} (exception {answer.exception})")
+        if answer.data is None:
+            why = "answers, but damaged: do two drives share its id?" if answer.garbled else "does not answer"
+            raise BusError(f"motor {motor} (id {slave}) {why}")
+
+    # -- registers and frames -------------------------------------------------------------------------------------
+
+    def _write_goals(self) -> None:
+        goals, self._goals = self._goals, {}
+        for slave, goal in goals.items():
+            if self._quiet.worth_asking(slave):
+                self._transact(slave, _WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)
+
+    def _position(self, axis: Axis, angle_deg: float) -> bytes:
+        value = round(axis.direction * angle_deg * self._map.position_per_deg) + (axis.zero_count or 0)
+        return struct.pack(">i", value)
+
+    def _word(self, data: bytes, register: int) -> int:
+        at = 1 + 2 * (register - self._map.block_start)
+        return int.from_bytes(data[at : at + 2], "big", signed=True)
+
+    def _long(self, data: bytes, register: int) -> int:
+        at = 1 + 2 * (register - self._map.block_start)
+        return int.from_bytes(data[at : at + 4], "big", signed=True)
+
+    @staticmethod
+    def _written(register: int, data: bytes) -> bytes:
+        return struct.pack(">HHB", register, len(data) // 2, len(data)) + data
+
+    def _broadcast(self, register: int, value: int) -> None:
+        frame = encode(_BROADCAST, _WRITE, self._written(register, struct.pack(">H", value)))
+        self._wait_until_free()
+        self._the_line().send(frame)
+        self._free_at_ns = self._the_line().now_ns() + int(len(frame) * self._byte_ns) + self._silence_ns
+
+    def _transact(self, slave: int, function: int, data: bytes, size: int) -> _Answer:
+        """Send, and wait for an answer of ``size`` bytes, an exception, or the end of the time for either."""
+        line = self._the_line()
+        request = encode(slave, function, data)
+        self._wait_until_free()
+        line.send(request)
+        sent_ns = line.now_ns()
+        asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
+        earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
+        deadline_ns = earliest_ns + self._slack_ns
+        first_ns = sent_ns + int(_TOO_EARLY * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
+        received = b""
+        found: bytes | None = None
+        while found is None and (chunk := line.receive(earliest_ns, deadline_ns)):
+            if line.now_ns() >= first_ns:
+                received += chunk
+                found = find_answer(received, slave, function, size)
+        now_ns = line.now_ns()
+        self._free_at_ns = now_ns + self._silence_ns
+        if found is None:
+            self.errors += 1
+            return _Answer(now_ns, None, bool(received))
+        if found[0] & _EXCEPTION:
+            self.errors += 1
+            return _Answer(now_ns, None, False, exception=found[1])
+        return _Answer(now_ns, found[1:], False)
+
+    def _wait_until_free(self) -> None:
+        """The silence that ends a frame."""
+        line = self._the_line()
+        while line.now_ns() < self._free_at_ns:
+            line.receive(self._free_at_ns, self._free_at_ns)
+
+    def _the_line(self) -> Line:
+        if self._line is None:
+            raise BusError(f"{self._config.port} is not open")
+        return self._line

@@ -1,0 +1,44 @@
+"""How many cycles a second a bus can carry, worked out from the bytes of one cycle. Nothing is gained by trying more."""
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from kata.device.config import StationConfig
+
+BITS_A_BYTE: Final = 10
+_SILENCE_BITS_A_CHARACTER: Final = 11
+"""Of the silence that ends a Modbus frame, as its specification counts."""
+
+_DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 21 + 14 + 46 + 14 + 15
+"""Sync Write of five goals; Sync Read of current, velocity and position; a Read of the status registers, and of two ports."""
+_DYNAMIXEL_ANSWERS: Final = 7
+_MODBUS_INPUTS_BYTES: Final = 8 + 6
+_MODBUS_READ_BYTES: Final = 8 + 5
+"""Besides two bytes for each register read."""
+_MODBUS_WRITE_BYTES: Final = 13 + 8
+_MODBUS_BOTH_BYTES: Final = 17 + 5
+"""Function 23, besides two bytes for each register read."""
+
+
+def ceiling_hz(config: "StationConfig") -> float:
+    """Cycles a second at which the line would never be idle."""
+    return 1e9 / cycle_ns(config)
+
+
+def cycle_ns(config: "StationConfig") -> float:
+    """How long the bytes of one cycle, setpoints included, and the silences and delays between them take."""
+    byte_ns = BITS_A_BYTE * 1e9 / config.baud
+    delay_ns = config.return_delay_us * 1e3
+    if config.protocol == "dynamixel":
+        return _DYNAMIXEL_BYTES * byte_ns + _DYNAMIXEL_ANSWERS * delay_ns
+    drives, registers = len(config.axes), 2 * config.modbus.block_registers
+    exchanges = 1 + drives if config.modbus.function_23 else 1 + 2 * drives
+    both = _MODBUS_BOTH_BYTES if config.modbus.function_23 else _MODBUS_READ_BYTES + _MODBUS_WRITE_BYTES
+    # Silence ends the request, and again the answer, before the next request may begin.
+    apart_ns = 2 * silence_ns(config) + delay_ns
+    return (_MODBUS_INPUTS_BYTES + drives * (both + registers)) * byte_ns + exchanges * apart_ns
+
+
+def silence_ns(config: "StationConfig") -> float:
+    """The silence that ends a Modbus frame."""
+    return config.modbus.silence_characters * _SILENCE_BITS_A_CHARACTER * 1e9 / config.baud

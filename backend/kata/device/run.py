@@ -1,0 +1,134 @@
+"""A run: one recording on its way from load to end, what was measured of it, and where the patient resisted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from kata.device.config import StationConfig
+from kata.device.facts import Facts, Limits
+from kata.device.journal import JournalWriter
+from kata.device.messages import LOAD_LEVELS, Load, RunState
+from kata.device.movement import Movement
+from kata.motion.linkage import Floats
+from kata.motion.trajectory import Trajectory
+
+_RESISTS_NS: Final = 100_000_000
+"""A push shorter than this is none."""
+_MOVING_DEG_S: Final = 2.0
+"""An axis that is slower has no direction to push in."""
+_SAME_PLACE_S: Final = 1.0
+"""Resistance this close on the recording's clock is in the same place."""
+_AT_FULL_TORQUE: Final = 0.98
+"""The highest level is the drive's own limit, which it reports a little below."""
+
+
+@dataclass
+class Run:
+    """One load of one recording."""
+
+    load: Load
+    trajectory: Trajectory
+    journal: JournalWriter
+    config: StationConfig
+    came_from: Floats | None = None
+    """Where the approach began, and where the arm is taken back to."""
+    position_s: float = 0.0
+    played_to_end: bool = False
+    resisted_at_s: list[float] = field(default_factory=list)
+    """Where strokes were broken off, on the recording's clock."""
+    resisting_axis: int | None = None
+    """Whose resistance the arm is being taken back from."""
+    _resists_since_ns: list[int | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        level = self.load.load_level / LOAD_LEVELS * _AT_FULL_TORQUE
+        self._threshold_nm = [axis.max_torque_nm * level for axis in self.config.axes]
+        self.forget_resistance()
+        self.limits_deg = self._tightest()
+        """What may be commanded: the tighter of mechanism and patient."""
+
+    def begin(self, came_from: Floats) -> None:
+        """Torque is about to go on, with the arm at ``came_from``: wherever that is, on the way from there and back it may be."""
+        self.came_from = came_from
+        self.limits_deg = tuple(
+            (min(low, float(angle)), max(high, float(angle)))
+            for (low, high), angle in zip(self.limits_deg, came_from, strict=True)
+        )
+
+    def _tightest(self) -> Limits:
+        limits = self.config.mechanism_deg
+        if not self.load.limits_deg:
+            return limits
+        return tuple(
+            (max(low, patients_low), min(high, patients_high))
+            for (low, high), (patients_low, patients_high) in zip(limits, self.load.limits_deg, strict=True)
+        )
+
+    # -- resistance -----------------------------------------------------------------------------------------------
+
+    def forget_resistance(self) -> None:
+        """What was felt so far belongs to another stroke."""
+        self.resisting_axis = None
+        self._resists_since_ns = [None] * len(self.config.axes)
+
+    def resisted(self, facts: Facts, before_deg: Sequence[float], setpoint_deg: Sequence[float]) -> int | None:
+        """The axis that has pushed forward harder than the patient's level for a tenth of a second, if there is one."""
+        for n, threshold in enumerate(self._threshold_nm):
+            speed = (setpoint_deg[n] - before_deg[n]) * self.config.rate_hz
+            pushes = facts.torque_nm[n] * np.sign(speed) >= threshold and abs(speed) >= _MOVING_DEG_S
+            since = self._resists_since_ns[n]
+            if not pushes:
+                self._resists_since_ns[n] = None
+            elif since is None:
+                self._resists_since_ns[n] = facts.t_ns
+            elif facts.t_ns - since >= _RESISTS_NS:
+                return n
+        return None
+
+    def turn_back(self, axis: int, movement: Movement) -> None:
+        """Take the arm back along the path it came."""
+        self.resisted_at_s.append(movement.position_s)
+        self.resisting_axis = axis
+        movement.course = -1
+        movement.back_to_s = max(0.0, movement.position_s - self.config.reversal_s)
+
+    @property
+    def resisted_again(self) -> bool:
+        """The last resistance was where there had been one before."""
+        *earlier, last = self.resisted_at_s
+        return any(abs(last - place) <= _SAME_PLACE_S for place in earlier)
+
+    # -- as others see it -----------------------------------------------------------------------------------------
+
+    def record(self, facts: Facts, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
+        """Keep what the last setpoint came to."""
+        if facts.measured_t_ns is not None:
+            self.journal.sample(
+                facts.measured_t_ns,
+                take=0,
+                phase=phase,
+                path_s=path_s,
+                setpoint_deg=setpoint_deg,
+                measured_deg=facts.measured_deg,
+                torque_nm=facts.torque_nm,
+            )
+
+    def state(self, movement: Movement | None, *, at_start: bool) -> RunState:
+        """As the snapshot tells it."""
+        duration = self.trajectory.duration_s
+        left = duration - self.position_s
+        if movement and movement.path is not self.trajectory:
+            left = movement.path.duration_s - movement.position_s
+        return RunState(
+            run_id=self.load.run_id,
+            recording_id=self.load.recording_id,
+            position_s=self.position_s,
+            duration_s=duration,
+            left_s=left,
+            at_start=at_start,
+            load_level=self.load.load_level,
+            reversals=len(self.resisted_at_s),
+            reversing=self.resisting_axis is not None,
+        )

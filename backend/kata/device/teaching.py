@@ -1,0 +1,71 @@
+"""A teaching: the pedal begins and ends takes, and what is measured while it is down goes to the journal."""
+
+from dataclasses import dataclass
+
+from kata.device.facts import Facts
+from kata.device.journal import JournalEnd, JournalWriter
+from kata.device.messages import TeachingState
+
+
+@dataclass
+class Teaching:
+    """One teaching from its begin to its end."""
+
+    teaching_id: str
+    journal: JournalWriter
+    every: int
+    """A sample is kept every so many cycles."""
+    pedal_was_up: bool = False
+    """Recording needs a press: a pedal held down since before teaching began records nothing."""
+    takes: int = 0
+    samples: int = 0
+    take_began_ns: int | None = None
+    """None while the pedal is up."""
+    take_s: float = 0.0
+    cycles: int = 0
+
+    def step(self, facts: Facts) -> None:
+        """Let one cycle pass."""
+        if facts.pedal_down is not True:
+            self.pedal_was_up = self.pedal_was_up or facts.pedal_down is False
+            self.take_began_ns = None
+            return
+        if not self.pedal_was_up:
+            return
+        if self.take_began_ns is None:
+            self.takes += 1
+            self.cycles = 0
+            self.take_began_ns = facts.t_ns
+        self.take_s = (facts.t_ns - self.take_began_ns) / 1e9
+        if self.cycles % self.every == 0 and facts.measured_t_ns is not None:
+            self.samples += 1
+            self.journal.sample(
+                facts.measured_t_ns,
+                take=self.takes,
+                phase=0,
+                path_s=self.take_s,
+                setpoint_deg=facts.measured_deg,
+                measured_deg=facts.measured_deg,
+                torque_nm=facts.torque_nm,
+            )
+        self.cycles += 1
+
+    def end(self) -> None:
+        """No more samples."""
+        self.take_began_ns = None
+        self.journal.finish(JournalEnd(reason="finished"))
+
+    @property
+    def recording(self) -> bool:
+        """A take goes on."""
+        return self.take_began_ns is not None
+
+    def state(self) -> TeachingState:
+        """As the snapshot tells it."""
+        return TeachingState(
+            teaching_id=self.teaching_id,
+            takes=self.takes,
+            recording=self.recording,
+            take_s=self.take_s,
+            samples=self.samples,
+        )

@@ -1,0 +1,150 @@
+"""One Modbus drive's registers on the drive inside it. Positions in 0.01 deg, torques in 0.01 Nm, speeds in 0.1 deg/s.
+
+Values of 32 bits take two registers, high word first, and are written whole or not at all.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from kata.simulator.drive import Drive
+from kata.simulator.modbus import DEVICE_FAILURE, ILLEGAL_ADDRESS, ILLEGAL_VALUE, RefusedError
+
+TORQUE_ENABLE, CLEAR, WATCHDOG_MS, TORQUE_LIMIT = 0x0000, 0x0001, 0x0002, 0x0003
+MIN_POSITION, MAX_POSITION, RESPONSE_DELAY_US = 0x0004, 0x0006, 0x0008
+GOAL_POSITION = 0x0010
+STATUS, ERROR, PRESENT_POSITION, PRESENT_SPEED, PRESENT_TORQUE = 0x0020, 0x0021, 0x0022, 0x0024, 0x0025
+TORQUE_IS_ON, WATCHDOG_TRIPPED = 0b01, 0b10
+"""Bits of the status word."""
+
+_LONG: Final = (MIN_POSITION, MAX_POSITION, GOAL_POSITION)
+_WRITABLE: Final = frozenset((*range(TORQUE_ENABLE, RESPONSE_DELAY_US + 1), GOAL_POSITION, GOAL_POSITION + 1))
+_FURTHEST: Final = 180_000
+_RATED_TORQUE: Final = 1_000
+_RESPONSE_DELAY_US: Final = 500
+_WATCHDOG_STEP_MS: Final = 20
+_WATCHDOG_STEPS: Final = 127
+_TUNED: Final = (160.0, 300.0, 7.8)
+"""P in Nm/rad, I in Nm/(rad s), D in Nm s/rad: the drive's own, the same as the servos' after tuning."""
+
+
+class ModbusDrive:
+    """One drive as the line sees it; its slave id is the motor's number."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive = drive
+        self.reboot()
+
+    @property
+    def response_delay_s(self) -> float:
+        """How long it thinks before it answers."""
+        return self._delay_us * 1e-6
+
+    def reboot(self) -> None:
+        """As after power came."""
+        self._minimum, self._maximum = -_FURTHEST, _FURTHEST
+        self._torque_limit = _RATED_TORQUE
+        self._delay_us = _RESPONSE_DELAY_US
+        self._error = 0
+        self.drive.switch(on=False)
+        self.drive.tripped = False
+        self.drive.watchdog_s = 0.0
+        self._tune()
+
+    def fail(self, code: int) -> None:
+        """An error stands, or 0: none does. It cuts the torque."""
+        self._error = code
+        if code:
+            self.drive.switch(on=False)
+
+    def inputs(self, address: int, count: int) -> list[bool]:
+        """Discrete inputs: whether the contacts wired to this drive are closed.
+
+        :raises RefusedError: when there are none.
+        """
+        contacts = [self.drive.contacts[port] for port in sorted(self.drive.contacts)]
+        if address + count > len(contacts):
+            raise RefusedError(ILLEGAL_ADDRESS)
+        return contacts[address : address + count]
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Registers.
+
+        :raises RefusedError: when one of them is none.
+        """
+        registers = self._registers()
+        try:
+            return [registers[n] for n in range(address, address + count)]
+        except KeyError as error:
+            raise RefusedError(ILLEGAL_ADDRESS) from error
+
+    def write(self, address: int, values: Sequence[int]) -> None:
+        """All of them, or none.
+
+        :raises RefusedError: when they cannot be written, not with these values, or not now.
+        """
+        touched = range(address, address + len(values))
+        halved = any((high in touched) != (high + 1 in touched) for high in _LONG)
+        if halved or not _WRITABLE.issuperset(touched):
+            raise RefusedError(ILLEGAL_ADDRESS)
+        wanted = self._registers() | dict(zip(touched, values, strict=True))
+        minimum, maximum, goal = (_signed(wanted[high], wanted[high + 1]) for high in _LONG)
+        aims = GOAL_POSITION in touched
+        watchdog_steps = math.ceil(wanted[WATCHDOG_MS] / _WATCHDOG_STEP_MS - 0.5) or int(wanted[WATCHDOG_MS] > 0)
+        if (
+            wanted[TORQUE_ENABLE] > 1
+            or wanted[CLEAR] > 1
+            or watchdog_steps > _WATCHDOG_STEPS
+            or wanted[TORQUE_LIMIT] > _RATED_TORQUE
+            or minimum > maximum
+            or (aims and not minimum <= goal <= maximum)
+        ):
+            raise RefusedError(ILLEGAL_VALUE)
+        drive = self.drive
+        if (aims and drive.tripped) or (self._error and TORQUE_ENABLE in touched and wanted[TORQUE_ENABLE]):
+            raise RefusedError(DEVICE_FAILURE)
+
+        self._minimum, self._maximum = minimum, maximum
+        self._torque_limit, self._delay_us = wanted[TORQUE_LIMIT], wanted[RESPONSE_DELAY_US]
+        self._tune()
+        drive.watchdog_s = watchdog_steps * _WATCHDOG_STEP_MS / 1000
+        drive.tripped = drive.tripped and not wanted[CLEAR]
+        drive.switch(wanted[TORQUE_ENABLE] == 1)
+        if aims:
+            drive.aim(math.radians(goal / 100))
+
+    def _tune(self) -> None:
+        self.drive.tune(*_TUNED, self._torque_limit / 100)
+
+    def _registers(self) -> dict[int, int]:
+        """As they are now."""
+        drive, report = self.drive, self.drive.report
+        return dict(
+            (
+                (TORQUE_ENABLE, int(drive.torque_on)),
+                (CLEAR, 0),
+                (WATCHDOG_MS, round(drive.watchdog_s * 1000)),
+                (TORQUE_LIMIT, self._torque_limit),
+                *_long(MIN_POSITION, self._minimum),
+                *_long(MAX_POSITION, self._maximum),
+                (RESPONSE_DELAY_US, self._delay_us),
+                *_long(GOAL_POSITION, round(math.degrees(drive.goal) * 100)),
+                (STATUS, TORQUE_IS_ON * drive.torque_on | WATCHDOG_TRIPPED * drive.tripped),
+                (ERROR, self._error),
+                *_long(PRESENT_POSITION, round(math.degrees(report.angle) * 100)),
+                (PRESENT_SPEED, _short(math.degrees(report.speed) * 10)),
+                (PRESENT_TORQUE, _short(report.torque_nm * 100)),
+            )
+        )
+
+
+def _long(address: int, value: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    return (address, value >> 16 & 0xFFFF), (address + 1, value & 0xFFFF)
+
+
+def _short(value: float) -> int:
+    return min(max(round(value), -0x8000), 0x7FFF) & 0xFFFF
+
+
+def _signed(high: int, low: int) -> int:
+    return (high << 16 | low) - ((high >> 15) << 32)

@@ -1,0 +1,293 @@
+"""What every driver has to do. Whoever writes one subclasses :class:`Conformance` and is done when it passes."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, Literal
+
+import pytest
+
+from kata.device.bus.drivers import make_bus
+from kata.device.bus.port import Bus, BusError
+from kata.device.ceiling import ceiling_hz, cycle_ns
+from tests.device.world import World
+
+HOLD = (15.0, 109.0, 8.0, 0.0, 0.0)
+_SLACK_S = 0.005
+
+
+class Conformance:
+    """Tests of a driver, against the simulated drives that speak its protocol."""
+
+    protocol: ClassVar[Literal["dynamixel", "modbus"]]
+    settings: ClassVar[dict[str, Any]] = {}
+    resolution_deg: ClassVar[float]
+
+    @pytest.fixture
+    def world(self) -> World:
+        return World(self.protocol, **self.settings)
+
+    @pytest.fixture
+    def bus(self, world: World) -> Bus:
+        """Open, and read once by each drive's turn."""
+        bus = make_bus(world.config, world.open_line)
+        bus.open()
+        self.cycles(world, bus, 5)
+        return bus
+
+    @staticmethod
+    def cycles(world: World, bus: Bus, count: int) -> list[Any]:
+        """Readings, a cycle's time apart."""
+        readings = []
+        for _ in range(count):
+            began_ns = world.t_ns
+            readings.append(bus.read())
+            world.wait(max(0.0, (began_ns - world.t_ns) / 1e9 + 1 / world.config.cycle_hz))
+        return readings
+
+    # -- opening --------------------------------------------------------------------------------------------------
+
+    def test_opening_switches_torque_off_before_anything_else(self, world: World) -> None:
+        first = make_bus(world.config, world.open_line)
+        first.open()
+        self.cycles(world, first, 2)
+        first.torque_on(HOLD)
+        self.cycles(world, first, 2)
+        assert all(world.torque)
+        opened_ns = world.t_ns
+        make_bus(world.config, world.open_line).open()
+        since = [seen for seen in world.seen if seen.t_ns > opened_ns]
+        assert not any(world.torque)
+        assert {seen.what for seen in since} == {"torque"}
+        assert all(seen.value == 0 for seen in since)
+
+    def test_a_drive_that_is_missing_is_named(self, world: World) -> None:
+        world.fault("silent", 3)
+        with pytest.raises(BusError, match=r"motor 3 \(id 3\) does not answer"):
+            make_bus(world.config, world.open_line).open()
+
+    def test_two_drives_with_one_id_are_named(self, world: World) -> None:
+        world.fault("duplicate_id", 4)
+        with pytest.raises(BusError, match="motor 4.*do two drives share its id"):
+            make_bus(world.config, world.open_line).open()
+
+    def test_the_rated_torque_is_written_to_the_drives(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        bus.write_setpoints([angle + 40.0 for angle in HOLD])
+        for _ in range(200):
+            bus.read()
+            bus.write_setpoints([angle + 40.0 for angle in HOLD])
+            world.wait(0.01)
+            for drive, axis in zip(world.apparatus.drives, world.config.axes, strict=True):
+                assert abs(drive.torque_nm) <= axis.max_torque_nm * 1.01
+
+    # -- reading --------------------------------------------------------------------------------------------------
+
+    def test_a_reading_is_what_the_drives_measure_and_when_they_said_so(self, world: World, bus: Bus) -> None:
+        began_ns = world.t_ns
+        (reading,) = self.cycles(world, bus, 1)
+        told = [drive.position_deg for drive in reading.drives]
+        assert told == pytest.approx(world.angles_deg, abs=self.resolution_deg)
+        times = [drive.t_ns for drive in reading.drives] + [reading.inputs.t_ns]
+        assert times == sorted(times)
+        assert began_ns < times[0]
+        assert times[-1] < began_ns + 2 * cycle_ns(world.config)
+        assert bus.errors == 0
+
+    def test_speed_and_torque_have_the_sign_of_the_motion(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        up = list(HOLD)
+        fastest = hardest = 0.0
+        for _ in range(60):
+            up[3] += 0.4
+            reading = bus.read()
+            bus.write_setpoints(up)
+            world.wait(0.01)
+            fastest = max(fastest, reading.drives[3].speed_deg_s)
+            hardest = max(hardest, reading.drives[3].torque_nm)
+        assert fastest == pytest.approx(30.0, rel=0.6)
+        assert hardest > 0.3
+
+    def test_every_drive_tells_its_status_within_five_cycles(self, world: World, bus: Bus) -> None:
+        told = {status.axis for reading in self.cycles(world, bus, 5) for status in reading.statuses}
+        assert told == {0, 1, 2, 3, 4}
+
+    def test_the_emergency_stop_and_the_pedal(self, world: World, bus: Bus) -> None:
+        assert (bus.read().inputs.estop_open, bus.read().inputs.pedal_down) == (False, False)  # type: ignore[union-attr]
+        world.apparatus.press_estop(True)
+        world.apparatus.step_on_pedal(True)
+        assert (bus.read().inputs.estop_open, bus.read().inputs.pedal_down) == (True, True)  # type: ignore[union-attr]
+        world.apparatus.press_estop(False)
+        assert bus.read().inputs.estop_open is False  # type: ignore[union-attr]
+        world.fault("estop_wire_broken")
+        assert bus.read().inputs.estop_open is True  # type: ignore[union-attr]
+
+    def test_inputs_that_do_not_answer_are_none_and_the_drives_are_heard(self, world: World, bus: Bus) -> None:
+        world.fault("inputs_silent")
+        for reading in self.cycles(world, bus, 5):
+            assert reading.inputs is None
+            assert all(reading.drives[1:])
+
+    # -- writing --------------------------------------------------------------------------------------------------
+
+    def test_torque_comes_on_where_the_arm_is(self, world: World, bus: Bus) -> None:
+        before_ns = world.t_ns
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 1)
+        assert all(world.torque)
+        for motor in range(1, 6):
+            on_ns = next(s.t_ns for s in world.seen if s.what == "torque" and s.value == 1 and s.motor == motor)
+            for goal in world.goals(motor, before_ns):
+                assert goal == pytest.approx(HOLD[motor - 1], abs=0.2)
+            assert on_ns > before_ns
+
+    def test_a_setpoint_reaches_its_drive_by_the_next_reading(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        wanted = [angle + 1.0 for angle in HOLD]
+        bus.write_setpoints(wanted)
+        self.cycles(world, bus, 1)
+        for motor, angle in enumerate(wanted, start=1):
+            assert world.goals(motor)[-1] == pytest.approx(angle, abs=self.resolution_deg)
+
+    def test_torque_off_reaches_all_at_once_and_no_setpoint_goes_after_it(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 3)
+        bus.write_setpoints([angle + 1.0 for angle in HOLD])
+        bus.torque_off()
+        off_ns = world.t_ns
+        self.cycles(world, bus, 5)
+        assert not any(world.torque)
+        offs = [seen.t_ns for seen in world.seen if seen.what == "torque" and seen.value == 0 and seen.t_ns > off_ns]
+        assert max(offs) - off_ns < 2_000_000
+        assert not any(world.goals(motor, off_ns) for motor in range(1, 6))
+        assert {s.torque_on for r in self.cycles(world, bus, 5) for s in r.statuses} == {False}
+
+    def test_the_watchdog_stops_a_drive_that_hears_nothing_says_so_and_is_cleared_by_the_next_start(
+        self, world: World, bus: Bus
+    ) -> None:
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 2)
+        world.wait(0.5)
+        told = [status for reading in self.cycles(world, bus, 5) for status in reading.statuses]
+        assert {status.watchdog_tripped for status in told} == {True}
+        bus.torque_off()
+        bus.torque_on(HOLD)
+        told = [status for reading in self.cycles(world, bus, 5) for status in reading.statuses]
+        assert {(status.watchdog_tripped, status.torque_on) for status in told} == {(False, True)}
+
+    # -- what goes wrong ------------------------------------------------------------------------------------------
+
+    @pytest.mark.parametrize("motor", [1, 3, 5])
+    def test_a_silent_drive_silences_nobody_else_for_longer_than_a_cycle(
+        self, world: World, bus: Bus, motor: int
+    ) -> None:
+        world.fault("silent", motor)
+        readings = self.cycles(world, bus, 30)
+        others = [n for n in range(5) if n != motor - 1]
+        for reading in readings[1:]:
+            assert reading.drives[motor - 1] is None
+            assert all(reading.drives[n] for n in others)
+
+    def test_a_silent_drive_costs_less_than_a_millisecond_a_cycle(self, world: World, bus: Bus) -> None:
+        def spent_s() -> float:
+            began_ns, waited_s = world.t_ns, 0.0
+            for _ in range(100):
+                bus.read()
+                world.wait(0.001)
+                waited_s += 0.001
+            return (world.t_ns - began_ns) / 1e9 - waited_s
+
+        whole_s = spent_s()
+        world.fault("silent", 3)
+        assert spent_s() - whole_s < 100 * 0.001
+
+    def test_a_silent_drive_is_heard_again_soon_after_it_speaks(self, world: World, bus: Bus) -> None:
+        world.fault("silent", 2)
+        self.cycles(world, bus, 50)
+        world.script.clear()
+        readings = self.cycles(world, bus, 12)
+        assert all(readings[-1].drives)
+
+    @pytest.mark.parametrize("kind", ["garbage", "wrong_crc", "duplicate_id"])
+    def test_damaged_answers_are_not_taken_and_said_to_be_damaged(self, world: World, bus: Bus, kind: Any) -> None:
+        world.fault(kind, 5)
+        for reading in self.cycles(world, bus, 3):
+            assert reading.drives[4] is None
+            assert 4 in reading.garbled
+            assert all(reading.drives[:4])
+        world.script.clear()
+        assert all(self.cycles(world, bus, 1)[0].drives)
+        assert bus.errors > 0
+
+    def test_an_answer_that_comes_late_is_not_taken_for_a_later_one(self, world: World, bus: Bus) -> None:
+        # Later by just so much that each answer comes while the same thing is being asked again.
+        world.fault("delayed", 1, 1000 / world.config.cycle_hz)
+        for reading in self.cycles(world, bus, 20):
+            assert reading.inputs is None
+            assert reading.drives[0] is None
+
+    def test_noise_between_answers_costs_no_sound_one(self, world: World, bus: Bus) -> None:
+        world.fault("noise", value=3)
+        for reading in self.cycles(world, bus, 20):
+            assert all(reading.drives)
+            assert reading.inputs is not None
+
+    def test_an_adapter_that_echoes_changes_nothing(self, world: World, bus: Bus) -> None:
+        world.fault("echo")
+        bus.torque_on(HOLD)
+        for reading in self.cycles(world, bus, 10):
+            assert all(reading.drives)
+            assert reading.inputs is not None
+        assert all(world.torque)
+
+    def test_a_port_that_is_gone_raises_and_can_be_opened_again(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        world.fault("gone")
+        calls: list[Callable[[], object]] = [
+            bus.read,
+            bus.torque_off,
+            bus.open,
+            # A driver may keep setpoints for its next reading.
+        ]
+        for call in calls:
+            with pytest.raises(BusError, match=r"gone|opened"):
+                call()
+        bus.close()
+        world.script.clear()
+        bus.open()
+        assert not any(world.torque)
+        assert all(self.cycles(world, bus, 1)[0].drives)
+
+    def test_a_drive_that_lost_its_power_comes_back_without_torque_and_says_so(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 2)
+        world.fault("off", 2)
+        self.cycles(world, bus, 5)
+        world.script.clear()
+        told = {s.axis: s.torque_on for r in self.cycles(world, bus, 40) for s in r.statuses}
+        assert told == {0: True, 1: False, 2: True, 3: True, 4: True}
+
+    def test_a_hardware_error_is_told(self, world: World, bus: Bus) -> None:
+        world.fault("hardware_error", 3, 4)
+        told = {s.axis: s.hardware_error for r in self.cycles(world, bus, 10) for s in r.statuses}
+        assert told == {0: 0, 1: 0, 2: 4, 3: 0, 4: 0}
+
+    # -- time -----------------------------------------------------------------------------------------------------
+
+    def test_a_cycle_takes_what_its_bytes_take(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 2)
+        began_ns = world.t_ns
+        for _ in range(50):
+            bus.read()
+            bus.write_setpoints(HOLD)
+        # The last setpoints are still on their way.
+        took_ns = (world.t_ns - began_ns) / 50
+        assert took_ns <= 1.02 * 1e9 / ceiling_hz(world.config)
+
+    def test_whatever_does_not_come_a_reading_ends_in_time(self, world: World, bus: Bus) -> None:
+        for motor in range(1, 6):
+            world.fault("silent", motor)
+        for _ in range(30):
+            began_ns = world.t_ns
+            assert not any(bus.read().drives)
+            assert world.t_ns - began_ns < cycle_ns(world.config) + 7 * _SLACK_S * 1e9
+            world.wait(0.01)

@@ -1,0 +1,116 @@
+"""The Dynamixel driver: conformance, and what belongs to its protocol alone."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kata.device.bus.drivers import make_bus
+from kata.device.bus.dynamixel import FastParser, StatusParser, crc16, encode
+from kata.simulator import protocol
+from kata.simulator.protocol import Instruction
+from tests.device.bus.conformance import Conformance
+from tests.device.world import World
+
+
+class TestDynamixel(Conformance):
+    """With Fast Sync Read."""
+
+    protocol = "dynamixel"
+    resolution_deg = 0.1
+
+
+class TestOlderDynamixel(Conformance):
+    """Drives that do not know Fast Sync Read."""
+
+    protocol = "dynamixel"
+    resolution_deg = 0.1
+
+    @pytest.fixture(autouse=True)
+    def _older(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(
+            "kata.simulator.bus.ServoBus._fast_sync_read", lambda self, listening, parameters, now_ns: []
+        )
+
+
+class TestSlowDynamixel(Conformance):
+    """At 115,200 bit/s, with the drives' own return delay."""
+
+    protocol = "dynamixel"
+    resolution_deg = 0.1
+    settings = {"baud": 115_200, "return_delay_us": 500, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
+
+
+@given(st.lists(st.binary(max_size=80), max_size=12))
+def test_whatever_comes_the_parsers_raise_nothing(chunks: list[bytes]) -> None:
+    status, fast = StatusParser(), FastParser([1, 2, 3, 4, 5], 10)
+    for chunk in chunks:
+        list(status.feed(chunk))
+        list(fast.feed(chunk))
+
+
+_ANSWER = st.tuples(st.integers(0, 252), st.integers(0, 255), st.binary(max_size=20))
+
+
+@given(st.lists(_ANSWER, max_size=5), st.binary(max_size=8), st.data())
+def test_every_sound_packet_is_found_however_it_is_cut(
+    answers: list[tuple[int, int, bytes]], noise: bytes, data: st.DataObject
+) -> None:
+    stream = noise + b"".join(protocol.status(*answer) for answer in answers)
+    parser = StatusParser()
+    found = []
+    while stream:
+        count = data.draw(st.integers(1, len(stream)))
+        found += list(parser.feed(stream[:count]))
+        stream = stream[count:]
+    # Noise may look like a header and swallow what follows; without any, everything is found.
+    if b"\xff" not in noise:
+        assert found == answers
+
+
+@given(_ANSWER, st.data())
+def test_a_packet_with_one_wrong_byte_is_never_taken(answer: tuple[int, int, bytes], data: st.DataObject) -> None:
+    packet = bytearray(protocol.status(*answer))
+    at = data.draw(st.integers(0, len(packet) - 1))
+    packet[at] ^= data.draw(st.integers(1, 255))
+    assert list(StatusParser().feed(bytes(packet))) == []
+
+
+@given(st.integers(0, 5), st.data())
+def test_of_a_fast_packet_the_parts_before_a_damaged_one_are_taken(count: int, data: st.DataObject) -> None:
+    answers = [(n, 0, bytes([n] * 10)) for n in range(1, count + 1)]
+    blocks = protocol.fast_blocks(answers, 5, 10)
+    good = data.draw(st.integers(0, count))
+    stream = bytearray(b"".join(blocks))
+    if good < count:
+        first = sum(len(block) for block in blocks[:good])
+        at = data.draw(st.integers(first, first + len(blocks[good]) - 1))
+        stream[at] ^= data.draw(st.integers(1, 255))
+    found = list(FastParser([1, 2, 3, 4, 5], 10).feed(bytes(stream)))
+    assert found == answers[: good if good < count else count]
+
+
+def test_an_echo_of_our_own_instruction_is_no_answer_and_no_noise() -> None:
+    parser = StatusParser()
+    assert list(parser.feed(encode(1, 0x02, b"\x84\x00\x04\x00"))) == []
+    assert (parser.skipped, parser.pending) == (0, 0)
+
+
+def test_both_readings_of_the_specification_agree_on_the_checksum() -> None:
+    assert crc16(b"\xff\xff\xfd\x00\x01\x03\x00\x01") == protocol.crc(b"\xff\xff\xfd\x00\x01\x03\x00\x01") == 0x4E19
+
+
+def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
+    world = World()
+    heard: list[int] = []
+    carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
+
+    def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
+        heard.append(instruction.code)
+        return carry_out(instruction, baud, now_ns)
+
+    world.line._bus.carry_out = listen  # type: ignore[attr-defined]
+    bus = make_bus(world.config, world.open_line)
+    bus.open()
+    heard.clear()
+    bus.read()
+    assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]

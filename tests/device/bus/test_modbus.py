@@ -1,0 +1,65 @@
+"""The Modbus RTU driver: conformance, and what belongs to its protocol alone."""
+
+import struct
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kata.device.bus.modbus import crc16, encode, find_answer
+from kata.device.config import ModbusMap
+from tests.device.bus.conformance import Conformance
+
+
+class TestModbus(Conformance):
+    """With function 23."""
+
+    protocol = "modbus"
+    resolution_deg = 0.02
+
+
+class TestModbusWithoutFunction23(Conformance):
+    """Drives that must be asked and told apart."""
+
+    protocol = "modbus"
+    resolution_deg = 0.02
+    settings = {"modbus": ModbusMap(function_23=False)}  # noqa: RUF012
+
+
+class TestSlowModbus(Conformance):
+    """At 115,200 bit/s."""
+
+    protocol = "modbus"
+    resolution_deg = 0.02
+    settings = {"baud": 115_200, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
+
+
+def test_the_checksum_is_the_specifications_example() -> None:
+    assert crc16(b"\x02\x07") == 0x1241
+
+
+@given(st.binary(max_size=60), st.integers(0, 255), st.sampled_from([0x02, 0x03, 0x10, 0x17]), st.integers(5, 40))
+def test_whatever_comes_nothing_is_raised_and_nothing_unsound_taken(
+    received: bytes, slave: int, function: int, size: int
+) -> None:
+    found = find_answer(received, slave, function, size)
+    assert found is None or any(
+        received[n : n + len(found) + 3] == encode(slave, found[0], found[1:]) for n in range(len(received))
+    )
+
+
+@given(st.binary(min_size=12, max_size=12), st.binary(max_size=10), st.data())
+def test_an_answer_with_one_wrong_byte_is_never_taken(block: bytes, noise: bytes, data: st.DataObject) -> None:
+    frame = bytearray(encode(3, 0x03, b"\x0c" + block))
+    assert find_answer(noise + bytes(frame), 3, 0x03, 17) is not None
+    frame[data.draw(st.integers(0, 16))] ^= data.draw(st.integers(1, 255))
+    assert find_answer(bytes(frame), 3, 0x03, 17) is None
+
+
+def test_an_exception_is_an_answer() -> None:
+    assert find_answer(encode(2, 0x90, b"\x02"), 2, 0x10, 8) == b"\x90\x02"
+
+
+def test_an_echo_of_the_request_is_none() -> None:
+    request = encode(1, 0x10, struct.pack(">HHB", 0x10, 2, 4) + b"\0\0\0\0")
+    answer = encode(1, 0x10, struct.pack(">HH", 0x10, 2))
+    assert find_answer(request + answer, 1, 0x10, 8) == answer[1:-2]

@@ -1,0 +1,156 @@
+"""An apparatus under the stepped clock, one of whose signals is at fault."""
+
+import random
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from kata.device.bus.port import BusError, DriveReading, InputReading, Reading
+from tests.device.matrix import Kind
+from tests.device.stepped import SteppedApparatus
+
+_LATE_CYCLES = 10
+_VERY_LATE_CYCLES = 15
+_INPUT_LATE_CYCLES = 5
+_SLOW = 5
+_NOTHING = Reading((None,) * 5, None, ())
+
+
+@dataclass
+class FaultyApparatus(SteppedApparatus):
+    """What a fault does to a signal is done to what the bus would have said; the arm itself goes on as told."""
+
+    kind: Kind | None = None
+    signal: str = ""
+    history: deque[Reading] = field(default_factory=lambda: deque(maxlen=20))
+    number: int = 0
+    dice: random.Random = field(default_factory=lambda: random.Random(1))
+    last: Reading | None = None
+
+    def read(self) -> Reading:
+        true = super().read()
+        self.history.append(true)
+        self.number += 1
+        if self.kind is None:
+            self.last = true
+            return true
+        what, _, motor = self.signal.partition(" ")
+        match what:
+            case "position" | "current" | "reply":
+                axis = int(motor) - 1
+                drives = list(true.drives)
+                drives[axis] = self._drive(what, axis, drives[axis])
+                garbled = frozenset({axis}) if (what, self.kind) == ("reply", "garbage") else frozenset()
+                statuses = (
+                    true.statuses if what != "reply" else tuple(s for s in true.statuses if self._status(s.axis, axis))
+                )
+                return replace(true, drives=tuple(drives), garbled=garbled, statuses=statuses)
+            case "e-stop" | "pedal":
+                return replace(true, inputs=self._inputs(what, true.inputs))
+            case "bus":
+                return self._whole(true)
+        return true
+
+    def _status(self, of: int, faulty: int) -> bool:
+        return of != faulty or self.kind in ("stuck", "slow", "intermittent")
+
+    def _drive(self, what: str, axis: int, now: DriveReading | None) -> DriveReading | None:
+        assert now is not None and self.last is not None
+        before = self.last.drives[axis]
+        late = self.history[max(0, len(self.history) - 1 - _LATE_CYCLES)].drives[axis]
+        assert before is not None and late is not None
+        if what == "reply":
+            return self._reply(now, before)
+        changes: dict[Kind, Callable[[], DriveReading]] = {
+            "position": {
+                "off": lambda: replace(now, position_deg=-180.0),
+                "stuck": lambda: replace(now, position_deg=before.position_deg),
+                "garbage": lambda: replace(now, position_deg=self.dice.uniform(-180, 180)),
+                "wrong": lambda: replace(now, position_deg=now.position_deg + 12.0),
+                "slow": lambda: replace(now, position_deg=self._slowly(axis).position_deg),
+                "delayed": lambda: replace(now, position_deg=late.position_deg),
+                "intermittent": lambda: replace(now, position_deg=-180.0) if self.number % 2 else now,
+            },
+            "current": {
+                "off": lambda: replace(now, torque_nm=0.0),
+                "stuck": lambda: replace(now, torque_nm=before.torque_nm),
+                "garbage": lambda: replace(now, torque_nm=self.dice.choice((-1, 1)) * self.dice.uniform(5, 10)),
+                "wrong": lambda: replace(now, torque_nm=6.0),
+                "slow": lambda: replace(now, torque_nm=self._slowly(axis).torque_nm),
+                "delayed": lambda: replace(now, torque_nm=late.torque_nm),
+                "intermittent": lambda: replace(now, torque_nm=6.0) if self.number % 2 else now,
+            },
+        }[what]  # type: ignore[assignment]
+        assert self.kind is not None
+        return changes[self.kind]()
+
+    def _reply(self, now: DriveReading, before: DriveReading) -> DriveReading | None:
+        match self.kind:
+            case "stuck":
+                return replace(before, t_ns=now.t_ns)
+            case "slow":
+                return None if self.number % _SLOW else now
+            case "intermittent":
+                return None if self.number % 2 else now
+        # Nothing came, nothing sound came, what came was an error, or it came when nobody listened any more.
+        return None
+
+    def _slowly(self, axis: int) -> DriveReading:
+        if self.number % _SLOW == 0 or self.last is None:
+            self.last = self.history[-1]
+        reading = self.last.drives[axis]
+        assert reading is not None
+        return reading
+
+    def _inputs(self, what: str, now: InputReading | None) -> InputReading | None:
+        assert now is not None
+        if what == "pedal":
+            return replace(now, pedal_down=self._pedal(now.pedal_down))
+        match self.kind:
+            case "off":
+                return None
+            case "garbage":
+                return replace(now, estop_open=self.dice.random() < 0.5)
+            case "wrong":
+                return replace(now, estop_open=True)
+            case "slow":
+                return None if self.number % _SLOW else now
+            case "delayed":
+                return self.history[max(0, len(self.history) - 1 - _INPUT_LATE_CYCLES)].inputs
+            case "intermittent":
+                return None if self.number % 2 else now
+        return now
+
+    def _pedal(self, down: bool | None) -> bool | None:
+        match self.kind:
+            case "off":
+                return None
+            case "stuck":
+                return down
+            case "garbage":
+                return self.dice.random() < 0.5
+            case "wrong":
+                return not down
+            case "slow":
+                return down
+            case "delayed":
+                late = self.history[max(0, len(self.history) - 1 - _LATE_CYCLES)].inputs
+                return late.pedal_down if late else None
+        return None if self.number % 2 else down
+
+    def _whole(self, now: Reading) -> Reading:
+        assert self.last is not None
+        match self.kind:
+            case "off":
+                raise BusError("the port is gone")
+            case "stuck":
+                return self.last
+            case "garbage":
+                return replace(_NOTHING, garbled=frozenset(range(5)))
+            case "slow":
+                return _NOTHING if self.number % _SLOW else now
+            case "delayed":
+                return self.history[max(0, len(self.history) - 1 - _INPUT_LATE_CYCLES)]
+            case "intermittent":
+                return _NOTHING if self.number % 2 else now
+        return _NOTHING

@@ -1,0 +1,161 @@
+"""Every cell of the fault matrix, run under the stepped clock."""
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device.config import StationConfig
+from kata.device.messages import Approach, Mode, Pause, Play, Return, Teach
+from kata.motion.trajectory import Trajectory
+from tests.device.conftest import LOAD
+from tests.device.faulty import FaultyApparatus
+from tests.device.matrix import KINDS, MODES, SIGNALS, Ends, Expected, GoesOn, Kind, StaysOffline, Stops, expected
+from tests.device.stepped import Stepped
+
+_WATCHED_MS = 1200
+"""How long what goes on is watched going on."""
+
+
+def _everywhere() -> Trajectory:
+    """All five axes move, from a start that is far from where the arm rests, and nowhere stand for long."""
+    times = np.linspace(0.0, 8.0, 801)
+    start = np.array([35.0, 92.0, 40.0, 40.0, -35.0])
+    reach = np.array([-20.0, 20.0, 40.0, 60.0, -40.0])
+    angles = start + reach * (1 - np.cos(2 * np.pi * times / 8.0))[:, None] / 2
+    return Trajectory(times, angles)
+
+
+def _reach(stepped: Stepped, mode: Mode) -> None:
+    """Bring the apparatus into a mode, by nothing but commands."""
+    if mode in ("offline", "idle"):
+        return
+    if mode == "teaching":
+        assert stepped.send(Teach(teaching_id="t")) is None
+        return
+    assert stepped.send(LOAD, _everywhere()) is None
+    if mode == "ready":
+        return
+    assert stepped.send(Approach()) is None
+    stepped.forward(0.5)
+    if mode == "approaching":
+        return
+    stepped.until("paused")
+    if mode == "paused":
+        return
+    assert stepped.send(Play()) is None
+    stepped.forward(1.0)
+    if mode == "playing":
+        return
+    if mode == "returning":
+        assert stepped.send(Pause()) is None
+        stepped.until("paused")
+        assert stepped.send(Return()) is None
+        stepped.forward(0.5)
+        return
+    stepped.exchange.stop = True
+    stepped.forward(0.5)
+
+
+def _ail_service(stepped: Stepped, kind: Kind, cycle: int) -> None:
+    """The service's faults are the exchange's to show."""
+    exchange = stepped.exchange
+    match kind:
+        case "off" | "garbage":
+            exchange.closing = True
+            exchange.service_silent_ms = float("inf")
+        case "stuck":
+            exchange.service_silent_ms += 10.0
+        case "wrong":
+            exchange.naming = "another"
+        case "slow":
+            exchange.service_silent_ms = cycle * 10.0 % 300.0
+        case "delayed":
+            exchange.service_silent_ms = min(600.0, exchange.service_silent_ms + 10.0)
+        case "intermittent":
+            exchange.naming = "another" if cycle % 2 else None
+
+
+def _run_cell(folder: Path, kind: Kind, signal: str, mode: Mode) -> None:
+    folder.mkdir()
+    apparatus = FaultyApparatus()
+    if mode == "offline":
+        # Whoever is at fault has been so since before anybody looked.
+        apparatus.last = apparatus.read()
+        apparatus.kind, apparatus.signal = kind, signal
+    config = StationConfig(approach_speed_deg_s=45.0)
+    stepped = Stepped(folder, config, apparatus, settle=mode != "offline")
+    _reach(stepped, mode)
+    assert stepped.mode == mode, "the cell could not be run"
+    known = len(stepped.causes())
+    apparatus.kind, apparatus.signal = kind, signal
+
+    should = expected(kind, signal, mode)
+    took_ms: int | None = None
+    ended = False
+    watched_ms = should.within_ms if isinstance(should, Stops) else _WATCHED_MS
+    for cycle in range(1, watched_ms // 10 + 1):
+        if signal == "service":
+            _ail_service(stepped, kind, cycle)
+        ended = not stepped.cycle()
+        stopped = len(stepped.causes()) > known and not stepped.loop._machine.torque_on
+        if stopped and took_ms is None:
+            took_ms = cycle * 10
+        if ended or (took_ms is not None and isinstance(should, Stops)):
+            break
+    _check(stepped, should, mode, known, took_ms, ended)
+
+
+def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: int | None, ended: bool) -> None:
+    match should:
+        case Stops(cause, within_ms):
+            assert took_ms is not None, f"{cause} was expected; the causes are {stepped.causes()}"
+            assert stepped.causes()[known] == cause
+            assert took_ms <= within_ms
+            assert stepped.mode == "stopped"
+            # A port that is gone lets nobody be reached; the drives' own watchdog stops them.
+            stepped.forward(0.3)
+            assert stepped.mode == "stopped"
+            assert cause == "bus_lost" or not stepped.torque
+        case GoesOn():
+            assert stepped.causes()[known:] == []
+            assert not ended
+            assert (stepped.mode == "stopped") == (mode == "stopped")
+            assert stepped.mode != "offline"
+        case StaysOffline():
+            assert stepped.mode == "offline"
+            assert not stepped.torque
+        case Ends():
+            assert ended
+            assert not stepped.torque
+
+
+@pytest.mark.parametrize(("kind", "signal"), list(product(KINDS, SIGNALS)))
+def test_every_cell_of_the_fault_matrix(tmp_path: Path, kind: Kind, signal: str) -> None:
+    for mode in MODES:
+        try:
+            _run_cell(tmp_path / mode, kind, signal, mode)
+        except AssertionError as error:
+            raise AssertionError(f"{kind} x {signal} x {mode}: {error}") from error
+
+
+def test_the_matrix_is_whole() -> None:
+    cells = [expected(kind, signal, mode) for kind, signal, mode in product(KINDS, SIGNALS, MODES)]
+    assert len(cells) == 7 * 19 * 9
+    assert sum(isinstance(cell, Stops) for cell in cells) > 400
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_faulty_pedal_records_nothing_that_it_does_not_plainly_ask_for(tmp_path: Path, kind: Kind) -> None:
+    """Up, or not known to be down, is up. Only a pedal that says "down" for long enough records, truly or not."""
+    apparatus = FaultyApparatus(kind=None, pedal_down=False)
+    stepped = Stepped(tmp_path, apparatus=apparatus)
+    stepped.send(Teach(teaching_id="t"))
+    stepped.forward(0.1)
+    apparatus.kind, apparatus.signal = kind, "pedal"
+    stepped.forward(1.0)
+
+    teaching = stepped.snapshot.teaching
+    assert teaching is not None
+    assert (teaching.samples > 0) == (kind in ("wrong", "garbage"))

@@ -1,0 +1,149 @@
+"""The simulated apparatus without its process: drives, mechanics and wire under a stepped clock, in one hand.
+
+A driver is given a :class:`MemoryLine` instead of a serial port; bytes take their time on it, and waiting for them moves the
+clock on. What the drives have accepted is in :attr:`World.seen`, which is what tests judge by.
+"""
+
+import heapq
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from kata.device.bus.port import BusError
+from kata.device.config import StationConfig, simulated
+from kata.simulator.apparatus import Apparatus
+from kata.simulator.bus import ServoBus
+from kata.simulator.lines import DynamixelLine, Line, ModbusLine
+from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.script import Fault, Kind, Script
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a drive has accepted: a goal in degrees, or torque 1 or 0."""
+
+    t_ns: int
+    motor: int
+    what: Literal["goal", "torque"]
+    value: float
+
+
+class MemoryLine:
+    """A :class:`kata.device.bus.line.Line` to a world."""
+
+    def __init__(self, world: "World", baud: int) -> None:
+        self._world = world
+        self._baud = baud
+        self._waiting: list[tuple[int, int, bytes]] = []
+        self._number = 0
+        self.carried = 0
+        """Bytes both ways."""
+
+    def now_ns(self) -> int:
+        return self._world.t_ns
+
+    def send(self, data: bytes) -> None:
+        self._check()
+        world = self._world
+        self._pump(world.t_ns)
+        while self._waiting and self._waiting[0][0] <= world.t_ns:
+            heapq.heappop(self._waiting)
+        self.carried += len(data)
+        if world.script.has("echo"):
+            self._arrives(world.t_ns + len(data) * 10_000_000_000 // self._baud, data)
+        world.line.hear(data, world.t_ns, self._baud)
+
+    def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
+        self._check()
+        world = self._world
+        until_ns = max(world.t_ns, min(earliest_ns, deadline_ns))
+        self._pump(until_ns)
+        if not (self._waiting and self._waiting[0][0] <= until_ns):
+            while (due_ns := world.line.due_ns) is not None and due_ns <= deadline_ns:
+                self._pump(due_ns)
+            first_ns = self._waiting[0][0] if self._waiting else deadline_ns
+            until_ns = max(world.t_ns, min(first_ns, deadline_ns))
+        world.t_ns = until_ns
+        came = b""
+        while self._waiting and self._waiting[0][0] <= until_ns:
+            came += heapq.heappop(self._waiting)[2]
+        self.carried += len(came)
+        return came
+
+    def close(self) -> None:
+        self._waiting.clear()
+
+    def _pump(self, until_ns: int) -> None:
+        while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
+            for at_ns, answer in self._world.line.carry_out(due_ns):
+                self._arrives(at_ns + int(answer.after_s * 1e9), answer.data)
+
+    def _arrives(self, at_ns: int, data: bytes) -> None:
+        self._number += 1
+        heapq.heappush(self._waiting, (at_ns, self._number, data))
+
+    def _check(self) -> None:
+        if self._world.script.has("gone"):
+            raise BusError("the port is gone")
+
+
+class World:
+    """Everything beyond the serial port."""
+
+    def __init__(
+        self,
+        protocol: Literal["dynamixel", "modbus"] = "dynamixel",
+        *,
+        still: bool = False,
+        seed: int | None = None,
+        **settings: object,
+    ) -> None:
+        self.config: StationConfig = msgspec.structs.replace(simulated("memory"), protocol=protocol, **settings)
+        self.t_ns = 1_000_000_000_000
+        self.seen: list[Seen] = []
+        self.apparatus = Apparatus(seed, self.t_ns, witness=self._saw, still=still)
+        self.line: Line
+        self.script: Script
+        if protocol == "modbus":
+            modbus = ModbusBus(self.apparatus, self.config.baud)
+            self.line, self.script = ModbusLine(modbus), modbus.script
+        else:
+            servos = ServoBus(self.apparatus, self.config.baud)
+            self.line, self.script = DynamixelLine(servos), servos.script
+        self.opened: MemoryLine | None = None
+
+    def open_line(self, port: str, baud: int) -> MemoryLine:
+        """As a serial port would be opened."""
+        if self.script.has("gone"):
+            raise BusError(f"{port} cannot be opened")
+        self.opened = MemoryLine(self, baud)
+        return self.opened
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass without a byte on the line."""
+        self.t_ns += round(seconds * 1e9)
+        self.apparatus.advance(self.t_ns)
+
+    def fault(self, kind: Kind, motor: int | None = None, value: float | None = None) -> None:
+        """Break something."""
+        self.script.fault(Fault(kind, motor, value))
+
+    def goals(self, motor: int, since_ns: int = 0) -> list[float]:
+        """Goals that a drive has accepted, degrees."""
+        return [
+            seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
+        ]
+
+    @property
+    def torque(self) -> list[bool]:
+        """Of each drive, as it really is."""
+        return [drive.torque_on for drive in self.apparatus.drives]
+
+    @property
+    def angles_deg(self) -> list[float]:
+        """Of each shaft, as it really is."""
+        return [axis.angle_deg for axis in self.apparatus.state().axes]
+
+    def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:
+        self.seen.append(Seen(t_ns, motor, what, value))
