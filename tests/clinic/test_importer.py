@@ -23,7 +23,7 @@ from kata.clinic.sessions.tables import RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
-from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
+from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
 
 STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
@@ -60,7 +60,7 @@ class Clinic:
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
         )  # fmt: skip
-        writer = JournalWriter(self.folder, header)
+        writer = JournalWriter(self.folder, header, Files())
         t_ns = 5_000_000_000
         for take, seconds in enumerate(takes, start=1):
             for n in range(round(seconds * 100) + 1):
@@ -77,7 +77,7 @@ class Clinic:
             t_ns += 1_000_000_000
         if end:
             writer.finish(end)
-        writer.flush()
+        writer.write()
         return writer.path
 
     def count(self, table: type[RecordingRow] | type[RunRow]) -> int:
@@ -230,6 +230,28 @@ def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) 
     kept = {path.name for path in (clinic.folder / "unreadable").iterdir()}
     assert kept == {"run-broken.journal", stranger.name}
     assert clinic.saved == []
+
+
+@pytest.mark.parametrize("left", [b"", b'{"format":"kata-journal/2","kind":"r', b"\0" * 4096])
+def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothing_was_measured(
+    clinic: Clinic, left: bytes
+) -> None:
+    """At once, not only at the next start: the session could not be ended otherwise."""
+    run_id = clinic.begin_run(clinic.recording())
+    other_id = clinic.begin_run(clinic.saved[-1].id)
+    names = {f"run-{run_id}.journal", f"teaching-{clinic.begin_teaching()}.journal"}
+    for name in names:
+        (clinic.folder / name).write_bytes(left)
+    clinic.importer.run()
+    clinic.importer.run()
+
+    with clinic.database.read() as session:
+        run = sessions.as_run(sessions.get_run(session, run_id))
+        assert sessions.get_run(session, other_id).outcome == "loaded"
+    assert (run.outcome, run.comparison) == ("interrupted", None)
+    assert run.ended_at is not None
+    assert clinic.count(RecordingRow) == 1
+    assert {path.name for path in (clinic.folder / "unreadable").iterdir()} == names
 
 
 def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import StationConfig
 from kata.device.exchange import Taken
-from kata.device.journal import Journal, JournalHeader, JournalWriter, read
+from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
 from kata.device.messages import Command, Event, Refusal, Reply, Snapshot
 from kata.motion.trajectory import Trajectory
@@ -133,8 +133,11 @@ class SteppedExchange:
         self.snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        self.journals.append(JournalWriter(self.folder, header))
+        self.journals.append(JournalWriter(self.folder, header, Files()))
         return self.journals[-1]
+
+    def wake(self) -> None:
+        pass
 
 
 class Stepped:
@@ -214,5 +217,5 @@ class Stepped:
     def journal(self, number: int = -1) -> Journal:
         """A journal as it stands on disk after everything queued was written."""
         writer = self.exchange.journals[number]
-        writer.flush()
+        writer.write()
         return read(writer.path)

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.journal import FolderInUseError, JournalEnd, JournalError, JournalHeader, JournalWriter, claimed, read
+from kata.device.journal import (
+    Files,
+    FolderInUseError,
+    JournalEnd,
+    JournalError,
+    JournalHeader,
+    JournalWriter,
+    claimed,
+    read,
+)
 
 HEADER = JournalHeader(
     kind="run",
@@ -23,7 +32,7 @@ HEADER = JournalHeader(
 
 
 def _writer(folder: Path, samples: int) -> JournalWriter:
-    writer = JournalWriter(folder, HEADER)
+    writer = JournalWriter(folder, HEADER, Files())
     for n in range(samples):
         writer.sample(
             n * 10_000_000,
@@ -39,9 +48,12 @@ def _writer(folder: Path, samples: int) -> JournalWriter:
 
 def test_what_goes_in_comes_out(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 50)
-    assert not writer.flush()
+    writer.write()
+    assert not writer.sync()
     writer.finish(JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="Pressed."))
-    assert writer.flush()
+    assert not writer.sync()
+    writer.write()
+    assert writer.sync()
 
     kept = read(writer.path)
     assert (kept.kind, kept.id, kept.recording_id) == ("run", "a-run", "a-recording")
@@ -53,34 +65,49 @@ def test_what_goes_in_comes_out(tmp_path: Path) -> None:
     assert not kept.truncated
 
 
-def test_cut_at_any_byte_the_samples_before_the_cut_are_whole(tmp_path: Path) -> None:
-    writer = _writer(tmp_path, 4)
+def _whole(folder: Path) -> tuple[bytes, int, int]:
+    """A journal of four samples and an end; where its header ends, and the length of a sample's record."""
+    writer = _writer(folder, 4)
+    writer.write()
+    length = writer.path.stat().st_size
     writer.finish(JournalEnd(reason="completed"))
-    writer.flush()
+    writer.write()
     data = writer.path.read_bytes()
     body = data.index(b"\n") + 1
-    whole = [len(read(_cut(tmp_path, data[:length])).t_ns) for length in range(body, len(data) + 1)]
-
-    assert whole == sorted(whole)
-    assert (whole[0], whole[-1]) == (0, 4)
-    assert read(_cut(tmp_path, data[:-1])).end is None
-    assert read(_cut(tmp_path, data[:-1])).truncated
+    return data, body, (length - body) // 4
 
 
-def test_a_flipped_bit_ends_the_good_part(tmp_path: Path) -> None:
-    writer = _writer(tmp_path, 4)
-    writer.flush()
-    data = bytearray(writer.path.read_bytes())
-    body = data.index(b"\n") + 1
-    record = (len(data) - body) // 4
-    data[body + 2 * record + 20] ^= 0x01
-    kept = read(_cut(tmp_path, bytes(data)))
+def test_cut_at_every_byte_exactly_the_records_before_the_cut_are_there(tmp_path: Path) -> None:
+    data, body, record = _whole(tmp_path)
+    whole = read(_cut(tmp_path, data))
+    for length in range(body):
+        with pytest.raises(JournalError):
+            read(_cut(tmp_path, data[:length]))
+    for length in range(body, len(data) + 1):
+        kept = read(_cut(tmp_path, data[:length]))
+        count = min(4, (length - body) // record)
+        assert kept.t_ns.tolist() == [n * 10_000_000 for n in range(count)]
+        assert np.array_equal(kept.measured_deg, whole.measured_deg[:count])
+        assert (kept.end is not None) == (length == len(data))
+        assert kept.truncated == (length not in (len(data), *(body + n * record for n in range(5))))
 
-    assert len(kept.t_ns) == 2
-    assert kept.truncated
+
+@pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
+def test_a_damaged_byte_anywhere_ends_the_good_part_at_its_record(tmp_path: Path, flip: int) -> None:
+    data, body, record = _whole(tmp_path)
+    for position in range(body, len(data)):
+        damaged = bytearray(data)
+        damaged[position] ^= flip
+        kept = read(_cut(tmp_path, bytes(damaged)))
+        assert len(kept.t_ns) == min(4, (position - body) // record)
+        assert kept.end is None
+        assert kept.truncated
 
 
-@pytest.mark.parametrize("data", [b"", b"hello\n", b'{"format":"kata-journal/9","kind":"run"}\n'])
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"hello\n", b'{"format":"kata-journal/2","id":"\xff"}\n', b'{"format":"kata-journal/9","kind":"run"}\n'],
+)
 def test_other_files_are_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(JournalError, match="is not a journal"):
         read(_cut(tmp_path, data))
@@ -89,7 +116,7 @@ def test_other_files_are_refused(tmp_path: Path, data: bytes) -> None:
 def test_a_full_ring_loses_and_counts_instead_of_waiting(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 7000)
     assert writer.lost > 0
-    writer.flush()
+    writer.write()
     assert len(read(writer.path).t_ns) == 7000 - writer.lost
     assert np.all(np.diff(read(writer.path).t_ns) == 10_000_000)
 
@@ -108,10 +135,11 @@ def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(os, "write", full_after_a_while)
     with pytest.raises(OSError, match="No space"):
-        writer.flush()
+        writer.write()
     room[0] = 1_000_000
     writer.finish(JournalEnd(reason="completed"))
-    assert writer.flush()
+    writer.write()
+    assert writer.sync()
 
     kept = read(writer.path)
     assert len(kept.t_ns) == 50
@@ -120,9 +148,9 @@ def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeyp
 
 
 def test_two_journals_never_share_a_file(tmp_path: Path) -> None:
-    _writer(tmp_path, 1).flush()
+    _writer(tmp_path, 1).write()
     with pytest.raises(FileExistsError):
-        _writer(tmp_path, 1).flush()
+        _writer(tmp_path, 1).write()
 
 
 def _cut(folder: Path, data: bytes) -> Path:

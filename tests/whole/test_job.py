@@ -157,22 +157,6 @@ def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Pat
         assert run.end.cause_code == "service_silent"
 
 
-def test_a_device_process_that_is_killed_leaves_its_samples_and_drives_that_stop_by_themselves(
-    tmp_path: Path, motion: Taught
-) -> None:
-    with closing(Rig(tmp_path)) as rig:
-        load(rig, teach(rig, motion))
-        assert rig.send(Play()) is None
-        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 1.0)
-        os.kill(rig.device.pid, signal.SIGKILL)
-        rig.device.wait(10)
-
-        run = journal.read(rig.journals / "run-run.journal")
-        assert run.end is None
-        # All but the last flush, which is at most a tenth of a second old.
-        assert run.path_s[run.phase == journal.PHASE_PLAYING].max() > 0.8
-
-
 def test_a_pulled_plug_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")

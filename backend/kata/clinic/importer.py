@@ -7,6 +7,7 @@ file leaves the folder only after its rows are committed.
 import logging
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -77,7 +78,8 @@ class Importer:
             kept = journal.read(path)
             identity = UUID(kept.id)
         except ValueError as error:
-            log.error("%s: %s; it is kept in %s", path.name, error, _UNREADABLE)
+            log.error("%s; it is kept in %s", error, _UNREADABLE)
+            self._give_up(path)
             _move(path, _UNREADABLE)
             return
         if kept.truncated:
@@ -91,6 +93,15 @@ class Importer:
         _move(path, _IMPORTED)
         for record in saved:
             self._on_saved(record)
+
+    def _give_up(self, path: Path) -> None:
+        """Its name still says whose it was: a run without anything measured has ended, as its session must be able to."""
+        kind, _, name = path.stem.partition("-")
+        with suppress(ValueError):
+            run_id = UUID(name)
+            if kind == "run":
+                with self._database.write() as session:
+                    sessions.give_up_unended(session, run_id)
 
     @staticmethod
     def _keep(session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:

@@ -137,8 +137,12 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     reversal_s: float = 2.0
     """How far back along the path the arm is taken when it meets resistance, in the recording's own time."""
     service_silence_ms: int = 500
-    bus_watchdog_ms: int = 200
-    """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent."""
+    bus_watchdog_ms: int = 160
+    """Written to the drives (register 98, steps of 20 ms): they stop by themselves when the bus falls silent.
+
+    The arm must stand 200 ms after this process has died. A drive may notice a step late, and then needs some 25 ms to
+    come to rest.
+    """
 
     @property
     def mechanism_deg(self) -> tuple[tuple[float, float], ...]:

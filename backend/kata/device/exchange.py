@@ -1,7 +1,7 @@
 """Between the control thread and everybody else: commands in, telemetry and journals out.
 
 The control thread's side takes and leaves without ever waiting. The I/O thread's side moves bytes between queues, the
-socket to the service and the journal files.
+socket to the service and the journal files; a third thread only waits for the disk.
 """
 
 import logging
@@ -12,6 +12,7 @@ import socket
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,6 +22,7 @@ import numpy as np
 
 from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
+from kata.device.keeper import JournalKeeper, next_sync_ns
 from kata.device.messages import (
     LOAD_LEVELS,
     Command,
@@ -43,7 +45,6 @@ from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 log = logging.getLogger(__name__)
 
 _POLL_S: Final = 0.01
-_FLUSH_NS: Final = 50_000_000
 _SNAPSHOTS_KEPT: Final = 20
 _COMMANDS_KEPT: Final = 100
 _LAST_WORDS_S: Final = 1.0
@@ -60,37 +61,39 @@ class Taken:
 
 
 class Exchange:
-    """The queues, and the I/O thread that serves them."""
+    """The queues, and the threads that serve them."""
 
     def __init__(self, config: StationConfig, connection: socket.socket, journal_folder: Path) -> None:
         self._config = config
         self._socket = connection
-        self._folder = journal_folder
+        self._journals = JournalKeeper(journal_folder)
         self._commands: deque[Taken] = deque()
         self._stop_requested = False
         self._heard_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
         self._letters: deque[Reply | Event | JournalClosed] = deque()
-        self._journals: list[JournalWriter] = []
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
+        self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._thread = threading.Thread(target=self._serve, args=(self._move_bytes,), name="io", daemon=True)
+        self._syncing = threading.Thread(target=self._serve, args=(self._keep_synced,), name="sync", daemon=True)
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
-        self.journal_ok = True
         self.belief: tuple[int, str | None] = (0, None)
         """How many heartbeats came, and the run that the last one named."""
         self.dropped = 0
         """Snapshots that a slow service never got."""
 
     def start(self) -> None:
-        """Start the I/O thread."""
+        """Start both threads."""
         self._thread.start()
+        self._syncing.start()
 
     def finish(self) -> None:
         """The control thread has ended: let the last journal reach the disk and the last words the service."""
         self._ended.set()
         self._thread.join()
+        os.close(self._woken)
 
     # -- the control thread's side --------------------------------------------------------------------------------
 
@@ -123,38 +126,52 @@ class Exchange:
         self._snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """A new journal, which the I/O thread will write until it is finished."""
-        writer = JournalWriter(self._folder, header)
-        self._journals.append(writer)
-        return writer
+        """A new journal, which is written until it is finished."""
+        return self._journals.open(header)
 
-    # -- the I/O thread's side ------------------------------------------------------------------------------------
+    @property
+    def journal_ok(self) -> bool:
+        """Everything measured has found its way to the disk so far."""
+        return self._journals.ok
 
-    def _serve(self) -> None:
+    def wake(self) -> None:
+        """At the end of a cycle: what it has left, its sample above all, goes on its way now."""
+        os.eventfd_write(self._woken, 1)
+
+    # -- the other threads' side ----------------------------------------------------------------------------------
+
+    def _serve(self, part: Callable[[], None]) -> None:
         try:
-            self._move_bytes()
+            part()
         finally:
             # Whatever ends this thread, the control thread must not go on without it.
             self.closing = True
 
+    def _keep_synced(self) -> None:
+        """Until the control thread has ended; the I/O thread does it for the last time."""
+        due_ns = time.monotonic_ns()
+        while not self._ended.wait(max(0, due_ns - time.monotonic_ns()) / 1e9):
+            began_ns = time.monotonic_ns()
+            self._sync_journals()
+            due_ns = next_sync_ns(began_ns, time.monotonic_ns())
+
     def _move_bytes(self) -> None:
         incoming = bytearray()
         outgoing = bytearray()
-        flushed_ns = 0
         self._socket.setblocking(False)
         while not self._ended.is_set():
+            sources: list[socket.socket | int] = [self._woken] if self.closing else [self._woken, self._socket]
             wants_write = [self._socket] if outgoing else []
-            readable, _, _ = select.select([] if self.closing else [self._socket], wants_write, [], _POLL_S)
-            if readable:
+            readable, _, _ = select.select(sources, wants_write, [], _POLL_S)
+            if self._woken in readable:
+                os.eventfd_read(self._woken)
+            self._journals.write()
+            if self._socket in readable:
                 self._receive(incoming)
-            now_ns = time.monotonic_ns()
-            if now_ns - flushed_ns >= _FLUSH_NS:
-                flushed_ns = now_ns
-                self._flush_journals()
             self._send(outgoing)
-            if self.closing:
-                self._ended.wait(_POLL_S)
-        self._flush_journals()
+        self._syncing.join()
+        self._journals.write()
+        self._sync_journals()
         until_ns = time.monotonic_ns() + int(_LAST_WORDS_S * 1e9)
         self._send(outgoing)
         while outgoing and time.monotonic_ns() < until_ns:
@@ -230,18 +247,9 @@ class Exchange:
             trajectory.check(patients, 0.0)
         return trajectory
 
-    def _flush_journals(self) -> None:
-        ok = True
-        for writer in list(self._journals):
-            try:
-                if writer.flush():
-                    self._journals.remove(writer)
-                    self._letters.append(JournalClosed(path=str(writer.path)))
-            except OSError as error:
-                ok = False
-                if self.journal_ok:
-                    log.error("%s cannot be written: %s", writer.path.name, os.strerror(error.errno or 0))
-        self.journal_ok = ok
+    def _sync_journals(self) -> None:
+        for path in self._journals.sync():
+            self._letters.append(JournalClosed(path=str(path)))
 
     def _send(self, outgoing: bytearray) -> None:
         if self.closing and not outgoing and not self._letters:

@@ -1,8 +1,9 @@
 """What a teaching or a run measured, on disk before anybody else has it.
 
 One file each: a header line of JSON, then records of type, length, payload and CRC-32. It is valid at any byte: what
-stands before the first record that is cut or damaged is good. The control thread appends to a ring in memory; the I/O
-thread writes and syncs. The service reads finished files into the database.
+stands before the first record that is cut or damaged is good. The CRC begins with the header, so that a disk block that
+once belonged to another journal, and comes back after a power cut, is damaged here. The control thread appends to a ring
+in memory; others write and sync (:mod:`kata.device.keeper`). The service reads finished files into the database.
 """
 
 import fcntl
@@ -12,7 +13,7 @@ import time
 import zlib
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -88,7 +89,7 @@ def claimed(folder: Path, within_s: float) -> Iterator[None]:
         os.close(handle)
 
 
-class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format", tag="kata-journal/1"):
+class JournalHeader(msgspec.Struct, frozen=True, kw_only=True, tag_field="format", tag="kata-journal/2"):
     """First line of the file."""
 
     kind: Literal["teaching", "run"]
@@ -139,18 +140,59 @@ class Journal:
     """Something followed the last good record."""
 
 
-class JournalWriter:
-    """Appends to one journal. ``sample`` and ``finish`` never wait; ``flush`` does, and belongs to the I/O thread."""
+class Files:
+    """What a journal asks of the disk; tests put a disk of their own here, and cut its power after any call."""
 
-    def __init__(self, folder: Path, header: JournalHeader) -> None:
-        """Name the file and queue its header; nothing touches the disk before the first :meth:`flush`."""
+    def create(self, path: Path) -> int:
+        """A new file, open for appending."""
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
+
+    def write(self, file: int, data: bytearray) -> int:
+        """Append some of it, as far as there is room: how many bytes."""
+        return os.write(file, data)
+
+    def sync(self, file: int) -> None:
+        """Wait until what has been written survives a power cut."""
+        os.fdatasync(file)
+
+    def sync_folder(self, folder: Path) -> None:
+        """Wait until the names in it survive a power cut."""
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+    def close(self, file: int) -> None:
+        """Done with it."""
+        os.close(file)
+
+
+class JournalWriter:
+    """Appends to one journal. Three threads, a method or two each, none waits for another.
+
+    ``sample`` and ``finish`` touch no file; ``write`` fills the page cache, which outlives the process; ``sync`` waits
+    for the disk, which outlives the power.
+    """
+
+    def __init__(self, folder: Path, header: JournalHeader, files: Files) -> None:
+        """Name the file and queue its header; nothing touches the disk before the first :meth:`write`."""
         self.path = folder / f"{header.kind}-{header.id}{SUFFIX}"
         self.lost = 0
         """Samples that found the ring full: a fault, never silent."""
-        self._ring: deque[bytes] = deque([msgspec.json.encode(header) + b"\n"])
+        self.failed = False
+        """The disk has refused something, if only once: it tells of a failed sync once only."""
+        line = msgspec.json.encode(header) + b"\n"
+        self._seed = zlib.crc32(line)
+        self._ring: deque[bytes] = deque([line])
         self._finished = False
+        self._files = files
         self._file: int | None = None
         self._unwritten = bytearray()
+        self._unsynced = False
+        self._entered = False
+        """Its name in the folder is on the disk."""
+        self._complete = False
 
     def sample(
         self,
@@ -168,33 +210,52 @@ class JournalWriter:
             self.lost += 1
             return
         payload = _SAMPLE.pack(t_ns, take, phase, path_s, *setpoint_deg, *measured_deg, *torque_nm)
-        self._ring.append(_record(_TYPE_SAMPLE, payload))
+        self._ring.append(_record(_TYPE_SAMPLE, payload, self._seed))
 
     def finish(self, end: JournalEnd) -> None:
-        """Append the last record; the next :meth:`flush` closes the file."""
-        self._ring.append(_record(_TYPE_END, msgspec.json.encode(end)))
+        """Append the last record."""
+        self._ring.append(_record(_TYPE_END, msgspec.json.encode(end), self._seed))
         self._finished = True
 
-    def flush(self) -> bool:
-        """Write what is queued and sync it to the disk.
+    def write(self) -> None:
+        """Write what is queued.
 
-        :returns: whether the journal is finished, closed and complete on disk.
-        :raises OSError: when the disk will not have it.
+        :raises OSError: when the disk will not have it; the next call goes on at the very byte.
         """
         finished = self._finished
         for _ in range(len(self._ring)):
             self._unwritten += self._ring.popleft()
         if self._file is None:
-            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o640)
-            _sync_folder(self.path.parent)
-        if self._unwritten:
-            # On a full disk a record may be written in part; the next try goes on at that very byte.
-            while self._unwritten:
-                del self._unwritten[: os.write(self._file, self._unwritten)]
-            os.fdatasync(self._file)
-        if finished:
-            os.close(self._file)
-        return finished
+            self._file = self._files.create(self.path)
+        while self._unwritten:
+            del self._unwritten[: self._files.write(self._file, self._unwritten)]
+            self._unsynced = True
+        self._complete = finished
+
+    def sync(self) -> bool:
+        """Wait until what is written is on the disk.
+
+        :returns: whether the journal is finished, on disk as a whole, and closed.
+        :raises OSError: when the disk will not have it.
+        """
+        if self._file is None:
+            return False
+        complete = self._complete
+        if not self._entered:
+            self._files.sync_folder(self.path.parent)
+            self._entered = True
+        if self._unsynced:
+            # Before, not after: what is written meanwhile belongs to the next time.
+            self._unsynced = False
+            try:
+                self._files.sync(self._file)
+            except OSError:
+                self._unsynced = True
+                raise
+        if complete:
+            with suppress(OSError):  # the handle is gone all the same, and everything is on the disk
+                self._files.close(self._file)
+        return complete
 
 
 def read(path: Path) -> Journal:
@@ -204,15 +265,18 @@ def read(path: Path) -> Journal:
     :raises OSError: when the file cannot be read.
     """
     data = path.read_bytes()
-    line, _, body = data.partition(b"\n")
+    line, newline, body = data.partition(b"\n")
+    if not newline:
+        # The header is written with or before everything else: nothing was kept.
+        raise JournalError(f"{path.name} is not a journal: it ends before its header does")
     try:
         header = msgspec.json.decode(line, type=JournalHeader)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise JournalError(f"{path.name} is not a journal: {error}") from error
     samples = bytearray()
     end: JournalEnd | None = None
     good = 0
-    for kind, payload, position in _records(body):
+    for kind, payload, position in _records(body, zlib.crc32(line + newline)):
         if kind == _TYPE_SAMPLE:
             samples += payload
         elif kind == _TYPE_END:
@@ -239,12 +303,12 @@ def read(path: Path) -> Journal:
     )
 
 
-def _record(kind: int, payload: bytes) -> bytes:
+def _record(kind: int, payload: bytes, seed: int) -> bytes:
     framed = _FRAME.pack(kind, len(payload)) + payload
-    return framed + _CRC.pack(zlib.crc32(framed))
+    return framed + _CRC.pack(zlib.crc32(framed, seed))
 
 
-def _records(body: bytes) -> Iterator[tuple[int, bytes, int]]:
+def _records(body: bytes, seed: int) -> Iterator[tuple[int, bytes, int]]:
     """Good records from the start: type, payload and where the record ends."""
     position = 0
     while position + _FRAME.size <= len(body):
@@ -252,15 +316,7 @@ def _records(body: bytes) -> Iterator[tuple[int, bytes, int]]:
         payload_end = position + _FRAME.size + length
         if payload_end + _CRC.size > len(body):
             return
-        if _CRC.unpack_from(body, payload_end)[0] != zlib.crc32(body[position:payload_end]):
+        if _CRC.unpack_from(body, payload_end)[0] != zlib.crc32(body[position:payload_end], seed):
             return
         yield kind, body[position + _FRAME.size : payload_end], payload_end + _CRC.size
         position = payload_end + _CRC.size
-
-
-def _sync_folder(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -91,6 +91,7 @@ class ControlLoop:
         machine = self._machine
         self._observer.commanded(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
         self._publish(facts)
+        self._exchange.wake()
         return not (self._exchange.closing and self._machine.close())
 
     def _situation(self, t_ns: int, late_ms: float) -> Situation:

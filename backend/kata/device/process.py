@@ -15,7 +15,7 @@ from typing import Final
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
-from kata.device.journal import FolderInUseError, claimed
+from kata.device.journal import Files, FolderInUseError, claimed
 from kata.device.loop import ControlLoop
 
 log = logging.getLogger(__name__)
@@ -38,6 +38,7 @@ def main() -> int:
     try:
         config = read(arguments.station)
         arguments.journal.mkdir(parents=True, exist_ok=True)
+        Files().sync_folder(arguments.journal.parent)
     except (ConfigError, OSError) as error:
         log.error("%s", error)
         return 2

@@ -22,6 +22,7 @@ _CATCH_UP_NS: Final = 500_000_000
 ESTOP_PORT: Final = 1
 PEDAL_PORT: Final = 2
 _EVENTS_KEPT: Final = 200
+_LINE_SILENT_NS: Final = 100_000_000
 _STRENGTHS: Final = (1.0, 1.0, 1.0, 1.0, 0.8)
 
 What = Literal[
@@ -33,11 +34,13 @@ What = Literal[
     "torque_off",
     "hand_started",
     "hand_left",
+    "watchdog_tripped",
+    "line_silent",
 ]
 
 
 class Happening(msgspec.Struct, frozen=True):
-    """Something physical, at ``time.monotonic_ns``."""
+    """Something physical, at ``time.monotonic_ns``; a silent line is told later, and when it was last heard."""
 
     t_ns: int
     what: What
@@ -102,6 +105,7 @@ class Apparatus:
         self._catch_up_ns = _CATCH_UP_NS if now_ns is None else None
         self._now_ns = time.monotonic_ns() if now_ns is None else now_ns
         self._stepped_ns = self._now_ns
+        self._heard_ns: int | None = None
         self._pedal_down = False
         self._set_contacts()
         self._feel()
@@ -125,7 +129,10 @@ class Apparatus:
     def _step(self) -> None:
         plant = self._plant
         for drive, angle, speed in zip(self.drives, plant.angle, plant.speed, strict=True):
+            was_tripped = drive.tripped
             drive.control(angle, speed, STEP_S)
+            if drive.tripped and not was_tripped:
+                self._events.append(Happening(self._stepped_ns, "watchdog_tripped", drive.motor))
         torques: Sequence[float] = [drive.torque_nm for drive in self.drives]
         if self._hand.phase != "away":
             pull = self._hand.torques_nm(plant.angle, plant.speed, STEP_S)
@@ -135,12 +142,19 @@ class Apparatus:
                 torques = [motor + hand for motor, hand in zip(torques, pull, strict=True)]
             self._settle_pedal(self._stepped_ns)
         plant.step(torques)
+        if self._heard_ns is not None and self._stepped_ns - self._heard_ns > _LINE_SILENT_NS:
+            self._happened("line_silent", self._heard_ns)
+            self._heard_ns = None
 
     def _feel(self) -> None:
         for drive, angle, speed in zip(self.drives, self._plant.angle, self._plant.speed, strict=True):
             drive.feel(angle, speed)
 
     # -- the drives -----------------------------------------------------------------------------------------------
+
+    def heard(self, now_ns: int) -> None:
+        """A sound word on the line, whatever it asks for."""
+        self._heard_ns = now_ns
 
     def _told(self, motor: int, what: Noticed, value: float) -> None:
         """A drive has accepted something."""

@@ -43,6 +43,7 @@ class ServoBus:
                 return []
             error = protocol.status(addressed.id, addressed.alert | protocol.CRC_ERROR)
             return list(self._in_turn([(addressed, error)], baud))
+        self._apparatus.heard(now_ns)
         for servo in listening.values():
             servo.drive.heard()
         match instruction.code:

@@ -34,6 +34,7 @@ class ModbusBus:
         if baud != self._baud:
             return []
         listening = [one for one in self.drives if not self.script.has("off", one.drive.motor)]
+        self._apparatus.heard(now_ns)
         for one in listening:
             one.drive.heard()
         if request.slave == modbus.BROADCAST:

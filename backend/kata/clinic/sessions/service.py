@@ -174,12 +174,16 @@ def keep_run(session: DatabaseSession, journal: Journal) -> RunRow | None:
     return row
 
 
-def give_up_unended(session: DatabaseSession) -> int:
+def give_up_unended(session: DatabaseSession, run_id: UUID | None = None) -> int:
     """At start, with every journal imported: a run that still has not ended has lost its journal too.
+
+    ``run_id``: at any time, for the one whose journal holds nothing.
 
     :returns: how many there were.
     """
     lost = update(RunRow).where(RunRow.outcome == "loaded").values(outcome="interrupted", ended_at=RunRow.started_at)
+    if run_id:
+        lost = lost.where(RunRow.id == run_id)
     return int(session.connection().execute(lost).rowcount)
 
 

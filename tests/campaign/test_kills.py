@@ -1,0 +1,56 @@
+"""Two hundred kills of the device process, in teaching and in playback by turns, and ten of its service; a quarter of an hour.
+
+`--log-cli-level info` tells each as it comes, and the figures at the end.
+"""
+
+import logging
+import math
+import statistics
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from tests.whole.kills import KeptClinic, Kill, hang_up_while_playing, kill_at_random
+
+KILLS = 200
+
+log = logging.getLogger(__name__)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+def test_two_hundred_kills(tmp_path: Path) -> None:
+    kills: list[Kill] = []
+    wrong: list[str] = []
+    with closing(KeptClinic(tmp_path)) as clinic:
+        for seed in range(KILLS):
+            try:
+                kills.append(kill_at_random(clinic, seed))
+                kills[-1].judge()
+            except AssertionError as error:
+                wrong.append(f"{seed}: {error}")
+            log.info("%d: %s", seed, wrong[-1] if wrong and wrong[-1].startswith(f"{seed}:") else kills[-1])
+    _tell(kills)
+    assert wrong == []
+
+
+@pytest.mark.campaign
+def test_ten_killed_services(tmp_path: Path) -> None:
+    with closing(KeptClinic(tmp_path)) as clinic:
+        off_ms = [max(hang_up_while_playing(clinic, 0.3 + n / 10)) for n in range(10)]
+    log.info("torque off: median %.1f ms, largest %.1f ms", statistics.median(off_ms), max(off_ms))
+    assert max(off_ms) <= 300.0
+
+
+def _tell(kills: list[Kill]) -> None:
+    missing = [kill.missing for kill in kills]
+    log.info(
+        "%d kills; samples missing: %s; last record cut: %d",
+        len(kills),
+        {count: missing.count(count) for count in sorted(set(missing))},
+        sum(kill.cut for kill in kills),
+    )
+    for name in ("tripped_ms", "moved_ms"):
+        times = [getattr(kill, name) for kill in kills if not math.isnan(getattr(kill, name))]
+        log.info("%s: median %.1f, largest %.1f", name, statistics.median(times), max(times))

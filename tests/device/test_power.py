@@ -1,0 +1,288 @@
+"""A power cut at any moment: at most the last 100 ms are lost, and nothing that is read is made up."""
+
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
+from kata.device.keeper import JournalKeeper, next_sync_ns
+from kata.device.messages import Acknowledge, Approach, Play
+from tests.device.conftest import LOAD, a_trajectory
+from tests.device.power import CutDisk
+from tests.device.stepped import Stepped, SteppedExchange
+from tests.device.test_journal import HEADER
+
+MS = 1_000_000
+PERIOD_NS = 10 * MS
+MAY_BE_LOST_NS = 100 * MS
+
+
+class Session:
+    """A journal that is kept as the device process keeps it: written with each sample, synced when that is due."""
+
+    def __init__(self, folder: Path, disk: CutDisk, header: JournalHeader = HEADER) -> None:
+        self.folder = folder
+        self.disk = disk
+        self.given: list[int] = []
+        self._keeper = JournalKeeper(folder, disk)
+        self._writer = self._keeper.open(header)
+        self._next_ns = 0
+        self._end_ns = 0
+        disk.meanwhile = self._measure
+
+    @property
+    def ok(self) -> bool:
+        return self._keeper.ok
+
+    def run(self, *, begins_ns: int, lasts_ns: int, finish: bool = True) -> None:
+        self._next_ns, self._end_ns = begins_ns, begins_ns + lasts_ns
+        due_ns = 0
+        while due_ns < self._end_ns:
+            self._measure(due_ns)
+            due_ns = self._sync()
+        self._measure(self._end_ns)
+        if finish:
+            self._writer.finish(JournalEnd(reason="completed"))
+            self._keeper.write()
+            self._sync()
+
+    def _sync(self) -> int:
+        began_ns = self.disk.now_ns
+        self._keeper.sync()
+        return next_sync_ns(began_ns, self.disk.now_ns)
+
+    def _measure(self, until_ns: int) -> None:
+        """The control thread and the I/O thread, which go on while the disk is busy."""
+        self._keeper.write()
+        while self._next_ns <= min(until_ns, self._end_ns - 1):
+            self.disk.now_ns = self._next_ns
+            give(self._writer, self._next_ns)
+            self.given.append(self._next_ns)
+            self._keeper.write()
+            self._next_ns += PERIOD_NS
+        self.disk.now_ns = max(self.disk.now_ns, until_ns)
+
+    def problems(self, stale: bytes = b"") -> set[str]:
+        """What is wrong with what a power cut may leave, over every moment and every legal state."""
+        return {problem for t_ns, data in self.disk.states(stale) for problem in self._judged(t_ns, data)}
+
+    def _judged(self, t_ns: int, data: bytes | None) -> Iterator[str]:
+        kept = [] if data is None else samples(self.folder, data)
+        if kept != [(t, values(t)) for t in self.given[: len(kept)]]:
+            yield "corrupt"
+        old_enough = sum(t <= t_ns - MAY_BE_LOST_NS for t in self.given)
+        if len(kept) < old_enough:
+            yield "lost"
+
+
+def values(t_ns: int) -> list[float]:
+    return [t_ns / MS + axis for axis in range(5)]
+
+
+def give(writer: JournalWriter, t_ns: int) -> None:
+    angles = values(t_ns)
+    writer.sample(
+        t_ns, take=1, phase=0, path_s=0.0, setpoint_deg=angles, measured_deg=angles, torque_nm=[0.0] * 5
+    )  # fmt: skip
+
+
+def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
+    path = folder / "cut.journal"
+    path.write_bytes(data)
+    try:
+        kept = read(path)
+    except JournalError:
+        return []
+    if kept.id != HEADER.id:
+        # The whole of another journal: it was imported by that name long ago, and is not twice.
+        return []
+    assert np.array_equal(kept.measured_deg, kept.setpoint_deg)
+    return list(zip(kept.t_ns.tolist(), kept.measured_deg.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("sync_ms", [0, 3, 17, 49])
+def test_a_power_cut_loses_at_most_100_ms(tmp_path: Path, sync_ms: int) -> None:
+    disk = CutDisk(sync_ns=sync_ms * MS)
+    session = Session(tmp_path, disk)
+    # Nothing is measured before somebody steps on the pedal or sends for an approach.
+    session.run(begins_ns=150 * MS, lasts_ns=330 * MS)
+
+    assert session.problems() == set()
+    assert session.ok
+    assert samples(tmp_path, bytes(disk.data)) == [(t, values(t)) for t in session.given]
+    assert disk.synced == len(disk.data)
+
+
+@pytest.mark.parametrize("most_at_once", [5, 50, 86])
+def test_nor_when_the_disk_takes_a_little_at_a_time(tmp_path: Path, most_at_once: int) -> None:
+    session = Session(tmp_path, CutDisk(sync_ns=9 * MS, most_at_once=most_at_once, tried=2))
+    session.run(begins_ns=30 * MS, lasts_ns=160 * MS)
+    assert session.problems() == set()
+
+
+def test_blocks_that_were_another_journals_are_not_taken_for_this_ones(tmp_path: Path) -> None:
+    older = Session(tmp_path, CutDisk(), msgspec.structs.replace(HEADER, id="b-run"))
+    older.run(begins_ns=5 * MS, lasts_ns=330 * MS)
+    session = Session(tmp_path, CutDisk(sync_ns=3 * MS))
+    session.run(begins_ns=0, lasts_ns=330 * MS)
+    assert session.problems(stale=bytes(older.disk.data)) == set()
+
+
+def test_the_journal_is_whole_on_the_disk_before_anybody_is_told_that_it_is_closed(tmp_path: Path) -> None:
+    disk = CutDisk()
+    keeper = JournalKeeper(tmp_path, disk)
+    writer = keeper.open(HEADER)
+    give(writer, 0)
+    writer.finish(JournalEnd(reason="completed"))
+    assert keeper.sync() == []
+    keeper.write()
+    assert keeper.sync() == [writer.path]
+    assert (disk.entered, disk.synced) == (True, len(disk.data))
+    assert keeper.sync() == []
+
+
+# -- the proof of the proof: a disk that only says it syncs --------------------------------------------------------
+
+
+class NoSync(CutDisk):
+    def sync(self, file: int) -> None:
+        self._pass(self.sync_ns)
+
+
+class NoFolderSync(CutDisk):
+    def sync_folder(self, folder: Path) -> None:
+        self._pass(self.sync_ns)
+
+
+class HalfTheSyncs(CutDisk):
+    """Every other one: as if the interval were 100 ms."""
+
+    turn = 0
+
+    def sync(self, file: int) -> None:
+        self.turn += 1
+        if self.turn % 2:
+            super().sync(file)
+
+
+@pytest.mark.parametrize(
+    "disk", [NoSync(), NoFolderSync(), HalfTheSyncs(sync_ns=10 * MS)], ids=lambda d: type(d).__name__
+)
+def test_without_its_syncs_it_would_lose_more(tmp_path: Path, disk: CutDisk) -> None:
+    session = Session(tmp_path, disk)
+    session.run(begins_ns=150 * MS, lasts_ns=330 * MS)
+    assert session.problems() == {"lost"}
+
+
+def test_without_the_header_in_the_crc_another_journals_samples_would_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crc32 = zlib.crc32
+    monkeypatch.setattr(zlib, "crc32", lambda data, _seed=0: crc32(data))
+    older = Session(tmp_path, CutDisk(), msgspec.structs.replace(HEADER, id="b-run"))
+    older.run(begins_ns=5 * MS, lasts_ns=330 * MS)
+    session = Session(tmp_path, CutDisk(sync_ns=3 * MS))
+    session.run(begins_ns=0, lasts_ns=330 * MS)
+    assert session.problems(stale=bytes(older.disk.data)) == {"corrupt"}
+
+
+# -- a disk that will not have it ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("room", [0, 1, 100, 240, 241, 1000, 2021])
+def test_a_full_disk_is_told_and_keeps_what_it_has(tmp_path: Path, room: int) -> None:
+    session = Session(tmp_path, CutDisk(room=room))
+    session.run(begins_ns=0, lasts_ns=330 * MS)
+
+    assert not session.ok
+    kept = samples(tmp_path, bytes(session.disk.data))
+    assert kept == [(t, values(t)) for t in session.given[: len(kept)]]
+    assert len(session.disk.data) == room
+    # All but the record that found no room is read back, at that moment and after any power cut.
+    assert session.problems() <= {"lost"}
+
+
+@pytest.mark.parametrize("what", ["create", "write", "sync", "sync_folder"])
+def test_an_error_that_passes_is_told_too_and_the_next_try_leaves_no_hole(tmp_path: Path, what: str) -> None:
+    session = Session(tmp_path, CutDisk(failing={what}))
+    session.run(begins_ns=0, lasts_ns=330 * MS, finish=False)
+
+    assert not session.ok
+    assert samples(tmp_path, bytes(session.disk.data)) == [(t, values(t)) for t in session.given]
+    assert (session.disk.entered, session.disk.synced > 0) == (True, True)
+    assert session.problems() <= {"lost"}
+
+
+@dataclass
+class OnThatDisk(SteppedExchange):
+    """Writes in every cycle and syncs at once, as the other two threads would."""
+
+    disk: CutDisk = field(default_factory=CutDisk)
+
+    def __post_init__(self) -> None:
+        self.keeper = JournalKeeper(self.folder, self.disk)
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        return self.keeper.open(header)
+
+    def wake(self) -> None:
+        self.keeper.write()
+        self.keeper.sync()
+        self.journal_ok = self.keeper.ok
+
+
+def _fill(disk: CutDisk) -> None:
+    disk.room = 1234
+
+
+def _break_once(disk: CutDisk) -> None:
+    disk.failing = {"sync"}
+
+
+@pytest.mark.parametrize("happen", [_fill, _break_once])
+def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
+) -> None:
+    monkeypatch.setattr("tests.device.stepped.SteppedExchange", OnThatDisk)
+    stepped = Stepped(tmp_path)
+    exchange = stepped.exchange
+    assert isinstance(exchange, OnThatDisk)
+    assert stepped.send(LOAD, a_trajectory()) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    stepped.forward(0.5)
+    before = len(exchange.disk.data)
+    happen(exchange.disk)
+    stepped.until("stopped", within_s=0.5)
+
+    assert stepped.causes() == ["journal_fault"]
+    assert stepped.torque
+    stepped.forward(0.3)
+    assert not stepped.torque
+    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    kept = read(tmp_path / "run.journal")
+    assert np.sum(kept.phase == PHASE_PLAYING) >= 50
+    if happen is _fill:
+        assert len(exchange.disk.data) == before + 1234
+        assert (kept.truncated, kept.end) == (True, None)
+        assert "acknowledge" in stepped.snapshot.refusals
+        exchange.disk.room = 1 << 20
+        stepped.forward(0.2)
+    assert stepped.send(Acknowledge()) is None
+    (tmp_path / "run.journal").write_bytes(exchange.disk.data)
+    kept = read(tmp_path / "run.journal")
+    assert kept.end is not None
+    assert kept.end.cause_code == "journal_fault"
+    assert np.all(np.diff(kept.t_ns) == 10 * MS)
+
+
+def test_a_journal_that_could_be_closed_after_all_ends_the_fault(tmp_path: Path) -> None:
+    session = Session(tmp_path, CutDisk(failing={"sync"}))
+    session.run(begins_ns=0, lasts_ns=330 * MS)
+    assert session.ok
