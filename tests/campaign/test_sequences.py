@@ -1,0 +1,26 @@
+"""The fault campaign: a few hundred sequences in every test run, ten thousand in `make campaign`."""
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis.stateful import run_state_machine_as_test
+
+from tests.campaign.sequences import Sequences
+
+_ALL = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
+
+
+@pytest.mark.timeout(600)
+def test_no_sequence_of_events_leaves_torque_on_after_a_stop() -> None:
+    few = settings(
+        max_examples=200, stateful_step_count=40, derandomize=True, deadline=None, suppress_health_check=_ALL
+    )
+    run_state_machine_as_test(Sequences, settings=few)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(0)
+def test_nor_does_any_of_ten_thousand() -> None:
+    many = settings(
+        max_examples=10_000, stateful_step_count=100, deadline=None, suppress_health_check=_ALL, print_blob=True
+    )
+    run_state_machine_as_test(Sequences, settings=many)
