@@ -53,7 +53,10 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     apparatus = Apparatus(arguments.seed, still=arguments.still)
-    line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+    try:
+        line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+    except ValueError as error:
+        parser.error(str(error))
     port: Path = arguments.control.with_suffix(".port")
     wire = Wire(line, script, port)
     control = ControlServer(arguments.control, apparatus, script)
@@ -127,7 +130,7 @@ class SimulatorProcess:
 
         ``spin`` keeps the bytes' time to some microseconds and costs a core; ``still`` leaves the mechanics out.
 
-        :raises SimulatorError: when it does not come up.
+        :raises SimulatorError: when it does not come up, as with a baud rate that the drives do not know.
         """
         # A path of its own for each start, and short: a socket's path may have 107 bytes.
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)
