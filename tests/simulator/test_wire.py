@@ -227,6 +227,31 @@ def test_a_reply_takes_at_least_its_bytes_time(port: Any) -> None:
     assert time.monotonic() - began >= (sent + received) * 10 / 115_200
 
 
+def test_servos_can_start_at_another_baud_rate(tmp_path: Path) -> None:
+    with closing(SimulatorProcess(tmp_path, baud=57_600)) as running:
+        opened = PortHandler(running.port)
+        opened.openPort()
+        opened.setBaudRate(57_600)
+        assert packets.read1ByteTxRx(opened, 5, 8) == (1, COMM_SUCCESS, 0)
+        opened.closePort()
+    with pytest.raises(SimulatorError, match="do not know 12345 baud"):
+        SimulatorProcess(tmp_path, baud=12_345)
+
+
+def test_for_benchmarks_nothing_moves_and_the_wire_works(tmp_path: Path) -> None:
+    with closing(SimulatorProcess(tmp_path, spin=True, still=True)) as running:
+        opened = PortHandler(running.port)
+        opened.openPort()
+        opened.setBaudRate(1_000_000)
+        before = packets.read4ByteTxRx(opened, 4, PRESENT_POSITION)[0]
+        packets.write2ByteTxRx(opened, 4, 84, 1600)
+        packets.write1ByteTxRx(opened, 4, TORQUE_ENABLE, 1)
+        assert packets.write4ByteTxRx(opened, 4, GOAL_POSITION, before + 500) == (COMM_SUCCESS, 0)
+        time.sleep(0.1)
+        assert packets.read4ByteTxRx(opened, 4, PRESENT_POSITION) == (before, COMM_SUCCESS, 0)
+        opened.closePort()
+
+
 def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
     script = (
         "import sys, time; from pathlib import Path; from kata.simulator.process import SimulatorProcess\n"

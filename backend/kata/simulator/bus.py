@@ -128,9 +128,8 @@ class ServoBus:
 
     def _fast_sync_read(self, listening: dict[int, Servo], parameters: bytes, now_ns: int) -> list[tuple[Servo, bytes]]:
         wanted = _same_for_all(parameters)
-        if not wanted:
-            return []
-        length = wanted[0][2]
+        if not wanted or (length := wanted[0][2]) > END:
+            return []  # A packet that long has no length that its header could promise.
         # What cannot be read is filled up: the packet's length is promised before the first drive has answered.
         answers = [
             (s, error, data.ljust(length, b"\0")) for s, error, data in self._read_in_turn(listening, wanted, now_ns)

@@ -30,7 +30,6 @@ _TICK_NS: Final = 20_000_000
 _PRIORITY: Final = 50
 _START_LIMIT_S: Final = 20.0
 _SOON_NS: Final = 300_000
-_LATELY_NS: Final = 2_000_000
 _BAUD: Final = 1_000_000
 
 ServoProtocol = Literal["dynamixel", "modbus"]
@@ -54,7 +53,10 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     apparatus = Apparatus(arguments.seed, still=arguments.still)
-    line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+    try:
+        line, script = _bus(apparatus, arguments.protocol, arguments.baud)
+    except ValueError as error:
+        parser.error(str(error))
     port: Path = arguments.control.with_suffix(".port")
     wire = Wire(line, script, port)
     control = ControlServer(arguments.control, apparatus, script)
@@ -97,12 +99,14 @@ def _serve(apparatus: Apparatus, wire: Wire, control: ControlServer, *, spin: bo
 
 
 def _sleep_s(wire: Wire, now_ns: int, *, spin: bool) -> float:
-    """How long nothing is due; not longer than a tick. Waking up takes its time: who spins stays awake when it is near."""
+    """How long nothing is due; not longer than a tick.
+
+    Waking up takes its time: who spins stays awake when it is near. Not for longer, though: a spinning process of high
+    priority keeps the kernel's own worker, which moves the bytes through the pseudo-terminal, from its core.
+    """
     due_ns = wire.due_ns
     left_ns = _TICK_NS if due_ns is None else min(_TICK_NS, max(0, due_ns - now_ns))
-    if not spin:
-        return left_ns / 1e9
-    return 0.0 if now_ns - wire.traffic_ns < _LATELY_NS else max(0, left_ns - _SOON_NS) / 1e9
+    return max(0, left_ns - _SOON_NS if spin else left_ns) / 1e9
 
 
 class SimulatorError(Exception):
@@ -126,7 +130,7 @@ class SimulatorProcess:
 
         ``spin`` keeps the bytes' time to some microseconds and costs a core; ``still`` leaves the mechanics out.
 
-        :raises SimulatorError: when it does not come up.
+        :raises SimulatorError: when it does not come up, as with a baud rate that the drives do not know.
         """
         # A path of its own for each start, and short: a socket's path may have 107 bytes.
         self._socket_folder = tempfile.TemporaryDirectory(prefix="kata-", ignore_cleanup_errors=True)

@@ -30,8 +30,6 @@ class Wire:
         self._slave = -1
         self._going: list[tuple[int, int, bytes]] = []
         self._order = 0
-        self.traffic_ns = 0
-        """When bytes last came or went."""
         self._plug_in()
 
     @property
@@ -51,7 +49,7 @@ class Wire:
             return
         with contextlib.suppress(BlockingIOError):
             data = os.read(self._fd, 4096)
-            now_ns = self.traffic_ns = time.monotonic_ns()
+            now_ns = time.monotonic_ns()
             baud = _BAUD_OF_SPEED.get(termios.tcgetattr(self._slave)[4], 0)
             if self._script.has("echo"):
                 self._send_at(now_ns + (int(bytes_s(len(data), baud) * 1e9) if baud else 0), data)
@@ -63,7 +61,6 @@ class Wire:
             self._send_at(at_ns + int(answer.after_s * 1e9), answer.data)
         while self._going and self._going[0][0] <= now_ns:
             _, _, data = heapq.heappop(self._going)
-            self.traffic_ns = now_ns
             if self._fd is not None:
                 # Nobody reads: the bytes are lost, as on a real wire.
                 with contextlib.suppress(BlockingIOError):
