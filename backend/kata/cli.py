@@ -19,6 +19,7 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.database.engine import DatabaseError
 from kata.demo import DemoError, demonstrate, write
@@ -31,6 +32,7 @@ from kata.simulator.process import SimulatorError
 from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.add_typer(bench, name="bench")
 _console = Console(stderr=True, highlight=False)
 
 
