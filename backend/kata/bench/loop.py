@@ -12,6 +12,7 @@ from kata.bench.clinic import BenchError, Clinic, causes, prepared
 from kata.bench.load import Told, loading
 from kata.bench.prepared import Prepared
 from kata.bench.report import Report
+from kata.bench.witness import Floor, witnessing
 from kata.station.schemas import LoopLive
 
 SLOWEST_CYCLE_HZ: Final = 100
@@ -41,6 +42,7 @@ class Measured:
 
     loop: LoopLive
     missed: int
+    floor: Floor
     load: Told | None
 
 
@@ -56,7 +58,7 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
     """
     report = Report(
         f"Lateness of the control loop's cycles, {seconds:g} s each",
-        ("Loop", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "missed"),
+        ("Loop", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "missed", "witness p99.9", "max"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         records = prepared(Path(folder), play_s=seconds + _SPARE_S, plot_s=plot_s)
@@ -68,6 +70,9 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
             _tell(report, cell, measure(Path(folder), cell, records, seconds))
     report.notes.append(
         "Since the control loop started; missed: within the time measured. Torque is on and a recording plays."
+    )
+    report.notes.append(
+        "witness: a bare thread with the same privileges at the same time; what it is late is the computer's own doing."
     )
     report.notes.append("loaded: 100 WebSocket clients read everything, another one draws a long run again and again.")
     return report
@@ -81,12 +86,13 @@ def measure(data: Path, cell: Cell, records: Prepared, seconds: float) -> Measur
         )
         # The load comes first, so that little of the loop's life is without it.
         told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
+        floor = stack.enter_context(witnessing(cell.cycle_hz, real_time=cell.real_time))
         clinic.play(records)
         before = _loop(clinic)
         cycles = before.cycles + round(seconds * cell.cycle_hz)
         while (now := _loop(clinic)).cycles < cycles:
             time.sleep(_LOOK_AGAIN_S)
-    return Measured(now, now.overruns - before.overruns, told)
+    return Measured(now, now.overruns - before.overruns, floor, told)
 
 
 def _loop(clinic: Clinic) -> LoopLive:
@@ -97,7 +103,7 @@ def _loop(clinic: Clinic) -> LoopLive:
 
 
 def _name(cell: Cell) -> str:
-    return f"{cell.rate_hz} Hz, {'loaded' if cell.loaded else 'idle'}, {'' if cell.real_time else 'no '}SCHED_FIFO"
+    return f"{cell.rate_hz} Hz {'loaded' if cell.loaded else 'idle'}{'' if cell.real_time else ', no FIFO'}"
 
 
 def _tell(report: Report, cell: Cell, measured: Measured) -> None:
@@ -106,7 +112,10 @@ def _tell(report: Report, cell: Cell, measured: Measured) -> None:
     told = {name: getattr(loop, f"lateness_{name}_ms") for name in ("p50", "p99", "p999", "max")}
     report.figures |= {f"lateness_{name}_ms_{suffix}": value for name, value in told.items()}
     report.figures[f"missed_{suffix}"] = measured.missed
-    report.rows.append((_name(cell), *(f"{value:.3f}" for value in told.values()), str(measured.missed)))
+    floor = measured.floor
+    report.figures |= {f"floor_p999_ms_{suffix}": floor.p999_ms, f"floor_max_ms_{suffix}": floor.max_ms}
+    figures = (f"{value:.3f}" for value in told.values())
+    report.rows.append((_name(cell), *figures, str(measured.missed), f"{floor.p999_ms:.3f}", f"{floor.max_ms:.3f}"))
     if loop.overruns > measured.missed:
         report.notes.append(
             f"{_name(cell)}: {loop.overruns - measured.missed} more missed before the measurement began."

@@ -58,7 +58,7 @@ def machine() -> Machine:
 def fifo_granted() -> bool:
     """Tried in a thread that ends right afterwards: scheduling belongs to a thread."""
     tried: list[bool] = []
-    trying = threading.Thread(target=lambda: tried.append(realtime.schedule()))
+    trying = threading.Thread(target=lambda: tried.append(realtime.schedule(realtime.CONTROL_PRIORITY)))
     trying.start()
     trying.join()
     return tried == [True]

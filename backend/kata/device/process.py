@@ -60,19 +60,21 @@ def _run(config: StationConfig, exchange: Exchange, *, wants_real_time: bool) ->
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     realtime.settle()
     memory_locked = wants_real_time and realtime.lock_memory()
-    control = threading.Thread(target=_control, args=(config, exchange, wants_real_time, memory_locked), name="control")
+    # The I/O thread inherits it.
+    scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)
+    control = threading.Thread(target=_control, args=(config, exchange, scheduled, memory_locked), name="control")
     exchange.start()
     control.start()
     control.join()
     exchange.finish()
 
 
-def _control(config: StationConfig, exchange: Exchange, wants_real_time: bool, memory_locked: bool) -> None:
+def _control(config: StationConfig, exchange: Exchange, scheduled: bool, memory_locked: bool) -> None:
     ControlLoop(
         config,
         DynamixelBus(config),
         exchange,
-        real_time=wants_real_time and realtime.schedule(),
+        real_time=scheduled and realtime.schedule(realtime.CONTROL_PRIORITY),
         memory_locked=memory_locked,
         now_ns=time.monotonic_ns,
     ).run()
