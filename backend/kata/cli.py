@@ -123,6 +123,32 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
         typer.echo(text, nl=False)
 
 
+@app.command()
+def doctor(
+    station: Annotated[
+        Path | None, typer.Option(help="The station's TOML file; its port is opened for a moment.")
+    ] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+    json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
+) -> None:
+    """Look whether this computer can do the work, and say what to do where not. Status 1 when there is a problem."""
+    from kata.doctor import as_json, examine
+
+    # What is not granted is said in the lines themselves.
+    logging.basicConfig(level=logging.ERROR)
+    given: dict[str, Any] = {"station": station, "data": data}
+    findings = examine(Settings(**{name: value for name, value in given.items() if value is not None}))
+    if json_out:
+        typer.echo(json.dumps(as_json(findings), indent=2))
+    else:
+        for finding in findings:
+            typer.echo(f"{finding.state:<8} {finding.name}: {finding.message}")
+            if finding.what_to_do:
+                typer.echo(f"{'':<8}   {finding.what_to_do}")
+    if any(finding.state == "problem" for finding in findings):
+        raise typer.Exit(1)
+
+
 class _Server(uvicorn.Server):
     """Says where the page is once it really is there, and what was wrong when it is not."""
 

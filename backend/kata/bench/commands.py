@@ -1,5 +1,6 @@
 """``kata bench ...`` as typed. What it takes is imported when it is asked for: the service itself starts without."""
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -80,6 +81,8 @@ def _carry_out(benchmark: Callable[[Callable[[str], None]], "Report"], json_out:
     from kata.bench.clinic import BenchError
     from kata.simulator.process import SimulatorError
 
+    # What is not granted, the report says.
+    logging.basicConfig(level=logging.ERROR)
     console = Console()
     try:
         with _progress() as progress:

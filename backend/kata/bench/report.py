@@ -3,7 +3,6 @@
 import json
 import os
 import platform
-import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +10,7 @@ from typing import Any, Final
 from rich.console import Console
 from rich.table import Table
 
-from kata.device import realtime
+from kata.privileges import fifo_granted, kernel_preemption, memory_lock_granted
 
 _CPU_INFO: Final = Path("/proc/cpuinfo")
 _CPU_NAMES: Final = ("model name", "Model", "Hardware")
@@ -53,28 +52,6 @@ def machine() -> Machine:
         memory_lock=memory_lock_granted(),
         load=os.getloadavg()[0],
     )
-
-
-def fifo_granted() -> bool:
-    """Tried in a thread that ends right afterwards: scheduling belongs to a thread."""
-    tried: list[bool] = []
-    trying = threading.Thread(target=lambda: tried.append(realtime.schedule(realtime.CONTROL_PRIORITY)))
-    trying.start()
-    trying.join()
-    return tried == [True]
-
-
-def memory_lock_granted() -> bool:
-    """Tried, and undone."""
-    granted = realtime.lock_memory()
-    if granted:
-        realtime.unlock_memory()
-    return granted
-
-
-def kernel_preemption() -> str:
-    """PREEMPT_RT, PREEMPT_DYNAMIC, ... as the kernel names itself; empty when it does not."""
-    return next((word for word in platform.version().split() if word.startswith("PREEMPT")), "")
 
 
 @dataclass
