@@ -1,6 +1,7 @@
 """``kata bench ...`` as typed. What it takes is imported when it is asked for: the service itself starts without."""
 
 import logging
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -81,6 +82,8 @@ def _carry_out(benchmark: Callable[[Callable[[str], None]], "Report"], json_out:
     from kata.bench.clinic import BenchError
     from kata.simulator.process import SimulatorError
 
+    # However it ends, it ends what it has started.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     # What is not granted, the report says.
     logging.basicConfig(level=logging.ERROR)
     console = Console()

@@ -84,8 +84,15 @@ def run(presses: int, cell: Cell, plot_s: float, progress: Callable[[str], None]
 
 def _press(clinic: Clinic, records: Prepared) -> Press | str:
     """Torque on, press, and put everything back; the cause, when something else stopped it before the press."""
-    clinic.approach(records)
-    _until(clinic, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
+    try:
+        clinic.approach(records)
+        _until(clinic, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
+    except BenchError:
+        live = clinic.live()
+        if not live.stop:
+            raise
+        clinic.insist("acknowledge")
+        return causes(live)[0]
     time.sleep(random.uniform(*_SETTLE_S))
     clinic.hand.estop(pressed=True)
     time.sleep(_LOOK_AFTER_S)

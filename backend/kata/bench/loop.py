@@ -42,6 +42,8 @@ class Measured:
 
     loop: LoopLive
     missed: int
+    bus_errors: int
+    """Replies that stayed away or came late within that time; each makes a cycle longer."""
     floor: Floor
     load: Told | None
 
@@ -58,7 +60,7 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
     """
     report = Report(
         f"Lateness of the control loop's cycles, {seconds:g} s each",
-        ("Loop", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "missed", "witness p99.9", "max"),
+        ("Loop", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "missed", "bus errors", "witness p99.9", "max"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         records = prepared(Path(folder), play_s=seconds + _SPARE_S, plot_s=plot_s)
@@ -70,6 +72,9 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
             _tell(report, cell, measure(Path(folder), cell, records, seconds))
     report.notes.append(
         "Since the control loop started; missed: within the time measured. Torque is on and a recording plays."
+    )
+    report.notes.append(
+        "bus errors: replies that stayed away or came late, because the simulator was kept waiting too; a cycle waits for them."
     )
     report.notes.append(
         "witness: a bare thread with the same privileges at the same time; what it is late is the computer's own doing."
@@ -92,7 +97,7 @@ def measure(data: Path, cell: Cell, records: Prepared, seconds: float) -> Measur
         cycles = before.cycles + round(seconds * cell.cycle_hz)
         while (now := _loop(clinic)).cycles < cycles:
             time.sleep(_LOOK_AGAIN_S)
-    return Measured(now, now.overruns - before.overruns, floor, told)
+    return Measured(now, now.overruns - before.overruns, now.bus_errors - before.bus_errors, floor, told)
 
 
 def _loop(clinic: Clinic) -> LoopLive:
@@ -111,11 +116,20 @@ def _tell(report: Report, cell: Cell, measured: Measured) -> None:
     suffix = f"{cell.rate_hz}hz_{'loaded' if cell.loaded else 'idle'}{'' if cell.real_time else '_nofifo'}"
     told = {name: getattr(loop, f"lateness_{name}_ms") for name in ("p50", "p99", "p999", "max")}
     report.figures |= {f"lateness_{name}_ms_{suffix}": value for name, value in told.items()}
-    report.figures[f"missed_{suffix}"] = measured.missed
+    report.figures |= {f"missed_{suffix}": measured.missed, f"bus_errors_{suffix}": measured.bus_errors}
     floor = measured.floor
     report.figures |= {f"floor_p999_ms_{suffix}": floor.p999_ms, f"floor_max_ms_{suffix}": floor.max_ms}
     figures = (f"{value:.3f}" for value in told.values())
-    report.rows.append((_name(cell), *figures, str(measured.missed), f"{floor.p999_ms:.3f}", f"{floor.max_ms:.3f}"))
+    report.rows.append(
+        (
+            _name(cell),
+            *figures,
+            str(measured.missed),
+            str(measured.bus_errors),
+            f"{floor.p999_ms:.3f}",
+            f"{floor.max_ms:.3f}",
+        )
+    )
     if loop.overruns > measured.missed:
         report.notes.append(
             f"{_name(cell)}: {loop.overruns - measured.missed} more missed before the measurement began."
