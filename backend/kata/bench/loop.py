@@ -56,7 +56,7 @@ def cells(rates: Sequence[int], *, real_time: Sequence[bool], loaded: Sequence[b
 def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callable[[str], None]) -> Report:
     """Measure every cell, each with a service of its own, while a recording plays.
 
-    :raises BenchError: when the apparatus stops by itself.
+    :raises BenchError: when no cell came to its end.
     """
     report = Report(
         f"Lateness of the control loop's cycles, {seconds:g} s each",
@@ -69,7 +69,13 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
                 report.notes.append(f"{cell.rate_hz} Hz with SCHED_FIFO: not measured, it is not granted.")
                 continue
             progress(_name(cell))
-            _tell(report, cell, measure(Path(folder), cell, records, seconds))
+            try:
+                _tell(report, cell, measure(Path(folder), cell, records, seconds))
+            except BenchError as error:
+                # A measurement that a stop has ended is told, and the others are not lost with it.
+                report.notes.append(f"{_name(cell)}: no figures, {error}.")
+    if not report.rows:
+        raise BenchError(" ".join(report.notes))
     report.notes.append(
         "Since the control loop started; missed: within the time measured. Torque is on and a recording plays."
     )
