@@ -19,6 +19,7 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.database.engine import DatabaseError
 from kata.demo import DemoError, demonstrate, write
@@ -31,6 +32,7 @@ from kata.simulator.process import SimulatorError
 from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.add_typer(bench, name="bench")
 _console = Console(stderr=True, highlight=False)
 
 
@@ -119,6 +121,32 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
         out.write_text(text)
     else:
         typer.echo(text, nl=False)
+
+
+@app.command()
+def doctor(
+    station: Annotated[
+        Path | None, typer.Option(help="The station's TOML file; its port is opened for a moment.")
+    ] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+    json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
+) -> None:
+    """Look whether this computer can do the work, and say what to do where not. Status 1 when there is a problem."""
+    from kata.doctor import as_json, examine
+
+    # What is not granted is said in the lines themselves.
+    logging.basicConfig(level=logging.ERROR)
+    given: dict[str, Any] = {"station": station, "data": data}
+    findings = examine(Settings(**{name: value for name, value in given.items() if value is not None}))
+    if json_out:
+        typer.echo(json.dumps(as_json(findings), indent=2))
+    else:
+        for finding in findings:
+            typer.echo(f"{finding.state:<8} {finding.name}: {finding.message}")
+            if finding.what_to_do:
+                typer.echo(f"{'':<8}   {finding.what_to_do}")
+    if any(finding.state == "problem" for finding in findings):
+        raise typer.Exit(1)
 
 
 class _Server(uvicorn.Server):

@@ -24,6 +24,8 @@ class Settings(BaseSettings):
     """Varies the simulated mechanics by up to 30 %."""
     rate_hz: int | None = None
     """Overrides the station's own."""
+    real_time: bool = True
+    """Let the control loop ask for real-time privileges; without, it runs as on a computer that grants none."""
     taught: Path | None = None
     """Folder of recorded motions (CSV) that the simulated hand can follow."""
     host: str = "127.0.0.1"

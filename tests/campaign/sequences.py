@@ -105,6 +105,7 @@ class Sequences(RuleBasedStateMachine):
             make_bus(self.world.config, self.world.open_line),
             self.exchange,  # type: ignore[arg-type]
             real_time=False,
+            memory_locked=False,
             now_ns=lambda: self.world.t_ns,
         )
         self._deadline_ns = self.world.t_ns

@@ -160,6 +160,7 @@ class Stepped:
             self.apparatus,
             self.exchange,  # type: ignore[arg-type]
             real_time=False,
+            memory_locked=False,
             now_ns=lambda: self._t_ns,
         )
         self.loop._open()

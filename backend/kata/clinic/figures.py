@@ -5,7 +5,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Final
@@ -23,6 +23,9 @@ from kata.motion.tracking import compare
 _TAUGHT: Final = "#1f3a93"
 _PLAYED: Final = "#e07b00"
 _ERROR: Final = "#5e9c76"
+_PIECE: Final = 1 << 18
+_NICENESS: Final = 10
+"""Whoever waits for a plot waits; the service and its heartbeats go first."""
 _LAYOUT: Final = {
     "template": "plotly_white",
     "margin": {"l": 60, "r": 60, "t": 30, "b": 45},
@@ -74,6 +77,12 @@ class FigureWorker:
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         return pool
+
+
+def pieces(figure: str) -> Iterator[bytes]:
+    """A figure as it goes out. In one piece, an hour's hundred megabytes would keep the event loop from its heartbeats."""
+    for start in range(0, len(figure), _PIECE):
+        yield figure[start : start + _PIECE].encode()
 
 
 def recording(taught_blob: bytes) -> str:
@@ -154,6 +163,7 @@ def _symmetric(error_deg: Any) -> list[float]:
 
 def _end_with_parent() -> None:
     """A service that is killed cannot end its worker; so the worker watches."""
+    os.nice(_NICENESS)
     parent = multiprocessing.parent_process()
     assert parent is not None
 

@@ -4,6 +4,7 @@ Deadlines are absolute; a missed one is skipped whole and counted. Nothing here 
 and telemetry pass through queues to the I/O thread (:mod:`kata.device.exchange`).
 """
 
+import gc
 import logging
 import math
 import time
@@ -15,6 +16,7 @@ from kata.device.config import StationConfig
 from kata.device.exchange import Exchange
 from kata.device.facts import Facts, Observer, Situation
 from kata.device.faults import refused_setpoints
+from kata.device.lateness import Lateness
 from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
 from kata.device.modes import Machine
 from kata.device.supervisor import judge
@@ -29,12 +31,20 @@ class ControlLoop:
     """One apparatus under control."""
 
     def __init__(
-        self, config: StationConfig, bus: Bus, exchange: Exchange, *, real_time: bool, now_ns: Callable[[], int]
+        self,
+        config: StationConfig,
+        bus: Bus,
+        exchange: Exchange,
+        *,
+        real_time: bool,
+        memory_locked: bool,
+        now_ns: Callable[[], int],
     ) -> None:
         self._config = config
         self._bus = bus
         self._exchange = exchange
         self._real_time = real_time
+        self._memory_locked = memory_locked
         self._now_ns = now_ns
         self._observer = Observer(config)
         self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
@@ -44,7 +54,7 @@ class ControlLoop:
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._cycles = 0
         self._overruns = 0
-        self._lateness_max_ns = 0
+        self._lateness = Lateness()
         self._heard = 0
         self._disagreements = 0
         self._sent_deg: list[tuple[float, ...]] = []
@@ -70,7 +80,7 @@ class ControlLoop:
                     return
                 deadline_ns += self._period_ns
                 time.sleep(max(0, deadline_ns - self._now_ns()) / 1e9)
-                self._lateness_max_ns = max(self._lateness_max_ns, self._now_ns() - deadline_ns)
+                self._lateness.add(self._now_ns() - deadline_ns)
         finally:
             self._torque_off_at_last()
 
@@ -125,6 +135,8 @@ class ControlLoop:
     def _open(self) -> bool:
         if self._now_ns() < self._try_open_at_ns:
             return False
+        # The collector never runs by itself here (see :mod:`kata.device.realtime`); now nothing is due.
+        gc.collect()
         try:
             self._bus.open()
         except BusError as error:
@@ -210,6 +222,7 @@ class ControlLoop:
 
     def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
         machine = self._machine
+        p50_ms, p99_ms, p999_ms = self._lateness.percentiles_ms(50, 99, 99.9)
         refusals = machine.refusals(facts)
         if machine.mode == "offline" and self._connection_problem:
             told = Refusal(
@@ -234,10 +247,14 @@ class ControlLoop:
                 rate_hz=self._config.rate_hz,
                 cycles=self._cycles,
                 overruns=self._overruns,
-                lateness_max_ms=self._lateness_max_ns / 1e6,
+                lateness_p50_ms=p50_ms,
+                lateness_p99_ms=p99_ms,
+                lateness_p999_ms=p999_ms,
+                lateness_max_ms=self._lateness.max_ns / 1e6,
                 bus_errors=self._bus.errors,
                 telemetry_dropped=self._exchange.dropped,
                 real_time=self._real_time,
+                memory_locked=self._memory_locked,
             ),
         )
 

@@ -208,11 +208,17 @@ class LoopState(_Message, frozen=True, kw_only=True, tag="loop"):
     cycles: int
     overruns: int
     """Cycles missed because the one before ended late."""
+    lateness_p50_ms: float
+    """Of how late cycles began; so many in a hundred began no later."""
+    lateness_p99_ms: float
+    lateness_p999_ms: float
     lateness_max_ms: float
     bus_errors: int
     telemetry_dropped: int
     real_time: bool
     """SCHED_FIFO was granted."""
+    memory_locked: bool
+    """No page of the process can be taken to a disk."""
 
 
 class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):

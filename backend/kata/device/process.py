@@ -1,9 +1,7 @@
 """The device process: sets itself up for real time, runs the control loop, ends with torque off."""
 
 import argparse
-import gc
 import logging
-import os
 import signal
 import socket
 import sys
@@ -12,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Final
 
+from kata.device import realtime
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
@@ -20,9 +19,6 @@ from kata.device.loop import ControlLoop
 
 log = logging.getLogger(__name__)
 
-_SWITCH_INTERVAL_S: Final = 50e-6
-"""With Python's default of 5 ms, one busy sibling thread makes a 100 Hz thread that much late."""
-_PRIORITY: Final = 60
 _CLAIM_LIMIT_S: Final = 10.0
 """For the process before this one to come to its end."""
 
@@ -33,6 +29,9 @@ def main() -> int:
     parser.add_argument("--station", type=Path, required=True, help="the station's TOML file")
     parser.add_argument("--journal", type=Path, required=True, help="folder for journals")
     parser.add_argument("--socket", type=int, required=True, help="file descriptor of the service's socket")
+    parser.add_argument(
+        "--no-real-time", action="store_true", help="ask for no real-time privileges, as if none were granted"
+    )
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(asctime)s device %(levelname)s %(message)s")
     try:
@@ -44,7 +43,8 @@ def main() -> int:
         return 2
     try:
         with claimed(arguments.journal, _CLAIM_LIMIT_S):
-            _run(config, Exchange(config, socket.socket(fileno=arguments.socket), arguments.journal))
+            exchange = Exchange(config, socket.socket(fileno=arguments.socket), arguments.journal)
+            _run(config, exchange, wants_real_time=not arguments.no_real_time)
     except FolderInUseError as error:
         log.error("%s", error)
         return 2
@@ -52,33 +52,30 @@ def main() -> int:
     return 0
 
 
-def _run(config: StationConfig, exchange: Exchange) -> None:
+def _run(config: StationConfig, exchange: Exchange, *, wants_real_time: bool) -> None:
     def end(signum: int, frame: object) -> None:
         exchange.closing = True
 
     signal.signal(signal.SIGTERM, end)
     # Ctrl-C in a terminal reaches the whole group; ending is the service's to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    sys.setswitchinterval(_SWITCH_INTERVAL_S)
-    gc.collect()
-    gc.freeze()
-    control = threading.Thread(target=_control, args=(config, exchange), name="control")
+    realtime.settle()
+    memory_locked = wants_real_time and realtime.lock_memory()
+    # The I/O thread inherits it.
+    scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)
+    control = threading.Thread(target=_control, args=(config, exchange, scheduled, memory_locked), name="control")
     exchange.start()
     control.start()
     control.join()
     exchange.finish()
 
 
-def _control(config: StationConfig, exchange: Exchange) -> None:
-    loop = ControlLoop(config, make_bus(config), exchange, real_time=_become_real_time(), now_ns=time.monotonic_ns)
-    loop.run()
-
-
-def _become_real_time() -> bool:
-    """Ask for SCHED_FIFO for the calling thread; tried, because no setting tells whether it will be granted."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
-    except OSError as error:
-        log.warning("no real-time scheduling (%s): cycles may be late on a busy computer", error.strerror)
-        return False
-    return True
+def _control(config: StationConfig, exchange: Exchange, scheduled: bool, memory_locked: bool) -> None:
+    ControlLoop(
+        config,
+        make_bus(config),
+        exchange,
+        real_time=scheduled and realtime.schedule(realtime.CONTROL_PRIORITY),
+        memory_locked=memory_locked,
+        now_ns=time.monotonic_ns,
+    ).run()

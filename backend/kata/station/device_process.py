@@ -34,13 +34,16 @@ class DeviceProcess:
         journal_folder: Path,
         on_message: Callable[[FromDevice], None],
         on_end: Callable[[], None],
+        *,
+        real_time: bool,
     ) -> None:
-        """Its log goes to device.log beside the journal folder."""
+        """Its log goes to device.log beside the journal folder. Without ``real_time`` it asks for no privileges."""
         self._station_file = station_file
         self._journal_folder = journal_folder
         self._log_path = journal_folder.parent / "device.log"
         self._on_message = on_message
         self._on_end = on_end
+        self._options = () if real_time else ("--no-real-time",)
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
@@ -94,6 +97,7 @@ class DeviceProcess:
                 *("--station", str(self._station_file)),
                 *("--journal", str(self._journal_folder)),
                 *("--socket", str(theirs.fileno())),
+                *self._options,
                 pass_fds=[theirs.fileno()],
                 stderr=log_file,
                 start_new_session=True,

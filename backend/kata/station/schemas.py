@@ -116,10 +116,16 @@ class LoopLive(_Schema):
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.")
     cycles: int = Field(ge=0)
     overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")
+    lateness_p50_ms: float = Field(ge=0, description="Half of the cycles began no later than this, milliseconds.")
+    lateness_p99_ms: float = Field(ge=0, description="99 % of the cycles began no later than this, milliseconds.")
+    lateness_p999_ms: float = Field(ge=0, description="99.9 % of the cycles began no later than this, milliseconds.")
     lateness_max_ms: float = Field(ge=0, description="Latest start of a cycle, milliseconds.")
     bus_errors: int = Field(ge=0, description="Replies that stayed away or came damaged.")
     telemetry_dropped: int = Field(ge=0, description="Snapshots that never reached the service.")
     real_time: bool = Field(description="SCHED_FIFO was granted.")
+    memory_locked: bool = Field(
+        description="The control program's memory is locked, so that it never waits for a disk."
+    )
 
 
 class Live(_Schema):

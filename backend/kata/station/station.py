@@ -83,6 +83,7 @@ class Station:
         journal_folder: Path,
         *,
         simulated: bool,
+        real_time: bool,
         on_journal: Callable[[Path | None], None],
     ) -> None:
         """``on_journal`` is called with a journal that is complete, or with None when a device process has ended and may
@@ -99,7 +100,7 @@ class Station:
             ],
         )
         self._on_journal = on_journal
-        self._process = DeviceProcess(station_file, journal_folder, self._take, self._ended)
+        self._process = DeviceProcess(station_file, journal_folder, self._take, self._ended, real_time=real_time)
         self._numbers = itertools.count(1)
         self._replies: dict[int, asyncio.Future[Refusal | None]] = {}
         self._snapshot: Snapshot | None = None

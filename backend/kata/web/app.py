@@ -160,7 +160,12 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     config.write(station_config, station_file)
 
     station = Station(
-        station_config, station_file, settings.journal, simulated=settings.simulate, on_journal=import_journal
+        station_config,
+        station_file,
+        settings.journal,
+        simulated=settings.simulate,
+        real_time=settings.real_time,
+        on_journal=import_journal,
     )
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,

@@ -998,6 +998,21 @@ export interface components {
              */
             overruns: number;
             /**
+             * Lateness P50 Ms
+             * @description Half of the cycles began no later than this, milliseconds.
+             */
+            lateness_p50_ms: number;
+            /**
+             * Lateness P99 Ms
+             * @description 99 % of the cycles began no later than this, milliseconds.
+             */
+            lateness_p99_ms: number;
+            /**
+             * Lateness P999 Ms
+             * @description 99.9 % of the cycles began no later than this, milliseconds.
+             */
+            lateness_p999_ms: number;
+            /**
              * Lateness Max Ms
              * @description Latest start of a cycle, milliseconds.
              */
@@ -1017,6 +1032,11 @@ export interface components {
              * @description SCHED_FIFO was granted.
              */
             real_time: boolean;
+            /**
+             * Memory Locked
+             * @description The control program's memory is locked, so that it never waits for a disk.
+             */
+            memory_locked: boolean;
         };
         /**
          * Motion

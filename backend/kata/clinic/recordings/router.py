@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterator
 from uuid import UUID
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
@@ -51,12 +51,12 @@ def update_recording(database: TheDatabase, recording_id: UUID, change: Recordin
 
 
 @router.get("/api/recordings/{recording_id}/figure", response_model=Figure, responses=PROBLEMS.of(404, 410, 422))
-def get_recording_figure(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> Response:
+def get_recording_figure(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
     """The five motors' angles over time, one under the other."""
     with database.read() as session:
         service.samples(session, recording_id)
         blob = service.samples_blob(session, recording_id)
-    return Response(worker.build(figures.recording, blob), media_type="application/json")
+    return StreamingResponse(figures.pieces(worker.build(figures.recording, blob)), media_type="application/json")
 
 
 @router.get(

@@ -3,7 +3,8 @@
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query
+from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures
@@ -68,11 +69,11 @@ def get_run(database: TheDatabase, run_id: UUID) -> Run:
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))
-def get_run_figures(database: TheDatabase, worker: TheFigures, run_id: UUID) -> Response:
+def get_run_figures(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
     """For each motor the paper's figure: teaching and playback on the left axis, error on the right one."""
     with database.read() as session:
         taught, run = service.figure_blobs(session, run_id)
-    return Response(worker.build(figures.run, taught, run), media_type="application/json")
+    return StreamingResponse(figures.pieces(worker.build(figures.run, taught, run)), media_type="application/json")
 
 
 def _page(database: TheDatabase, patient_id: UUID | None, limit: int, offset: int) -> SessionPage:

@@ -1,0 +1,188 @@
+"""The real service on a simulated apparatus, started for a benchmark and driven over HTTP as a page drives it."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+from kata.bench.prepared import Prepared, prepare
+from kata.device import config
+from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import Live
+
+_START_LIMIT_S: Final = 60.0
+_ANSWER_LIMIT_S: Final = 60.0
+_LOOK_AGAIN_S: Final = 0.005
+_READY: Final = "Kata is ready: "
+
+
+class BenchError(Exception):
+    """The benchmark could not go on; the message says why."""
+
+
+def prepared(data: Path, *, play_s: float, plot_s: float) -> Prepared:
+    """The records of a benchmark: a recording to play that begins where the simulated arm rests, and a run to draw."""
+    data.mkdir(parents=True, exist_ok=True)
+    simulator = SimulatorProcess(data)
+    try:
+        with closing(simulator.client()) as hand:
+            rest_deg = [axis.angle_deg for axis in hand.state().axes]
+    finally:
+        simulator.close()
+    return prepare(data, rest_deg, play_s=play_s, plot_s=plot_s)
+
+
+class Clinic:
+    """A service process, its device process and a simulated apparatus; ends them with the ``with`` block.
+
+    The simulator is the benchmark's own child, so that what it saw can be asked for: the service has a station as any.
+    """
+
+    def __init__(self, data: Path, *, cycle_hz: int, rate_hz: int, real_time: bool = True) -> None:
+        """``data`` holds the records."""
+        self.simulator = SimulatorProcess(data)
+        self.hand = self.simulator.client()
+        station = data / "station.toml"
+        station_config = config.StationConfig(
+            name="Benchmark", port=self.simulator.port, cycle_hz=cycle_hz, rate_hz=rate_hz
+        )
+        config.write(station_config, station)
+        self._log_path = data / "service.log"
+        self._log_path.write_text("")
+        self._log = self._log_path.open("ab")
+        # What this user has set for a clinic of their own is not for this one.
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
+        environment |= {"COLUMNS": "200", "KATA_REAL_TIME": "1" if real_time else "0"}
+        command = [sys.executable, "-m", "kata", "serve", "--port", "0"]
+        self._service = subprocess.Popen(
+            [*command, "--station", str(station), "--data", str(data)],
+            stderr=self._log,
+            env=environment,
+            start_new_session=True,
+        )
+        self.url = ""
+
+    def __enter__(self) -> Self:
+        try:
+            self.url = self._wait_until_ready()
+            self.until(lambda live: live.mode == "idle", _START_LIMIT_S)
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+    @property
+    def service_pid(self) -> int:
+        """The service's process."""
+        return self._service.pid
+
+    @property
+    def device_pid(self) -> int:
+        """The device process."""
+        for pid in _children(self._service.pid):
+            if b"kata.device" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                return pid
+        raise BenchError("the device process is gone")
+
+    def live(self) -> Live:
+        """The newest state."""
+        return Live.model_validate(self._ask("GET", "/api/station")["live"])
+
+    def until(self, condition: Callable[[Live], object], within_s: float) -> Live:
+        """Look until it holds.
+
+        :raises BenchError: when it does not in time.
+        """
+        limit = time.monotonic() + within_s
+        while not condition(live := self.live()):
+            if time.monotonic() > limit:
+                raise BenchError(f"the apparatus is {live.mode} after {within_s:.0f} s; {causes(live)}")
+            time.sleep(_LOOK_AGAIN_S)
+        return live
+
+    def command(self, name: str, **body: object) -> str | None:
+        """Ask for it; the refusal's code when it is refused.
+
+        :raises BenchError: when the service cannot answer.
+        """
+        try:
+            self._ask("POST", f"/api/station/{name}", body)
+        except HTTPError as error:
+            told = json.loads(error.read())
+            if error.code != 409:
+                raise BenchError(f"{name}: {told.get('detail', error)}") from error
+            return str(told["code"])
+        return None
+
+    def insist(self, name: str, within_s: float = 5.0, **body: object) -> None:
+        """Ask for it until it is accepted.
+
+        :raises BenchError: when it is not in time.
+        """
+        limit = time.monotonic() + within_s
+        while refusal := self.command(name, **body):
+            if time.monotonic() > limit:
+                raise BenchError(f"{name} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
+            time.sleep(_LOOK_AGAIN_S)
+
+    def approach(self, records: Prepared) -> None:
+        """From idle: load the recording and go to its start, which switches torque on."""
+        self.insist("load", session_id=str(records.session_id), recording_id=str(records.recording_id))
+        self.insist("approach")
+
+    def play(self, records: Prepared) -> None:
+        """From idle: load, approach and play."""
+        self.approach(records)
+        self.until(lambda live: live.mode == "paused", 30.0)
+        self.insist("play")
+
+    def _ask(self, method: str, path: str, body: object = None) -> Any:
+        request = Request(self.url + path, method=method)
+        if method == "POST":
+            request.add_header("Content-Type", "application/json")
+            request.data = json.dumps(body or {}).encode()
+        with urlopen(request, timeout=_ANSWER_LIMIT_S) as answer:
+            return json.load(answer)
+
+    def _wait_until_ready(self) -> str:
+        limit = time.monotonic() + _START_LIMIT_S
+        while _READY not in (told := self._log_path.read_text()):
+            if self._service.poll() is not None or time.monotonic() > limit:
+                raise BenchError(f"the service did not start: {told[-500:].strip()}")
+            time.sleep(0.02)
+        return told.partition(_READY)[2].split()[0]
+
+    def _end(self) -> None:
+        self._service.terminate()
+        try:
+            self._service.wait(20.0)
+        except subprocess.TimeoutExpired:
+            self._service.kill()
+            self._service.wait()
+        self.hand.close()
+        self.simulator.close()
+        self._log.close()
+
+
+def causes(live: Live) -> Sequence[str]:
+    """Codes of a stop's causes, first one first; none without a stop."""
+    return [cause.code for cause in live.stop.causes] if live.stop else []
+
+
+def _children(pid: int) -> list[int]:
+    return [
+        int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()
+    ]

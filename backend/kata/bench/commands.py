@@ -1,0 +1,105 @@
+"""``kata bench ...`` as typed. What it takes is imported when it is asked for: the service itself starts without."""
+
+import logging
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from kata.bench.report import Report
+
+app = typer.Typer(no_args_is_help=True, help="Measure the timing goals on this computer.")
+
+Json = Annotated[Path | None, typer.Option("--json", help="Write the figures to this JSON file.")]
+PlotMinutes = Annotated[float, typer.Option(help="Length of the run that the load draws, minutes.")]
+
+
+@app.command()
+def loop(
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time for each measurement.")] = 60.0,
+    rates: Annotated[str, typer.Option(help="Rates of the station, Hz, with commas.")] = "10,100,200",
+    fifo: Annotated[
+        bool | None,
+        typer.Option("--fifo/--no-fifo", help="Only with real-time privileges, or only without; both unless given."),
+    ] = None,
+    idle: Annotated[
+        bool | None, typer.Option("--idle/--loaded", help="Only idle, or only under load; both unless given.")
+    ] = None,
+    plot_minutes: PlotMinutes = 60.0,
+    json_out: Json = None,
+) -> None:
+    """How late the control loop's cycles begin: idle and under load, with real-time privileges and without."""
+    from kata.bench import loop as benchmark
+
+    try:
+        numbers = [int(rate) for rate in rates.split(",")]
+    except ValueError as error:
+        raise typer.BadParameter(f"{rates} are no rates", param_hint="--rates") from error
+    wanted = benchmark.cells(numbers, real_time=_only(fifo), loaded=_only(None if idle is None else not idle))
+    _carry_out(lambda progress: benchmark.run(wanted, seconds, plot_minutes * 60, progress), json_out)
+
+
+@app.command()
+def estop(
+    presses: Annotated[int, typer.Option(min=1, help="How often to press.")] = 1000,
+    rate_hz: Annotated[int, typer.Option(help="Rate of the station, Hz.")] = 100,
+    loaded: Annotated[bool, typer.Option("--loaded/--idle", help="Under load, or not.")] = True,
+    fifo: Annotated[bool, typer.Option("--fifo/--no-fifo", help="With real-time privileges, or without.")] = True,
+    plot_minutes: PlotMinutes = 60.0,
+    json_out: Json = None,
+) -> None:
+    """How long from the emergency stop to torque off at all five drives."""
+    from kata.bench import estop as benchmark
+    from kata.bench.loop import Cell
+
+    cell = Cell(rate_hz, loaded, fifo)
+    _carry_out(lambda progress: benchmark.run(presses, cell, plot_minutes * 60, progress), json_out)
+
+
+@app.command()
+def soak(
+    minutes: Annotated[float, typer.Option(min=0.01, help="How long to play.")] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Play over and over: cycles missed, and the memory of service and device process."""
+    from kata.bench import soak as benchmark
+
+    _carry_out(lambda progress: benchmark.run(minutes, progress), json_out)
+
+
+def _only(wanted: bool | None) -> tuple[bool, ...]:
+    return (True, False) if wanted is None else (wanted,)
+
+
+def _carry_out(benchmark: Callable[[Callable[[str], None]], "Report"], json_out: Path | None) -> None:
+    """Run, print, write; errors as sentences."""
+    from kata.bench.clinic import BenchError
+    from kata.simulator.process import SimulatorError
+
+    # However it ends, it ends what it has started.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    # What is not granted, the report says.
+    logging.basicConfig(level=logging.ERROR)
+    console = Console()
+    try:
+        with _progress() as progress:
+            report = benchmark(progress)
+    except (BenchError, SimulatorError, OSError) as error:
+        Console(stderr=True, highlight=False).print(f"[bold red]{error}[/bold red]")
+        sys.exit(1)
+    report.show(console)
+    if json_out:
+        report.write(json_out)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """What is going on, on the error stream: the other one belongs to the table."""
+    with Console(stderr=True).status("Preparing ...") as status:
+        yield lambda what: status.update(f"{what} ...")

@@ -1,0 +1,140 @@
+"""``kata bench estop``: from the emergency stop's contact opening to torque off at all five drives, by the simulator's clock.
+
+Both ends are seen on the simulator's side of the wire: the moment of the press, and the moment the last byte of the
+instruction that switches a drive's torque off has come. Presses fall anywhere in the control loop's cycle.
+"""
+
+import random
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import numpy as np
+
+from kata.bench.clinic import BenchError, Clinic, causes, prepared
+from kata.bench.load import loading
+from kata.bench.loop import Cell
+from kata.bench.prepared import Prepared
+from kata.bench.report import Report
+from kata.motion.axes import AXES
+from kata.simulator.apparatus import State
+
+_PLAY_S: Final = 10.0
+_SETTLE_S: Final = (0.02, 0.06)
+"""Torque has been on for this long at a press: several cycles, so that its phase within one is random."""
+_LOOK_AFTER_S: Final = 0.03
+"""Looking costs the simulator time that the drives' answers need, so not before the stop should be over."""
+_OFF_LIMIT_S: Final = 2.0
+_ON_LIMIT_S: Final = 2.0
+_CAUSE: Final = "estop_pressed"
+
+
+@dataclass(frozen=True)
+class Press:
+    """One press with torque on."""
+
+    off_ms: float
+    """Until the last of the five was without torque."""
+    cause: str
+    """First cause of the stop that came."""
+
+
+def run(presses: int, cell: Cell, plot_s: float, progress: Callable[[str], None]) -> Report:
+    """Press again and again.
+
+    :raises BenchError: when torque does not go off, or does not come on again.
+    """
+    load = "loaded" if cell.loaded else "idle"
+    report = Report(
+        f"Emergency stop to torque off, {cell.rate_hz} Hz, {load}",
+        ("Presses", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "other causes"),
+    )
+    with TemporaryDirectory(prefix="kata-bench-") as folder, ExitStack() as stack:
+        records = prepared(Path(folder), play_s=_PLAY_S, plot_s=plot_s)
+        clinic = stack.enter_context(
+            Clinic(Path(folder), cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
+        )
+        told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
+        before = clinic.live().loop
+        done: list[Press] = []
+        early: list[str] = []
+        while len(done) < presses:
+            if len(done) % 50 == 0:
+                progress(f"{len(done)} of {presses} presses")
+            one = _press(clinic, records)
+            if isinstance(one, Press):
+                done.append(one)
+            else:
+                early.append(one)
+        after = clinic.live().loop
+    _tell(report, done, early)
+    if before and after:
+        granted = "with" if after.real_time else "without"
+        report.notes.append(
+            f"The loop ran {granted} SCHED_FIFO and missed {after.overruns - before.overruns} cycles meanwhile."
+        )
+    if told:
+        report.notes.append(f"{told.line()}.")
+    return report
+
+
+def _press(clinic: Clinic, records: Prepared) -> Press | str:
+    """Torque on, press, and put everything back; the cause, when something else stopped it before the press."""
+    try:
+        clinic.approach(records)
+        _until(clinic, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
+    except BenchError:
+        live = clinic.live()
+        if not live.stop:
+            raise
+        clinic.insist("acknowledge")
+        return causes(live)[0]
+    time.sleep(random.uniform(*_SETTLE_S))
+    clinic.hand.estop(pressed=True)
+    time.sleep(_LOOK_AFTER_S)
+    state = _until(clinic, lambda state: not any(axis.torque_on for axis in state.axes), _OFF_LIMIT_S)
+    pressed_ns = max(event.t_ns for event in state.events if event.what == "estop_pressed")
+    off = {event.motor: event.t_ns for event in state.events if event.what == "torque_off" and event.t_ns >= pressed_ns}
+    live = clinic.until(lambda live: live.mode == "stopped", _OFF_LIMIT_S)
+    cause = causes(live)[0]
+    clinic.hand.estop(pressed=False)
+    clinic.insist("acknowledge")
+    if set(off) != set(AXES):
+        return cause
+    return Press((max(off.values()) - pressed_ns) / 1e6, cause)
+
+
+def _until(clinic: Clinic, condition: Callable[[State], object], within_s: float) -> State:
+    limit = time.monotonic() + within_s
+    while not condition(state := clinic.hand.state()):
+        if time.monotonic() > limit:
+            raise BenchError(f"torque was not switched within {within_s:.0f} s; {causes(clinic.live())}")
+        time.sleep(0.01)
+    return state
+
+
+def _tell(report: Report, done: list[Press], early: list[str]) -> None:
+    by_estop = [press.off_ms for press in done if press.cause == _CAUSE]
+    others = [press.cause for press in done if press.cause != _CAUSE] + early
+    if not by_estop:
+        raise BenchError(f"no stop came from the emergency stop: {sorted(set(others))}")
+    p50, p99, p999 = np.percentile(by_estop, (50, 99, 99.9), method="inverted_cdf").tolist()
+    longest = max(by_estop)
+    report.figures |= {
+        "estop_presses": len(done) + len(early),
+        "estop_p50_ms": p50,
+        "estop_p99_ms": p99,
+        "estop_p999_ms": p999,
+        "estop_max_ms": longest,
+        "estop_other_causes": len(others),
+    }
+    figures = (f"{value:.2f}" for value in (p50, p99, p999, longest))
+    report.rows.append((str(len(done) + len(early)), *figures, str(len(others))))
+    for cause in sorted(set(others)):
+        report.notes.append(
+            f"{others.count(cause)} stops had {cause} as their first cause; the figures are without them."
+        )

@@ -1,0 +1,116 @@
+"""The records that a benchmark works with, put into the database through the clinic's own functions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Final, Literal
+from uuid import UUID, uuid4
+
+import numpy as np
+
+from kata.clinic.importer import Importer, Saved
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions import service as sessions
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.device import journal
+from kata.device.config import StationConfig
+from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+
+_RATE_HZ: Final = 100
+_SWING_DEG: Final = 10.0
+_PERIOD_S: Final = 8.0
+_ROWS_A_FLUSH: Final = 5000
+"""Less than a journal's ring holds."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What there is in the database."""
+
+    session_id: UUID
+    recording_id: UUID
+    """To be played: begins where the arm rests, all five axes move."""
+    run_id: UUID
+    """To be drawn."""
+
+
+def prepare(data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float) -> Prepared:
+    """A patient with a recording of ``play_s`` to play and a run of ``plot_s`` to draw; ``rest_deg`` are motor angles."""
+    folder = data / "journal"
+    folder.mkdir(parents=True)
+    database = Database(f"sqlite:///{data / 'kata.db'}")
+    try:
+        upgrade(database)
+        return _Records(database, folder, rest_deg).make(play_s, plot_s)
+    finally:
+        database.close()
+
+
+class _Records:
+    def __init__(self, database: Database, folder: Path, rest_deg: Sequence[float]) -> None:
+        self._database = database
+        self._folder = folder
+        self._rest_deg = np.array(rest_deg)
+        axes = StationConfig().axes
+        middle_deg = np.array([(axis.min_deg + axis.max_deg) / 2 for axis in axes])
+        self._swing_deg = np.where(middle_deg >= self._rest_deg, _SWING_DEG, -_SWING_DEG)
+        self._saved: list[Saved] = []
+        self._importer = Importer(database, folder, self._saved.append)
+
+    def make(self, play_s: float, plot_s: float) -> Prepared:
+        with self._database.write() as session:
+            wanted = PatientCreate(clinic_number="BENCH-1", name="Benchmark", affected_side="left")
+            patient_id = patients.create(session, wanted).id
+            visit_id = sessions.begin(session, patient_id).id
+        to_play = self._recording(patient_id, play_s)
+        to_draw = self._recording(patient_id, plot_s)
+        with self._database.write() as session:
+            run_id = sessions.begin_run(session, visit_id, to_draw).id
+        self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
+        return Prepared(visit_id, to_play, run_id)
+
+    def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
+        row = TeachingRow(id=uuid4(), patient_id=patient_id, name="Benchmark", side="left", started_at=utc_now())
+        with self._database.write() as session:
+            session.add(row)
+        self._journal("teaching", row.id, duration_s, JournalEnd(reason="finished"))
+        return self._saved[-1].id
+
+    def _journal(self, kind: Literal["teaching", "run"], identity: UUID, duration_s: float, end: JournalEnd) -> None:
+        header = JournalHeader(
+            kind=kind,
+            id=str(identity),
+            recording_id=None,
+            station="Benchmark",
+            rate_hz=_RATE_HZ,
+            started_at=utc_now() - timedelta(seconds=duration_s),
+            started_ns=0,
+        )
+        writer = JournalWriter(self._folder, header, Files())
+        for n in range(round(duration_s * _RATE_HZ) + 1):
+            time_s = n / _RATE_HZ
+            turn = 2 * np.pi * time_s / _PERIOD_S
+            setpoint = (self._rest_deg + self._swing_deg * (1 - np.cos(turn)) / 2).tolist()
+            # As it is with a real arm: behind the setpoint by a little that changes, so that the error is no straight line.
+            measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(turn) for angle in setpoint]
+            phase = 0 if kind == "teaching" else journal.PHASE_PLAYING
+            writer.sample(
+                n * (1_000_000_000 // _RATE_HZ),
+                take=1,
+                phase=phase,
+                path_s=time_s,
+                setpoint_deg=setpoint,
+                measured_deg=measured,
+                torque_nm=[0.0] * len(setpoint),
+            )
+            if n % _ROWS_A_FLUSH == 0:
+                writer.write()
+        writer.finish(end)
+        writer.write()
+        writer.sync()
+        self._importer.run(writer.path)

@@ -1,0 +1,80 @@
+"""A thread that does nothing but wake at every deadline, beside the control loop: how late this computer itself makes it.
+
+What the loop is later than the witness is its own doing or the work's beside it in the device process; what both are late,
+the kernel's or, on a virtual machine, the host's.
+"""
+
+import argparse
+import json
+import select
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import msgspec
+
+from kata.bench.clinic import BenchError
+from kata.device import realtime
+from kata.device.lateness import Lateness
+
+
+class Floor(msgspec.Struct):
+    """How late the witness woke."""
+
+    p999_ms: float = 0.0
+    max_ms: float = 0.0
+
+
+@contextmanager
+def witnessing(hz: int, *, real_time: bool) -> Iterator[Floor]:
+    """A witness while the block lasts; then it is told how late it was."""
+    command = [sys.executable, "-m", "kata.bench.witness", "--hz", str(hz)]
+    if not real_time:
+        command.append("--no-real-time")
+    floor = Floor()
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as witness:
+        assert witness.stdin is not None and witness.stdout is not None
+        try:
+            if witness.stdout.readline() != "ready\n":
+                raise BenchError("the witness did not start")
+            yield floor
+        finally:
+            witness.stdin.close()
+            last = witness.stdout.read()
+    told = msgspec.json.decode(last, type=Floor)
+    floor.p999_ms, floor.max_ms = told.p999_ms, told.max_ms
+
+
+def main() -> None:
+    """Entry of ``python -m kata.bench.witness``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.witness", description=__doc__)
+    parser.add_argument("--hz", type=int, required=True, help="deadlines a second")
+    parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
+    arguments = parser.parse_args()
+    realtime.settle()
+    if not arguments.no_real_time:
+        realtime.schedule(realtime.CONTROL_PRIORITY)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    lateness = _watch(1_000_000_000 // arguments.hz, until_closed=sys.stdin.fileno())
+    (p999_ms,) = lateness.percentiles_ms(99.9)
+    sys.stdout.write(json.dumps({"p999_ms": p999_ms, "max_ms": lateness.max_ns / 1e6}))
+
+
+def _watch(period_ns: int, until_closed: int) -> Lateness:
+    lateness = Lateness()
+    deadline_ns = time.monotonic_ns()
+    cycles = 0
+    while cycles % 100 or not select.select([until_closed], [], [], 0)[0]:
+        cycles += 1
+        # As the control loop: a missed deadline is skipped whole.
+        deadline_ns += max(1, (time.monotonic_ns() - deadline_ns) // period_ns + 1) * period_ns
+        time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
+        lateness.add(time.monotonic_ns() - deadline_ns)
+    return lateness
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""Each benchmark runs for a moment and writes its figures. What they come to is nobody's business here."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kata.bench.loop import Cell, cells
+
+
+def bench(*arguments: str, out: Path) -> dict[str, Any]:
+    """The figures it has written."""
+    command = [sys.executable, "-m", "kata", "bench", *arguments, "--json", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=150, env=os.environ | {"COLUMNS": "200"})
+    assert done.returncode == 0, done.stderr
+    assert "load average before" in done.stdout
+    told: dict[str, Any] = json.loads(out.read_text())
+    return told
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_loop_under_load_and_without_privileges(tmp_path: Path, rate_hz: int) -> None:
+    """What everybody is granted everywhere."""
+    quick = ("--seconds", "1", "--rates", str(rate_hz), "--no-fifo", "--loaded", "--plot-minutes", "0.1")
+    told = bench("loop", *quick, out=tmp_path / "loop.json")
+    kinds = ("lateness_p50_ms", "lateness_p99_ms", "lateness_p999_ms", "lateness_max_ms", "missed")
+    assert {f"{kind}_{rate_hz}hz_loaded_nofifo" for kind in kinds} <= set(told["figures"])
+    assert any("WebSocket messages read" in note for note in told["notes"])
+
+
+def test_estop(tmp_path: Path) -> None:
+    told = bench("estop", "--presses", "3", "--idle", "--plot-minutes", "0.1", out=tmp_path / "estop.json")
+    figures = told["figures"]
+    assert figures["estop_presses"] >= 3
+    assert 0 < figures["estop_p50_ms"] <= figures["estop_p999_ms"] <= figures["estop_max_ms"]
+    assert "estop_other_causes" in figures
+
+
+def test_soak(tmp_path: Path) -> None:
+    told = bench("soak", "--minutes", "0.02", out=tmp_path / "soak.json")
+    assert set(told["figures"]) == {"soak_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
+
+
+def test_a_slow_station_is_measured_with_the_cycle_that_it_has() -> None:
+    wanted = cells([10, 200], real_time=(True,), loaded=(False,))
+    assert wanted == [Cell(10, False, True), Cell(200, False, True)]
+    assert [cell.cycle_hz for cell in wanted] == [100, 200]

@@ -1,0 +1,30 @@
+"""The lateness of cycles, against numpy."""
+
+import numpy as np
+import pytest
+
+from kata.device.lateness import Lateness
+
+
+@pytest.mark.parametrize("typical_us", [5, 60, 900])
+def test_percentiles_are_those_of_the_cycles_and_never_flatter(typical_us: int) -> None:
+    late_ns = np.random.default_rng(1).lognormal(np.log(typical_us * 1000), 1.0, 20_011).astype(int).tolist()
+    lateness = Lateness()
+    for value in late_ns:
+        lateness.add(value)
+
+    for percent, told_ms in zip((50, 99, 99.9), lateness.percentiles_ms(50, 99, 99.9), strict=True):
+        true_ms = float(np.percentile(late_ns, percent, method="inverted_cdf")) / 1e6
+        assert true_ms <= told_ms <= max(true_ms * 1.04, true_ms + 0.0011)
+    assert lateness.max_ns == max(late_ns)
+
+
+def test_before_the_first_cycle_nothing_was_late() -> None:
+    assert Lateness().percentiles_ms(50, 99.9) == (0.0, 0.0)
+
+
+def test_what_is_later_than_any_class_is_told_as_the_latest() -> None:
+    lateness = Lateness()
+    for late_ns in (-5, 0, 3_000_000_000, 60_000_000_000):
+        lateness.add(late_ns)
+    assert list(lateness.percentiles_ms(25, 99)) == pytest.approx([0.001024, 60_000.0])

@@ -1,0 +1,121 @@
+"""``kata doctor``: what it says of a computer."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from kata import doctor
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.doctor import Finding, examine
+from kata.settings import Settings
+
+
+@pytest.fixture
+def port() -> Iterator[str]:
+    """A pseudo-terminal: opens as an adapter does."""
+    ours, theirs = os.openpty()
+    yield os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def found(name: str, folder: Path, station: str | None = None) -> Finding:
+    """The first finding of this name; ``station`` is its TOML."""
+    settings = Settings(data=folder, database_url="", station=None)
+    if station is not None:
+        file = folder / "station.toml"
+        file.write_text(station)
+        settings = Settings(data=folder, database_url="", station=file)
+    return next(finding for finding in examine(settings) if finding.name == name)
+
+
+def test_a_station_whose_port_opens_is_well(tmp_path: Path, port: str) -> None:
+    told = found("Port", tmp_path, f'port = "{port}"')
+    assert told.state == "ok"
+    assert port in told.message
+
+
+def test_a_port_that_is_not_there_is_a_problem(tmp_path: Path) -> None:
+    told = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
+    assert told.state == "problem"
+    assert "/dev/ttyKATA is not there" in told.message
+    assert "Plug the RS-485 adapter in" in told.what_to_do
+
+
+def test_a_station_that_cannot_be_read_is_a_problem_and_the_other_lines_come(tmp_path: Path) -> None:
+    (tmp_path / "station.toml").write_text("rate_hz = 30")
+    findings = examine(Settings(data=tmp_path, database_url="", station=tmp_path / "station.toml"))
+    states = {finding.name: finding for finding in findings}
+    assert states["Station"].state == "problem"
+    assert "must divide cycle_hz" in states["Station"].message
+    assert states["Data folder"].state == "ok"
+
+
+def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    timer = tmp_path / "tty" / Path(port).name / "device" / "latency_timer"
+    timer.parent.mkdir(parents=True)
+    monkeypatch.setattr(doctor, "_TTYS", tmp_path / "tty")
+    for latency_ms, state in (("16\n", "warning"), ("1\n", "ok")):
+        timer.write_text(latency_ms)
+        told = found("Adapter's latency timer", tmp_path, f'port = "{port}"')
+        assert told.state == state
+    assert told.message == "1 ms"
+
+
+def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
+    assert "made at the first start" in found("Database", tmp_path).message
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    assert found("Database", tmp_path).message.endswith("has the newest schema.")
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    database.close()
+    told = found("Database", tmp_path)
+    assert told.state == "problem"
+    assert "written by a newer version of Kata" in told.message
+
+
+def test_a_file_that_is_no_database_is_a_problem(tmp_path: Path) -> None:
+    (tmp_path / "kata.db").write_text("this is something else, long enough to be looked at")
+    told = found("Database", tmp_path)
+    assert told.state == "problem"
+    assert "cannot be opened" in told.message
+
+
+def test_a_folder_that_cannot_be_written_is_a_problem(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    told = found("Data folder", tmp_path / "file")
+    assert told.state == "problem"
+
+
+def test_whoever_is_granted_nothing_is_told_what_to_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "fifo_granted", lambda: False)
+    monkeypatch.setattr(doctor, "memory_lock_granted", lambda: False)
+    assert "LimitRTPRIO" in found("Real-time scheduling", tmp_path).what_to_do
+    assert "LimitMEMLOCK" in found("Locked memory", tmp_path).what_to_do
+
+
+@pytest.mark.parametrize(("station", "code"), [(None, 0), ('port = "/dev/ttyKATA"', 1)])
+def test_the_command_prints_lines_and_ends_with_1_when_there_is_a_problem(
+    tmp_path: Path, station: str | None, code: int
+) -> None:
+    command = [sys.executable, "-m", "kata", "doctor", "--data", str(tmp_path)]
+    if station is not None:
+        (tmp_path / "station.toml").write_text(station)
+        command += ["--station", str(tmp_path / "station.toml")]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+    assert done.returncode == code, done.stderr
+    assert "SQLite" in done.stdout
+    assert "Traceback" not in done.stderr
+    told = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
+    assert told.returncode == code
+    states = {finding["state"] for finding in json.loads(told.stdout)}
+    assert states <= {"ok", "warning", "problem"}
+    assert ("problem" in states) == bool(code)
