@@ -154,7 +154,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(_DRIVE_FAULTS), motor=st.integers(1, 5))
     def a_drive_fails(self, kind: Kind, motor: int) -> None:
-        self._lost_power[motor] = self._lost_power[motor] or kind == "off"
+        self._lost_power[motor] = self._lost_power[motor] or kind in ("off", "hardware_error")
         self.world.fault(kind, motor, _VALUES.get(kind))
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
@@ -199,7 +199,8 @@ class Sequences(RuleBasedStateMachine):
     def _judge(self, *, start: bool) -> None:
         """What the drives have accepted in this cycle; ``start``: an approach was accepted in it."""
         if start:
-            self._started, self._lost_power = [True] * 6, [False] * 6
+            self._started = [True] * 6
+            self._lost_power = [self.world.script.has("hardware_error", motor) for motor in range(6)]
             self._start_ns = self._deadline_ns
         for seen in self.world.seen[self._judged :]:
             if seen.what == "goal":
