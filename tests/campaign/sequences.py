@@ -287,6 +287,9 @@ class Sequences(RuleBasedStateMachine):
             self.world.t_ns = max(self.world.t_ns, self._deadline_ns)
             answered = len(self.exchange.replies)
             assert self.loop.cycle(self._deadline_ns, late_ns / 1e6)
+            if self.world.t_ns < self._deadline_ns + _PERIOD_NS // 2:
+                self.world.wait((self._deadline_ns + _PERIOD_NS // 2 - self.world.t_ns) / 1e9)
+                self.loop.glance()
             accepted = start and any(reply.refusal is None for reply in self.exchange.replies[answered:])
             self._judge(start=accepted)
 

@@ -65,6 +65,10 @@ class SteppedApparatus:
         status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
         return Reading(drives, inputs, () if axis in self.silent else (status,), frozenset(self.garbled))
 
+    def read_inputs(self) -> InputReading | None:
+        self._check()
+        return None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
+
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         self._check()
         self.written.append(tuple(angles_deg))

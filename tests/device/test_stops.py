@@ -23,6 +23,37 @@ def test_the_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Step
     assert playing.causes() == ["estop_pressed"]
 
 
+def test_the_emergency_stop_is_looked_at_between_two_cycles_too(playing: Stepped) -> None:
+    playing.apparatus.estop_open = True
+    playing.loop.glance()
+    assert not playing.torque
+
+    # However short the press was: who saw it open stops.
+    playing.apparatus.estop_open = False
+    playing.cycle()
+    assert playing.mode == "stopped"
+    assert playing.causes() == ["estop_pressed"]
+    playing.forward(1.0)
+    assert not playing.torque
+
+
+def test_between_two_cycles_nothing_else_is_done(playing: Stepped) -> None:
+    playing.loop.glance()
+    playing.apparatus.inputs_silent = True
+    playing.loop.glance()
+    assert playing.torque
+    playing.apparatus.inputs_silent = False
+    playing.cycle()
+    assert playing.mode == "playing"
+
+
+def test_a_port_that_is_gone_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
+    playing.apparatus.gone = True
+    playing.loop.glance()
+    playing.cycle()
+    assert playing.causes() == ["bus_lost"]
+
+
 def test_release_alone_starts_nothing_and_acknowledgement_alone_starts_nothing(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.forward(0.2)

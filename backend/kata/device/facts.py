@@ -1,7 +1,7 @@
 """What is known of the apparatus at the beginning of a cycle, gathered from this cycle's replies and earlier ones."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
@@ -112,6 +112,7 @@ class Observer:
         self._frozen_since: list[float | None] = [None] * axes
         self._inputs: InputReading | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
+        self._opened = False
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
@@ -127,6 +128,13 @@ class Observer:
             self._torque_switched_ns = t_ns
         self._setpoint_cycles = 0 if setpoint_t_ns != self._setpoint_t_ns else self._setpoint_cycles + 1
         self._setpoint, self._setpoint_t_ns = setpoint_deg, setpoint_t_ns
+
+    def glance(self, inputs: InputReading) -> None:
+        """What the inputs said between two cycles. An open switch, at which torque was cut, counts whatever it says next."""
+        self._inputs = inputs
+        if inputs.estop_open:
+            self._opened = True
+            self._torque_switched_ns = inputs.t_ns
 
     def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
         """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
@@ -175,7 +183,8 @@ class Observer:
         for status in replies.statuses:
             self._status[status.axis] = status
         if replies.inputs:
-            self._inputs = replies.inputs
+            opened, self._opened = self._opened, False
+            self._inputs = replace(replies.inputs, estop_open=True) if opened else replies.inputs
             self._settle_pedal(replies.inputs)
 
     def _settle_pedal(self, inputs: InputReading) -> None:

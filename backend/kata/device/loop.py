@@ -1,4 +1,5 @@
-"""The control loop, the only one: wait for the deadline, read, supervise, step, write, publish.
+"""The control loop, the only one: wait for the deadline, read, supervise, step, write, publish; a glance at the
+emergency stop halfway to the next.
 
 Deadlines are absolute; a missed one is skipped whole and counted. Nothing here waits for anybody: journal, commands
 and telemetry pass through queues to the I/O thread (:mod:`kata.device.exchange`).
@@ -12,6 +13,7 @@ from collections.abc import Callable
 from typing import Final
 
 from kata.device.bus.port import Bus, BusError, Reading
+from kata.device.ceiling import ceiling_hz
 from kata.device.config import StationConfig
 from kata.device.exchange import Exchange
 from kata.device.facts import Facts, Observer, Situation
@@ -52,6 +54,8 @@ class ControlLoop:
         self._connection_problem = ""
         self._try_open_at_ns = 0
         self._period_ns = 1_000_000_000 // config.cycle_hz
+        self._glances = ceiling_hz(config) >= 2 * config.cycle_hz
+        """The bus has time to spare."""
         self._cycles = 0
         self._overruns = 0
         self._lateness = Lateness()
@@ -79,7 +83,9 @@ class ControlLoop:
                 if not self.cycle(deadline_ns, late_ns / 1e6):
                     return
                 deadline_ns += self._period_ns
-                time.sleep(max(0, deadline_ns - self._now_ns()) / 1e9)
+                if self._glances and self._sleep_until(deadline_ns - self._period_ns // 2):
+                    self.glance()
+                self._sleep_until(deadline_ns)
                 self._lateness.add(self._now_ns() - deadline_ns)
         finally:
             self._torque_off_at_last()
@@ -103,6 +109,28 @@ class ControlLoop:
         self._publish(facts)
         self._exchange.wake()
         return not (self._exchange.closing and self._machine.close())
+
+    def glance(self) -> None:
+        """A look at the emergency stop halfway between two cycles: open, torque goes off at once.
+
+        The stop itself is the next cycle's, as every other.
+        """
+        if not (self._connected and self._machine.torque_on):
+            return
+        try:
+            inputs = self._bus.read_inputs()
+            if inputs:
+                self._observer.glance(inputs)
+                if inputs.estop_open:
+                    self._bus.torque_off()
+        except BusError as error:
+            self._lost(error)
+
+    def _sleep_until(self, t_ns: int) -> bool:
+        """Whether there was any time left."""
+        left_ns = t_ns - self._now_ns()
+        time.sleep(max(0, left_ns) / 1e9)
+        return left_ns > 0
 
     def _situation(self, t_ns: int, late_ms: float) -> Situation:
         heard, believed = self._exchange.belief

@@ -37,6 +37,7 @@ _OVERHEAD: Final = 11
 """Bytes of a status packet that carries no data."""
 _SLACK_NS: Final = 4_000_000
 """For adapter, driver and scheduler, on top of the bytes' own time; and never more than this share of a cycle:"""
+_LEAST_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
 _PLAIN_CYCLES: Final = 100
 """A damaged part of a Fast Sync Read takes all behind it along: on a noisy line each drive gets a packet of its own."""
@@ -230,6 +231,8 @@ class DynamixelBus:
         self._delay_ns = config.return_delay_us * 1000
         self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
+        self._slack_left_ns = 0
+        """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
         self._line: Line | None = None
         self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
@@ -255,6 +258,7 @@ class DynamixelBus:
         motor = self._ids.index(inputs.drive_id) + 1
         for port in (inputs.estop_port, inputs.pedal_port):
             self._keep(motor, inputs.drive_id, _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
+        self._slack_left_ns = self._slack_ns
         self._fast = bool(self._sync_read(self._ids, fast=True).of)
         if not self._fast:
             log.info("the drives do not know Fast Sync Read; Sync Read is used")
@@ -262,10 +266,11 @@ class DynamixelBus:
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
+        self._slack_left_ns = self._slack_ns
         self._longer = 1 - self._longer
         drives, garbled = self.read_drives()
         status = self._read_status(next(self._next_status))
-        return Reading(drives, self._read_inputs(), (status,) if status else (), garbled)
+        return Reading(drives, self._ask_inputs(), (status,) if status else (), garbled)
 
     def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int]]:
         """Position, speed and torque of all five; and the axes from which something unsound came."""
@@ -280,6 +285,11 @@ class DynamixelBus:
         missing = frozenset(self._ids.index(drive_id) for drive_id in asked if drive_id not in sound)
         drives = tuple(self._drive_reading(axis, sound.get(axis.id)) for axis in self._config.axes)
         return drives, missing if replies.garbled else frozenset()
+
+    def read_inputs(self) -> InputReading | None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        self._slack_left_ns = self._slack_ns // 2
+        return self._ask_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -317,7 +327,7 @@ class DynamixelBus:
         request = encode(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size)
 
-    def _read_inputs(self) -> InputReading | None:
+    def _ask_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
         first = min(inputs.estop_port, inputs.pedal_port)
         length = self._input_bytes
@@ -405,6 +415,7 @@ class DynamixelBus:
 
     def _keep(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         """Write a register that lives in EEPROM, but only when it differs: its cells wear."""
+        self._slack_left_ns = self._slack_ns
         present = self._read_registers(drive_id, address, len(data))
         if present is None:
             raise BusError(f"motor {motor} (id {drive_id}) does not answer")
@@ -412,6 +423,7 @@ class DynamixelBus:
             self._write(motor, drive_id, address, data)
 
     def _write(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
+        self._slack_left_ns = self._slack_ns
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         status = self._transact(request, [drive_id], StatusParser(), 0).of
         if drive_id not in status:
@@ -453,7 +465,7 @@ class DynamixelBus:
         sent_ns = line.now_ns()
         out_ns = self._send(request)
         earliest_ns = out_ns + self._span_ns(sizes)
-        deadline_ns = earliest_ns + self._slack_ns
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
         first_ns = sent_ns + int(_TOO_EARLY * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         replies = _Replies()
         while len(replies.of) < len(asked):
@@ -468,6 +480,7 @@ class DynamixelBus:
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
                 replies.of[drive_id] = (t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns), error, payload)
+        self._slack_left_ns -= max(0, line.now_ns() - earliest_ns)
         replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 

@@ -27,6 +27,7 @@ _EXCEPTION_BYTES: Final = 5
 _WRITTEN_BYTES: Final = 8
 
 _SLACK_NS: Final = 4_000_000
+_LEAST_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.2
 """As for Dynamixel; a line this slow leaves less of a cycle to wait in."""
 _TOO_EARLY: Final = 0.8
@@ -98,6 +99,8 @@ class ModbusBus:
         self._delay_ns = config.return_delay_us * 1000
         self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
+        self._slack_left_ns = 0
+        """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
         self._line: Line | None = None
         self._free_at_ns = 0
         self._quiet = Quiet(self._ids)
@@ -118,6 +121,7 @@ class ModbusBus:
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
+        self._slack_left_ns = self._slack_ns
         drives: list[DriveReading | None] = []
         statuses: list[DriveStatus] = []
         garbled: set[int] = set()
@@ -130,7 +134,12 @@ class ModbusBus:
                 drives.append(None)
                 if answer and answer.garbled:
                     garbled.add(n)
-        return Reading(tuple(drives), self._read_inputs(), tuple(statuses), frozenset(garbled))
+        return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled))
+
+    def read_inputs(self) -> InputReading | None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        self._slack_left_ns = self._slack_ns // 2
+        return self._ask_inputs()
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -174,7 +183,7 @@ class ModbusBus:
         self._quiet.answered([axis.id], [axis.id] if answer.data is not None else [])
         return answer
 
-    def _read_inputs(self) -> InputReading | None:
+    def _ask_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
         if not self._quiet.worth_asking(inputs.drive_id):
             return None
@@ -235,6 +244,7 @@ class ModbusBus:
             self._set(motor, axis.id, registers.position_limits, low + high)
 
     def _set(self, motor: int, slave: int, register: int, data: bytes) -> None:
+        self._slack_left_ns = self._slack_ns
         answer = self._transact(slave, _WRITE, self._written(register, data), _WRITTEN_BYTES)
         if answer.exception:
             raise BusError(f"motor {motor} (id {slave}) refused register {register} (exception {answer.exception})")
@@ -246,6 +256,7 @@ class ModbusBus:
 
     def _write_goals(self) -> None:
         goals, self._goals = self._goals, {}
+        self._slack_left_ns = self._slack_ns
         for slave, goal in goals.items():
             if self._quiet.worth_asking(slave):
                 self._transact(slave, _WRITE, self._written(self._map.goal_position, goal), _WRITTEN_BYTES)
@@ -281,7 +292,7 @@ class ModbusBus:
         sent_ns = line.now_ns()
         asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
         earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
-        deadline_ns = earliest_ns + self._slack_ns
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
         first_ns = sent_ns + int(_TOO_EARLY * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
         received = b""
         found: bytes | None = None
@@ -290,6 +301,7 @@ class ModbusBus:
                 received += chunk
                 found = find_answer(received, slave, function, size)
         now_ns = line.now_ns()
+        self._slack_left_ns -= max(0, now_ns - earliest_ns)
         self._free_at_ns = now_ns + self._silence_ns
         if found is None:
             self.errors += 1

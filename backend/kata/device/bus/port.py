@@ -72,6 +72,12 @@ class Bus(Protocol):
         :raises BusError: when the port is gone.
         """
 
+    def read_inputs(self) -> InputReading | None:
+        """Ask the inputs alone, between two cycles.
+
+        :raises BusError: when the port is gone.
+        """
+
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """Send five goal positions, degrees, axis order.
 
