@@ -10,6 +10,8 @@ import logging
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 from kata.device.bus.port import Bus, BusError, Reading
@@ -21,6 +23,7 @@ from kata.device.faults import refused_setpoints
 from kata.device.lateness import Lateness
 from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
 from kata.device.modes import Machine
+from kata.device.pedal import UsbPedal
 from kata.device.supervisor import judge
 
 log = logging.getLogger(__name__)
@@ -49,6 +52,8 @@ class ControlLoop:
         self._memory_locked = memory_locked
         self._now_ns = now_ns
         self._observer = Observer(config)
+        usb = config.inputs.usb_pedal
+        self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
         self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
         self._connected = False
         self._connection_problem = ""
@@ -187,10 +192,15 @@ class ControlLoop:
         if not self._connected:
             return None
         try:
-            return self._bus.read()
+            return self._with_pedal(self._bus.read())
         except BusError as error:
             self._lost(error)
             return None
+
+    def _with_pedal(self, reading: Reading) -> Reading:
+        if self._pedal is None or reading.inputs is None:
+            return reading
+        return replace(reading, inputs=replace(reading.inputs, pedal_down=self._pedal.down()))
 
     def _write(self, torque_was_on: bool, facts: Facts) -> None:
         machine = self._machine
@@ -215,6 +225,8 @@ class ControlLoop:
         except BusError as error:
             log.error("torque could not be switched off: %s", error)
         self._bus.close()
+        if self._pedal:
+            self._pedal.close()
 
     # -- the service ----------------------------------------------------------------------------------------------
 

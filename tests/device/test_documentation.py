@@ -1,0 +1,41 @@
+"""The documentation says what the code does, and the code goes only where its own table has a way."""
+
+from collections import deque
+from pathlib import Path
+
+import pytest
+
+from kata.device.documentation import PAGES
+from kata.device.modes import TRANSITIONS
+from tests.device.stepped import Stepped
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_page_is_what_the_code_would_draw(name: str) -> None:
+    drawn = PAGES[name]()
+    assert (DOCS / name).read_text() == drawn, "run: python -m kata.device.documentation docs"
+
+
+def test_every_mode_can_be_left_and_leads_back_to_idle() -> None:
+    modes = {mode for way in TRANSITIONS for mode in way}
+    for mode in modes:
+        reached, waiting = {mode}, deque([mode])
+        while waiting:
+            here = waiting.popleft()
+            for start, end in TRANSITIONS:
+                if start == here and end not in reached:
+                    reached.add(end)
+                    waiting.append(end)
+        assert "idle" in reached - ({mode} if mode != "idle" else set())
+
+
+def test_every_mode_with_something_going_on_can_be_stopped() -> None:
+    modes = {mode for way in TRANSITIONS for mode in way} - {"stopped"}
+    assert {start for start, end in TRANSITIONS if end == "stopped"} == modes
+
+
+def test_torque_only_comes_on_on_the_way_to_approaching(playing: Stepped) -> None:
+    modes = [event.message for event in playing.exchange.events if event.code in ("mode", "torque")]
+    assert modes == ["idle", "ready", "Torque is on.", "approaching", "paused", "playing"]
