@@ -180,6 +180,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                 found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
             if not 0 < axis.max_torque_nm <= 4:
                 found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
+        if self.bus_watchdog_ms not in range(40, 201, 20):
+            found.append("bus_watchdog_ms: must be 40 to 200, in steps of 20")
         if self.inputs.max_age_cycles < 1:
             found.append("inputs.max_age_cycles: must be at least 1")
         if self.inputs.drive_id not in ids:
