@@ -1,9 +1,10 @@
 """The pseudo-terminal's drive side: what is written into it reaches the drives in its time, and so do their answers."""
 
 import contextlib
+import fcntl
 import heapq
 import os
-import termios
+import struct
 import time
 import tty
 from pathlib import Path
@@ -13,9 +14,10 @@ from kata.simulator.answers import bytes_s
 from kata.simulator.lines import Line
 from kata.simulator.script import Script
 
-_BAUD_OF_SPEED: Final = {
-    getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()
-}
+_GET_TERMIOS_2: Final = 0x802C542A
+"""TCGETS2: unlike termios it tells the rate as a number, also when it was set as one (as libraries in Rust do)."""
+_TERMIOS_2: Final = struct.Struct("@4I20s2I")
+"""Four sets of flags, line discipline and control characters, input and output rate."""
 
 
 class Wire:
@@ -50,7 +52,7 @@ class Wire:
         with contextlib.suppress(BlockingIOError):
             data = os.read(self._fd, 4096)
             now_ns = time.monotonic_ns()
-            baud = _BAUD_OF_SPEED.get(termios.tcgetattr(self._slave)[4], 0)
+            baud = _baud(self._slave)
             if self._script.has("echo"):
                 self._send_at(now_ns + (int(bytes_s(len(data), baud) * 1e9) if baud else 0), data)
             self._line.hear(data, now_ns, baud)
@@ -91,3 +93,9 @@ class Wire:
         os.close(self._fd)
         self._fd = None
         self._going.clear()
+
+
+def _baud(terminal: int) -> int:
+    """Bits a second that have been set, 0 when none were."""
+    told = fcntl.ioctl(terminal, _GET_TERMIOS_2, bytes(_TERMIOS_2.size))
+    return int(_TERMIOS_2.unpack(told)[5])

@@ -485,10 +485,11 @@ class DynamixelBus:
         return replies
 
     def _send(self, packet: bytes) -> int:
-        """When its last byte will be out, after those of the packets before it."""
+        """When its last byte will be out at the earliest, after those of the packets before it."""
         line = self._the_line()
-        line.send(packet)
+        # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
         self._busy_until_ns = max(self._busy_until_ns, line.now_ns()) + len(packet) * self._byte_ns
+        line.send(packet)
         return self._busy_until_ns
 
     def _span_ns(self, sizes: Sequence[int]) -> int:

@@ -1,9 +1,11 @@
 """A line to the drives with a time limit on everything: what a driver needs of a serial port, through pyserial."""
 
 import contextlib
+import fcntl
 import logging
 import os
 import select
+import sys
 import termios
 import time
 from typing import Final, Protocol
@@ -66,10 +68,10 @@ class SerialLine:
     def send(self, data: bytes) -> None:
         """See :class:`Line`."""
         try:
-            termios.tcflush(self._fd, termios.TCIFLUSH)
+            self._forget()
             if os.write(self._fd, data) != len(data):
                 raise BusError(f"{self._port} does not take what is sent")
-        except (OSError, termios.error) as error:
+        except OSError as error:
             raise BusError(f"{self._port} is gone: {error}") from error
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
@@ -85,6 +87,16 @@ class SerialLine:
         if data == b"":
             raise BusError(f"{self._port} is gone: it was hung up")
         return data or b""
+
+    def _forget(self) -> None:
+        """Throw away what lies here. Unlike ``tcflush``, and unlike a read of nothing, it does not wait for the kernel's worker
+        that brings the rest: on a busy computer that one may not run for milliseconds. What it brings later comes too early to
+        be an answer, and is known by that.
+        """
+        count = bytearray(4)
+        fcntl.ioctl(self._fd, termios.FIONREAD, count)
+        if waiting := int.from_bytes(count, sys.byteorder):
+            os.read(self._fd, waiting)
 
     def close(self) -> None:
         """See :class:`Line`."""

@@ -288,8 +288,9 @@ class ModbusBus:
         line = self._the_line()
         request = encode(slave, function, data)
         self._wait_until_free()
-        line.send(request)
+        # Looked at before: whoever is put aside while sending would take an answer for one that has come too early.
         sent_ns = line.now_ns()
+        line.send(request)
         asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
         earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
         deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
