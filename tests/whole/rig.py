@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
@@ -31,11 +32,14 @@ from kata.simulator.process import SimulatorProcess
 class Rig:
     """Starts both processes in a folder; everything waits for events, with a limit."""
 
-    def __init__(self, folder: Path, **settings: object) -> None:
+    def __init__(
+        self, folder: Path, protocol: Literal["dynamixel", "modbus"] = "dynamixel", **settings: object
+    ) -> None:
         self.folder = folder
-        self.simulator = SimulatorProcess(folder)
+        self.config = msgspec.structs.replace(config.simulated("not yet known"), protocol=protocol, **settings)
+        self.simulator = SimulatorProcess(folder, protocol=protocol, baud=self.config.baud)
         self.hand = self.simulator.client()
-        self.config = msgspec.structs.replace(config.simulated(self.simulator.port), **settings)
+        self.config = msgspec.structs.replace(self.config, port=self.simulator.port)
         station = folder / "station.toml"
         config.write(self.config, station)
         self.journals = folder / "journal"

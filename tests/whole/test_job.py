@@ -4,6 +4,7 @@ import os
 import signal
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,9 +45,14 @@ def load(rig: Rig, taught: journal.Journal, run_id: str = "run") -> None:
     rig.until_mode("paused")
 
 
-@pytest.mark.parametrize("rate_hz", [10, 100])
-def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, rate_hz: int) -> None:
-    with closing(Rig(tmp_path, rate_hz=rate_hz)) as rig:
+DYNAMIXEL_10, DYNAMIXEL_100 = {"rate_hz": 10}, {"rate_hz": 100}
+MODBUS_AS_SLOW_AS_MOST = {"protocol": "modbus", "baud": 115_200, "rate_hz": 40, "cycle_hz": 40}
+
+
+@pytest.mark.parametrize("station", [DYNAMIXEL_10, DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST])
+def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: dict[str, Any]) -> None:
+    rate_hz = station["rate_hz"]
+    with closing(Rig(tmp_path, **station)) as rig:
         taught = teach(rig, motion)
 
         assert set(taught.take) == {1}
@@ -157,18 +163,52 @@ def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Pat
         assert run.end.cause_code == "service_silent"
 
 
-def test_a_pulled_plug_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
+def all_cleared(rig: Rig) -> bool:
+    stop = rig.snapshot.stop
+    return stop is not None and all(cause.cleared for cause in stop.causes)
+
+
+def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         os.kill(rig.simulator.pid, signal.SIGSTOP)
         rig.until_mode("stopped")
         os.kill(rig.simulator.pid, signal.SIGCONT)
-
-        def cleared() -> bool:
-            stop = rig.snapshot.stop
-            return stop is not None and all(cause.cleared for cause in stop.causes)
-
-        rig.until(cleared)
+        rig.until(lambda: all_cleared(rig))
         assert rig.snapshot.mode == "stopped"
         assert rig.send(Acknowledge()) is None
         rig.until_mode("idle")
+
+
+def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again_starts_nothing(
+    tmp_path: Path, motion: Taught
+) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, teach(rig, motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        rig.hand.fault("gone")
+        rig.until_mode("stopped")
+        assert rig.snapshot.stop is not None
+        assert rig.snapshot.stop.causes[0].code == "bus_lost"
+
+        rig.hand.clear_faults()
+        rig.until(lambda: all_cleared(rig))
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+
+
+@pytest.mark.parametrize("kind", ["garbage", "duplicate_id", "off"])
+def test_a_drive_that_fails_in_playback_stops_it_by_name(tmp_path: Path, motion: Taught, kind: Any) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, teach(rig, motion))
+        assert rig.send(Play()) is None
+        rig.hand.fault(kind, motor=4)
+        rig.until_mode("stopped")
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+        assert rig.snapshot.stop is not None
+        cause = rig.snapshot.stop.causes[0]
+        assert cause.code == ("drive_silent" if kind == "off" else "drive_garbled")
+        assert cause.message.startswith("Motor 4")

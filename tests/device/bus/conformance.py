@@ -194,6 +194,7 @@ class Conformance:
         for reading in readings[1:]:
             assert reading.drives[motor - 1] is None
             assert all(reading.drives[n] for n in others)
+        assert not any(reading.garbled for reading in readings)
 
     def test_a_silent_drive_costs_less_than_a_millisecond_a_cycle(self, world: World, bus: Bus) -> None:
         def spent_s() -> float:

@@ -203,7 +203,8 @@ class FastParser:
     @property
     def pending(self) -> int:
         """Bytes that may be the beginning of the packet, or of its next part."""
-        return len(self._buffer) if self._done < len(self._ids) else 0
+        sound = len(self._start) + self._done * (self._length + 4) if self._done else 0
+        return max(0, len(self._buffer) - sound) if self._done < len(self._ids) else 0
 
 
 def _zero(axis: Axis) -> int:
