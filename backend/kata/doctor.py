@@ -24,6 +24,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
+from kata.device.ceiling import ceiling_hz
 from kata.privileges import fifo_granted, kernel_preemption, memory_lock_granted
 from kata.settings import Settings
 
@@ -140,6 +141,8 @@ def _station(settings: Settings) -> Iterator[Finding]:
         yield Finding("Station", "problem", str(error), "Mend the file.")
         return
     yield Finding("Station", "ok", f"{station.name}: {station.port}, {station.baud} baud, {station.rate_hz} Hz")
+    ceiling = f"{station.protocol} at {station.baud} bit/s carries at most {int(ceiling_hz(station))} cycles a second"
+    yield Finding("Bus", "ok", f"{ceiling}; {station.cycle_hz} are asked for.")
     yield from _port(station)
 
 

@@ -194,7 +194,7 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
             found.append("cycle_hz: must be 20 to 500, or the emergency stop would be seen too late")
         elif self.cycle_hz > (ceiling := ceiling_hz(self)):
             found.append(
-                f"cycle_hz: this bus carries at most {ceiling:.0f} cycles a second ({self.protocol} at {self.baud} bit/s); "
+                f"cycle_hz: this bus carries at most {int(ceiling)} cycles a second ({self.protocol} at {self.baud} bit/s); "
                 f"{self.cycle_hz} are asked for"
             )
         return found
@@ -207,6 +207,15 @@ def simulated(port: str) -> StationConfig:
     inputs may be older than on a real line before they count as unknown.
     """
     return StationConfig(port=port, inputs=Inputs(max_age_cycles=10))
+
+
+def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:
+    """The same station at another rate; with as many bus cycles a second as before, or the next number that fits the rate.
+
+    :raises ConfigError: when the bus cannot carry that.
+    """
+    cycle_hz = -(-config.cycle_hz // rate_hz) * rate_hz if rate_hz > 0 else config.cycle_hz
+    return msgspec.structs.replace(config, rate_hz=rate_hz, cycle_hz=cycle_hz)
 
 
 def read(path: Path) -> StationConfig:

@@ -155,7 +155,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         )
     station_config = station_config or config.StationConfig()
     if settings.rate_hz is not None:
-        station_config = msgspec.structs.replace(station_config, rate_hz=settings.rate_hz)
+        station_config = config.at_rate(station_config, settings.rate_hz)
     station_file = settings.data / "station-in-use.toml"
     config.write(station_config, station_file)
 

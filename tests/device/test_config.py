@@ -1,0 +1,102 @@
+"""A station's configuration: what it refuses, and that what is written is what is read."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kata.device.ceiling import ceiling_hz
+from kata.device.config import NO_REGISTER, ConfigError, Inputs, ModbusMap, StationConfig, at_rate, read, write
+
+MODBUS: dict[str, Any] = {"protocol": "modbus", "baud": 115_200}
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        StationConfig(),
+        StationConfig(inputs=Inputs(usb_pedal="/dev/input/by-id/a-pedal")),
+        StationConfig(**MODBUS, rate_hz=25, cycle_hz=50, modbus=ModbusMap(clear=NO_REGISTER, speed_per_deg_s=100.0)),
+    ],
+)
+def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) -> None:
+    write(config, tmp_path / "station.toml")
+    assert read(tmp_path / "station.toml") == config
+
+
+@pytest.mark.parametrize(
+    ("settings", "at_most"),
+    [
+        ({"baud": 115_200}, 43),
+        (MODBUS, 50),
+        (MODBUS | {"modbus": ModbusMap(function_23=False)}, 35),
+        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 163),
+    ],
+)
+def test_a_rate_that_the_bus_cannot_carry_is_refused_and_the_ceiling_told(settings: Any, at_most: int) -> None:
+    with pytest.raises(ConfigError, match=rf"at most {at_most} cycles a second"):
+        StationConfig(**settings)
+    fits = StationConfig(**settings | {"rate_hz": at_most, "cycle_hz": at_most})
+    assert ceiling_hz(fits) >= at_most
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [
+        ({"rate_hz": 30}, "rate_hz"),
+        ({"rate_hz": 10, "cycle_hz": 10}, "cycle_hz"),
+        ({"bus_watchdog_ms": 10}, "bus_watchdog_ms"),
+        ({"bus_watchdog_ms": 250}, "bus_watchdog_ms"),
+        ({"baud": 0}, "baud"),
+        ({"return_delay_us": -1}, "return_delay_us"),
+        ({"inputs": Inputs(drive_id=9)}, "inputs.drive_id"),
+        ({"inputs": Inputs(max_age_cycles=0)}, "inputs.max_age_cycles"),
+        ({"axes": StationConfig().axes[:4]}, "axes: 5 are needed"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(settings: Any, field: str) -> None:
+    with pytest.raises(ConfigError, match=field):
+        StationConfig(**settings)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "max_torque_nm = 5.0",
+        "max_speed_deg_s = 0.0",
+        "min_deg = 50.0",
+        "min_deg = -inf",
+        "direction = 0",
+        "max_acceleration_deg_s2 = nan",
+    ],
+)
+def test_an_axis_that_cannot_be_is_refused_by_its_number(tmp_path: Path, line: str) -> None:
+    name = line.split()[0]
+    axes = [{"id": n, "min_deg": -10.0, "max_deg": 10.0} for n in range(1, 6)]
+    text = ""
+    for n, axis in enumerate(axes):
+        values = {key: str(value) for key, value in axis.items()}
+        if n == 2:
+            values[name] = line.split(" = ")[1]
+        text += "[[axes]]\n" + "\n".join(f"{key} = {value}" for key, value in values.items()) + "\n"
+    (tmp_path / "station.toml").write_text(text)
+    with pytest.raises(ConfigError, match=r"axes\[3\]"):
+        read(tmp_path / "station.toml")
+
+
+@pytest.mark.parametrize(("rate_hz", "cycle_hz"), [(10, 100), (100, 100), (30, 120), (200, 200)])
+def test_at_another_rate_the_bus_is_read_as_often_as_before_or_a_little_oftener(rate_hz: int, cycle_hz: int) -> None:
+    changed = at_rate(StationConfig(), rate_hz)
+    assert (changed.rate_hz, changed.cycle_hz) == (rate_hz, cycle_hz)
+
+
+@pytest.mark.parametrize("rate_hz", [0, -5, 400])
+def test_a_rate_that_cannot_be_is_refused(rate_hz: int) -> None:
+    with pytest.raises(ConfigError, match="_hz"):
+        at_rate(StationConfig(), rate_hz)
+
+
+def test_a_setting_that_nobody_knows_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "station.toml").write_text("rate = 100\n")
+    with pytest.raises(ConfigError, match="rate"):
+        read(tmp_path / "station.toml")
