@@ -156,7 +156,7 @@ class Machine:
 
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
-        acted, self._raised = self._raised, []
+        acted, self._raised = self._raised if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching):
             acted.append(("operator_stop", None))
         if self.stop is None and (holding or acted):
@@ -297,7 +297,7 @@ class Machine:
             case Play():
                 assert self._movement is not None and self._run is not None
                 self._run.forget_resistance()
-                self._movement.course = 1
+                self._movement.course, self._movement.ramp_s = 1, RAMP_S
                 self._enter("playing")
             case Pause():
                 assert self._movement is not None

@@ -33,14 +33,16 @@ class Movement:
     """Where it is to go: on, back, or to a stand."""
     back_to_s: float = 0.0
     """Where going back ends."""
+    ramp_s: float = RAMP_S
+    """From standing to full pace, and back."""
 
     def advance(self, dt_s: float) -> None:
         """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
         wanted = float(self.course)
         left_s = self._left_s
-        if self.course and left_s <= self.pace**2 * RAMP_S / 2 + abs(self.pace) * dt_s:
+        if self.course and left_s <= self.pace**2 * self.ramp_s / 2 + abs(self.pace) * dt_s:
             wanted = _CREEP * self.course
-        change = dt_s / RAMP_S
+        change = dt_s / self.ramp_s
         self.pace += min(max(wanted - self.pace, -change), change)
         step_s = self.pace * dt_s
         if self.course and step_s * self.course >= left_s:

@@ -20,6 +20,8 @@ _MOVING_DEG_S: Final = 2.0
 """An axis that is slower has no direction to push in."""
 _SAME_PLACE_S: Final = 1.0
 """Resistance this close on the recording's clock is in the same place."""
+_YIELD_S: Final = 0.08
+"""Turning back is quicker than a pause: until then the arm is still pushed."""
 _AT_FULL_TORQUE: Final = 0.98
 """The highest level is the drive's own limit, which it reports a little below."""
 
@@ -92,6 +94,7 @@ class Run:
         self.resisted_at_s.append(movement.position_s)
         self.resisting_axis = axis
         movement.course = -1
+        movement.ramp_s = _YIELD_S
         movement.back_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
     @property
