@@ -208,8 +208,11 @@ class FastParser:
 
     @property
     def pending(self) -> int:
-        """Bytes that may be the beginning of the packet, or of its next part."""
-        return len(self._buffer) if self._done < len(self._ids) else 0
+        """Bytes that may be the beginning of the packet, or of its next part; not its sound parts, behind which one is silent."""
+        if self._done == len(self._ids):
+            return 0
+        sound = len(self._start) + self._done * (self._length + 4) if self._done else 0
+        return max(0, len(self._buffer) - sound)
 
 
 def _zero(axis: Axis) -> int:
