@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from kata.bench.clinic import BenchError
-from kata.bench.host import Measured, Order
+from kata.bench.cycle import Measured, Order
 from kata.bench.hosting import hosting
 from kata.bench.peers import there
 from kata.bench.report import Report
@@ -335,7 +335,7 @@ def _explain(report: Report, seconds: float, rounds: int, cycles: int) -> None:
         "Others ran with SCHED_FIFO and without, the row has the quicker of both: one who spins with it keeps the kernel's "
         "own worker from moving the pseudo-terminal's bytes.",
         f"silent: mean of {cycles} cycles with motor {_SILENT_MOTOR} of five silent, paced as the loop is, minus undisturbed ones; "
-        "the control loop's whole cycle on our side. noise: good answers not taken, of those with 1 to 8 random bytes before them.",
+        "the control loop's whole cycle on our side, which is shorter by the silent one's bytes while it is not asked. noise: good answers not taken, of those with 1 to 8 random bytes before them.",
         "rustypot and pymodbus were given a time limit of 20 ms without retries; their documentation's own are longer. "
         "Modbus rows read the two inputs as well.",
     ]

@@ -16,7 +16,8 @@ from typing import Final
 
 import msgspec
 
-from kata.bench.hosts import Host, KataCycle, KataDrives
+from kata.bench.cycle import Host, Measured, Order
+from kata.bench.hosts import KataCycle, KataDrives
 from kata.bench.peers import DynamixelSdk, Pymodbus, Rustypot
 from kata.device import config, realtime
 from kata.device.bus.port import BusError
@@ -33,34 +34,6 @@ HOSTS: Final[dict[str, Callable[[StationConfig], Host]]] = {
     "rustypot": Rustypot,
     "pymodbus": Pymodbus,
 }
-
-
-class Order(msgspec.Struct, frozen=True):
-    """Cycles to measure: for so long, or so many of them."""
-
-    seconds: float = 0.0
-    cycles: int = 0
-    before: int = 0
-    """Cycles that come first and are not measured."""
-    hz: int = 0
-    """Cycles a second as the control loop paces them; 0 is one after the other."""
-
-
-class Measured(msgspec.Struct, frozen=True):
-    """What came of an order."""
-
-    cycles: int
-    per_s: float
-    mean_ms: float
-    """Time a cycle took, without the wait for the next."""
-    max_ms: float
-    sd_us: float
-    spread_us: float
-    """99th percentile minus median."""
-    cpu_percent: float
-    """Of one core, this process."""
-    lost: int
-    """Answers of drives that did not come or were not taken, of five a cycle."""
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from typing import Final
 import msgspec
 
 from kata.bench.clinic import BenchError
-from kata.bench.host import Measured, Order
+from kata.bench.cycle import Measured, Order
 
 _ANSWER_LIMIT_S: Final = 120.0
 _END_LIMIT_S: Final = 5.0

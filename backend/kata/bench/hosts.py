@@ -1,7 +1,8 @@
 """One cycle of a bus, carried out by our own drivers: five goals written, position, velocity and current of five drives read."""
 
-from typing import Final, Protocol
+from typing import Final
 
+from kata.bench.cycle import Goals
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import DynamixelBus
 from kata.device.bus.line import SerialLine
@@ -9,17 +10,6 @@ from kata.device.config import StationConfig
 
 _INSTRUCTION_AT: Final = 7
 _FAST_SYNC_READ: Final = 0x8A
-_SWING_DEG: Final = 1.0
-
-
-class Host(Protocol):
-    """A library with its port open."""
-
-    def cycle(self) -> int:
-        """One cycle; how many of the five drives answered soundly."""
-
-    def close(self) -> None:
-        """Close the port."""
 
 
 class KataDrives:
@@ -32,13 +22,13 @@ class KataDrives:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`Host`."""
+        """See :class:`~kata.bench.cycle.Host`."""
         self._bus.write_setpoints(self._goals.next_deg())
         drives, _ = self._bus.read_drives()
         return sum(1 for drive in drives if drive)
 
     def close(self) -> None:
-        """See :class:`Host`."""
+        """See :class:`~kata.bench.cycle.Host`."""
         self._bus.close()
 
 
@@ -51,27 +41,13 @@ class KataCycle:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`Host`."""
+        """See :class:`~kata.bench.cycle.Host`."""
         self._bus.write_setpoints(self._goals.next_deg())
         return sum(1 for drive in self._bus.read().drives if drive)
 
     def close(self) -> None:
-        """See :class:`Host`."""
+        """See :class:`~kata.bench.cycle.Host`."""
         self._bus.close()
-
-
-class Goals:
-    """Two sets in turn, in the middle of the axes' ranges: no library may send what it has sent before."""
-
-    def __init__(self, config: StationConfig) -> None:
-        middle = [(axis.min_deg + axis.max_deg) / 2 for axis in config.axes]
-        self._sets = middle, [angle + _SWING_DEG for angle in middle]
-        self._turn = 0
-
-    def next_deg(self) -> list[float]:
-        """Motor angles of the next cycle."""
-        self._turn = 1 - self._turn
-        return self._sets[self._turn]
 
 
 class _OlderDrives(SerialLine):
