@@ -108,7 +108,7 @@ class Disturbed:
     """What disturbances cost."""
 
     silent_lost_ms: float
-    """A cycle longer than an undisturbed one, on average."""
+    """A cycle longer than the usual undisturbed one, on average."""
     silent_longest_ms: float
     """The longest cycle with the silent servo."""
     noise_lost: float
@@ -160,7 +160,7 @@ class Bench:
                 hand.fault("noise")
                 noisy = host.measure(Order(cycles=cycles, hz=hz))
         lost = noisy.lost / (5 * noisy.cycles) * 100
-        return Disturbed(silent.mean_ms - usual.mean_ms, silent.max_ms, lost, lost * self._answer_bytes)
+        return Disturbed(silent.mean_ms - usual.p50_ms, silent.max_ms, lost, lost * self._answer_bytes)
 
     @property
     def _answer_bytes(self) -> int:
@@ -334,7 +334,7 @@ def _explain(report: Report, seconds: float, rounds: int, cycles: int) -> None:
         "ceiling: only the bytes of the row's own requests and answers, 10 bits each, return delays, and Modbus' silences.",
         "Others ran with SCHED_FIFO and without, the row has the quicker of both: one who spins with it keeps the kernel's "
         "own worker from moving the pseudo-terminal's bytes.",
-        f"silent: mean of {cycles} cycles with motor {_SILENT_MOTOR} of five silent, paced as the loop is, minus undisturbed ones; "
+        f"silent: mean of {cycles} cycles with motor {_SILENT_MOTOR} of five silent, paced as the loop is, minus the median of undisturbed ones; "
         "the control loop's whole cycle on our side, which is shorter by the silent one's bytes while it is not asked. noise: good answers not taken, of those with 1 to 8 random bytes before them.",
         "rustypot and pymodbus were given a time limit of 20 ms without retries; their documentation's own are longer. "
         "Modbus rows read the two inputs as well.",

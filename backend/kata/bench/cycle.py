@@ -51,6 +51,7 @@ class Measured(msgspec.Struct, frozen=True):
     per_s: float
     mean_ms: float
     """Time a cycle took, without the wait for the next."""
+    p50_ms: float
     max_ms: float
     sd_us: float
     spread_us: float

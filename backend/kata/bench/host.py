@@ -92,6 +92,7 @@ def _carry_out(host: Host, order: Order) -> Measured:
         cycles=len(took_ns),
         per_s=len(took_ns) / spent_ns * 1e9,
         mean_ms=statistics.fmean(took_ns) / 1e6,
+        p50_ms=ordered_ns[len(ordered_ns) // 2] / 1e6,
         max_ms=ordered_ns[-1] / 1e6,
         sd_us=statistics.pstdev(took_ns) / 1e3,
         spread_us=(ordered_ns[len(ordered_ns) * 99 // 100] - ordered_ns[len(ordered_ns) // 2]) / 1e3,
