@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from kata.bench.loop import Cell, cells
+from kata.bench.peers import there
 
 
 def bench(*arguments: str, out: Path) -> dict[str, Any]:
@@ -38,6 +39,26 @@ def test_estop(tmp_path: Path) -> None:
     assert figures["estop_presses"] >= 3
     assert 0 < figures["estop_p50_ms"] <= figures["estop_p999_ms"] <= figures["estop_max_ms"]
     assert "estop_other_causes" in figures
+
+
+def test_bus(tmp_path: Path) -> None:
+    told = bench("bus", "--seconds", "0.05", "--rounds", "1", out=tmp_path / "bus.json")
+    wanted = {
+        "ceiling_ratio_115200",
+        "ceiling_ratio_1000000",
+        "vs_dynamixel_sdk_1000000",
+        "vs_rustypot_1000000",
+        "vs_pymodbus_115200",
+        "cpu_percent_115200",
+        "silent_servo_lost_ms",
+        "noise_wasted_bytes",
+        "modbus_ceiling_ratio_115200",
+        "dynamixel_sdk_cpu_percent_115200",
+        "dynamixel_sdk_silent_servo_lost_ms",
+    }
+    # Others' libraries are for development: where one is not installed, the table says so.
+    missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not there(name)]
+    assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(told["figures"])
 
 
 def test_soak(tmp_path: Path) -> None:

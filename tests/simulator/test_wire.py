@@ -1,5 +1,6 @@
 """The simulated servos on the wire, with the maker's own library at the other end."""
 
+import fcntl
 import os
 import signal
 import socket
@@ -42,6 +43,8 @@ from kata.simulator.protocol import Instruction
 
 IDS = (1, 2, 3, 4, 5)
 TORQUE_ENABLE, GOAL_POSITION, PRESENT_POSITION = 64, 116, 132
+TCGETS2, TCSETS2 = 0x802C542A, 0x402C542B
+CBAUD, BOTHER = 0o10017, 0o10000
 
 
 @pytest.fixture
@@ -122,6 +125,17 @@ def test_at_another_baud_rate_nobody_hears(port: Any) -> None:
     assert packets.ping(port, 1)[1] == COMM_RX_TIMEOUT
     port.setBaudRate(1_000_000)
     assert packets.ping(port, 1)[1] == COMM_SUCCESS
+
+
+def test_a_baud_rate_set_as_a_number_is_one(port: Any) -> None:
+    # As libraries in Rust set it: BOTHER in the flags, the rate itself beside them.
+    told = bytearray(fcntl.ioctl(port.ser.fileno(), TCGETS2, bytes(44)))
+    flags, *_ = struct.unpack_from("@I", told, 8)
+    struct.pack_into("@I", told, 8, flags & ~CBAUD | BOTHER)
+    for baud, result in ((57_600, COMM_RX_TIMEOUT), (1_000_000, COMM_SUCCESS)):
+        struct.pack_into("@2I", told, 36, baud, baud)
+        fcntl.ioctl(port.ser.fileno(), TCSETS2, bytes(told))
+        assert packets.ping(port, 1)[1] == result
 
 
 def test_a_damaged_packet_does_nothing(simulator: SimulatorProcess, port: Any) -> None:

@@ -63,6 +63,19 @@ def estop(
 
 
 @app.command()
+def bus(
+    seconds: Annotated[float, typer.Option(min=0.01, help="Time for each library on each wire.")] = 6.0,
+    rounds: Annotated[int, typer.Option(min=1, help="Turns in which that time is spent.")] = 3,
+    return_delay_us: Annotated[int, typer.Option(min=0, max=508, help="How long drives wait before they answer.")] = 0,
+    json_out: Json = None,
+) -> None:
+    """How much of what the line carries the drivers use, beside other libraries on the same wire."""
+    from kata.bench import bus as benchmark
+
+    _carry_out(lambda progress: benchmark.run(seconds, rounds, return_delay_us, progress), json_out)
+
+
+@app.command()
 def soak(
     minutes: Annotated[float, typer.Option(min=0.01, help="How long to play.")] = 60.0,
     json_out: Json = None,

@@ -13,6 +13,7 @@ import logging
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import cycle
 from typing import Final
 
@@ -93,11 +94,11 @@ def _crc_table() -> tuple[int, ...]:
 _CRC_TABLE: Final = _crc_table()
 
 
-def crc16(data: bytes) -> int:
-    """CRC-16 of the protocol: polynomial 0x8005, initial value 0, not reflected."""
-    crc = 0
+def crc16(data: bytes | bytearray, crc: int = 0) -> int:
+    """CRC-16 of the protocol: polynomial 0x8005, initial value 0, not reflected. ``crc``: of what came before ``data``."""
+    table = _CRC_TABLE
     for byte in data:
-        crc = ((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ byte]
+        crc = ((crc << 8) & 0xFFFF) ^ table[(crc >> 8) ^ byte]
     return crc
 
 
@@ -107,6 +108,10 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     packet = _HEADER + struct.pack("<BH", drive_id, len(body) + 2) + body
     return packet + struct.pack("<H", crc16(packet))
+
+
+_question: Final = lru_cache(maxsize=256)(encode)
+"""For requests that are sent over and over, as those that read are."""
 
 
 class StatusParser:
@@ -167,6 +172,8 @@ class FastParser:
         self._start = _HEADER + bytes([_BROADCAST]) + struct.pack("<H", 1 + len(ids) * (length + 4)) + bytes([_STATUS])
         self._buffer = bytearray()
         self._done = 0
+        self._crc = 0
+        """Of all parts so far: to begin anew with each would take longest for the last one, when all wait for it."""
         self.skipped = 0
 
     def feed(self, data: bytes) -> Iterator[tuple[int, int, bytes]]:
@@ -186,13 +193,13 @@ class FastParser:
             end = begin + self._length + 4
             if len(buffer) < end:
                 return
-            if buffer[begin + 1] != self._ids[self._done] or crc16(bytes(buffer[: end - 2])) != int.from_bytes(
-                buffer[end - 2 : end], "little"
-            ):
+            crc = crc16(buffer[begin if self._done else 0 : end - 2], self._crc)
+            if buffer[begin + 1] != self._ids[self._done] or crc != int.from_bytes(buffer[end - 2 : end], "little"):
                 self.skipped += len(buffer) - begin
                 del buffer[:]
                 return
             self._done += 1
+            self._crc = crc16(buffer[end - 2 : end], crc)
             yield buffer[begin + 1], buffer[begin], bytes(buffer[begin + 2 : end - 2])
 
     @staticmethod
@@ -202,9 +209,11 @@ class FastParser:
 
     @property
     def pending(self) -> int:
-        """Bytes that may be the beginning of the packet, or of its next part."""
+        """Bytes that may be the beginning of the packet, or of its next part; not its sound parts, behind which one is silent."""
+        if self._done == len(self._ids):
+            return 0
         sound = len(self._start) + self._done * (self._length + 4) if self._done else 0
-        return max(0, len(self._buffer) - sound) if self._done < len(self._ids) else 0
+        return max(0, len(self._buffer) - sound)
 
 
 def _zero(axis: Axis) -> int:
@@ -325,7 +334,7 @@ class DynamixelBus:
             return _Replies()
         size = _PRESENT_FORMAT.size + self._longer
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
-        request = encode(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
+        request = _question(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size)
 
     def _ask_inputs(self) -> InputReading | None:
@@ -443,7 +452,7 @@ class DynamixelBus:
         """Time and data; None when no sound answer came, or none was worth waiting for."""
         if not self._quiet.worth_asking(drive_id):
             return None
-        request = encode(drive_id, _READ, struct.pack("<HH", address, length))
+        request = _question(drive_id, _READ, struct.pack("<HH", address, length))
         replies = self._transact(request, [drive_id], StatusParser(), length)
         return self._sound(replies, [drive_id], length).get(drive_id)
 

@@ -1,0 +1,105 @@
+"""A process that does nothing but one library's cycles: its processor time is the library's, and nobody else's garbage is.
+
+It takes orders from the benchmark, one line of JSON each, and answers each with what it has measured.
+"""
+
+import argparse
+import contextlib
+import logging
+import os
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from kata.bench.cycle import Host, Measured, Order
+from kata.bench.hosts import KataCycle, KataDrives
+from kata.bench.peers import DynamixelSdk, Pymodbus, Rustypot
+from kata.device import config, realtime
+from kata.device.bus.port import BusError
+from kata.device.config import StationConfig
+
+_TRIES: Final = 10
+
+HOSTS: Final[dict[str, Callable[[StationConfig], Host]]] = {
+    "kata": KataDrives,
+    "kata_plain": lambda station: KataDrives(station, fast=False),
+    "kata_cycle": KataCycle,
+    "dynamixel_sdk": lambda station: DynamixelSdk(station, fast=False),
+    "dynamixel_sdk_fast": lambda station: DynamixelSdk(station, fast=True),
+    "rustypot": Rustypot,
+    "pymodbus": Pymodbus,
+}
+
+
+def main() -> None:
+    """Entry of ``python -m kata.bench.host``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.host", description=__doc__)
+    parser.add_argument("--name", choices=sorted(HOSTS), required=True, help="what drives the bus")
+    parser.add_argument("--station", type=Path, required=True, help="the station's configuration")
+    parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.CRITICAL)
+    try:
+        host = _opened(arguments.name, config.read(arguments.station))
+    except (BusError, OSError, ImportError) as error:
+        sys.exit(f"{arguments.name}: {error}")
+    realtime.settle()
+    granted = not arguments.no_real_time and realtime.schedule(realtime.CONTROL_PRIORITY)
+    _tell(b"real time" if granted else b"ordinary")
+    for line in sys.stdin.buffer:
+        _tell(msgspec.json.encode(_carry_out(host, msgspec.json.decode(line, type=Order))))
+    host.close()
+
+
+def _opened(name: str, station: StationConfig) -> Host:
+    """A busy computer may delay an answer for longer than a driver waits: that is no reason to give up."""
+    for _ in range(_TRIES - 1):
+        with contextlib.suppress(BusError):
+            return HOSTS[name](station)
+    return HOSTS[name](station)
+
+
+def _tell(line: bytes) -> None:
+    os.write(sys.stdout.fileno(), line + b"\n")
+
+
+def _carry_out(host: Host, order: Order) -> Measured:
+    for _ in range(order.before):
+        host.cycle()
+    took_ns: list[int] = []
+    answers = 0
+    period_ns = 1_000_000_000 // order.hz if order.hz else 0
+    cpu_ns, began_ns = time.process_time_ns(), time.monotonic_ns()
+    deadline_ns = now_ns = began_ns
+    end_ns = began_ns + int(order.seconds * 1e9)
+    while len(took_ns) < order.cycles or now_ns < end_ns:
+        if period_ns:
+            deadline_ns += max(1, (now_ns - deadline_ns) // period_ns + 1) * period_ns
+            time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
+            now_ns = time.monotonic_ns()
+        start_ns = now_ns
+        answers += host.cycle()
+        now_ns = time.monotonic_ns()
+        took_ns.append(now_ns - start_ns)
+    spent_ns, cpu_ns = now_ns - began_ns, time.process_time_ns() - cpu_ns
+    ordered_ns = sorted(took_ns)
+    return Measured(
+        cycles=len(took_ns),
+        per_s=len(took_ns) / spent_ns * 1e9,
+        mean_ms=statistics.fmean(took_ns) / 1e6,
+        p50_ms=ordered_ns[len(ordered_ns) // 2] / 1e6,
+        max_ms=ordered_ns[-1] / 1e6,
+        sd_us=statistics.pstdev(took_ns) / 1e3,
+        spread_us=(ordered_ns[len(ordered_ns) * 99 // 100] - ordered_ns[len(ordered_ns) // 2]) / 1e3,
+        cpu_percent=cpu_ns / spent_ns * 100,
+        lost=5 * len(took_ns) - answers,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""One cycle of a bus, carried out by our own drivers: five goals written, position, velocity and current of five drives read."""
+
+from typing import Final
+
+from kata.bench.cycle import Goals
+from kata.device.bus.drivers import make_bus
+from kata.device.bus.dynamixel import DynamixelBus
+from kata.device.bus.line import SerialLine
+from kata.device.config import StationConfig
+
+_INSTRUCTION_AT: Final = 7
+_FAST_SYNC_READ: Final = 0x8A
+
+
+class KataDrives:
+    """Our Dynamixel driver: goals, and the answers to one request; what other libraries are asked for too."""
+
+    def __init__(self, config: StationConfig, *, fast: bool = True) -> None:
+        """``fast``: the drives know Fast Sync Read."""
+        self._bus = DynamixelBus(config, SerialLine if fast else _OlderDrives)
+        self._bus.open()
+        self._goals = Goals(config)
+
+    def cycle(self) -> int:
+        """See :class:`~kata.bench.cycle.Host`."""
+        self._bus.write_setpoints(self._goals.next_deg())
+        drives, _ = self._bus.read_drives()
+        return sum(1 for drive in drives if drive)
+
+    def close(self) -> None:
+        """See :class:`~kata.bench.cycle.Host`."""
+        self._bus.close()
+
+
+class KataCycle:
+    """What the control loop does in a cycle, with either driver: drives, their status, the two inputs, and the goals."""
+
+    def __init__(self, config: StationConfig) -> None:
+        self._bus = make_bus(config)
+        self._bus.open()
+        self._goals = Goals(config)
+
+    def cycle(self) -> int:
+        """See :class:`~kata.bench.cycle.Host`."""
+        self._bus.write_setpoints(self._goals.next_deg())
+        return sum(1 for drive in self._bus.read().drives if drive)
+
+    def close(self) -> None:
+        """See :class:`~kata.bench.cycle.Host`."""
+        self._bus.close()
+
+
+class _OlderDrives(SerialLine):
+    """A line to drives that do not know Fast Sync Read: for them it is as if it had not been sent."""
+
+    def send(self, data: bytes) -> None:
+        """See :class:`~kata.device.bus.line.Line`."""
+        if data[_INSTRUCTION_AT] != _FAST_SYNC_READ:
+            super().send(data)
