@@ -20,7 +20,7 @@ LOW_DEG, HIGH_DEG = LIMITS[1]
 
 MOVING = Facts(
     t_ns=0,
-    situation=Situation(limits_deg=LIMITS),
+    situation=Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS),
     bus_ok=True,
     complete=False,
     estop="closed",
@@ -188,10 +188,10 @@ def refused(last: float | tuple[float, float], following: float, **settings: Any
 
 def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
     assert refused(HIGH_DEG, HIGH_DEG) == []
-    assert refused(HIGH_DEG, HIGH_DEG + 1e-7) == []  # rounding
+    assert refused(HIGH_DEG, HIGH_DEG + 1e-6) == []  # rounding
     assert refused(HIGH_DEG, HIGH_DEG + 0.001) == ["setpoint_limit"]
     assert refused(LOW_DEG, LOW_DEG) == []
-    assert refused(LOW_DEG, LOW_DEG - 1e-7) == []
+    assert refused(LOW_DEG, LOW_DEG - 1e-6) == []
     assert refused(LOW_DEG, LOW_DEG - 0.001) == ["setpoint_limit"]
 
 
