@@ -15,23 +15,29 @@ PAGE := frontend/dist/index.html
 BROWSER := .cache/chromium/chromium
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run test dev check lock clean
+.PHONY: help run test dev campaign check lock clean
 .DELETE_ON_ERROR:
 
 help: ## what there is
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-7s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' Makefile
 
 run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
 	@$(BIN)/kata serve --simulate --data .data
 
+# The device's tests go first and by themselves, with coverage counted: nothing else is to be slowed down by that.
 test: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest tests/device --cov
+	@$(BIN)/python -m pytest --ignore tests/device
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
 	trap 'kill $$service 2>/dev/null' EXIT INT TERM; \
 	(cd frontend && npm run dev --silent); kill $$service 2>/dev/null; wait $$service
+
+campaign: $(PACKAGES) ## the long campaigns: ten thousand sequences, two hundred kills, mutations (hours)
+	@$(BIN)/python -m pytest -m campaign --log-cli-level info
+	@$(BIN)/python -m tests.mutation
 
 check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, in both languages
 	$(BIN)/ruff format --check --quiet .

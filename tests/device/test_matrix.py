@@ -131,6 +131,8 @@ def _check(stepped: Stepped, should: Expected, mode: Mode, known: int, took_ms: 
             assert not stepped.torque
 
 
+# What it comes by counts for nothing there: each line is to have a test of its own, and counting takes time.
+@pytest.mark.no_cover
 @pytest.mark.parametrize(("kind", "signal"), list(product(KINDS, SIGNALS)))
 def test_every_cell_of_the_fault_matrix(tmp_path: Path, kind: Kind, signal: str) -> None:
     for mode in MODES:

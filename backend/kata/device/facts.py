@@ -13,7 +13,7 @@ _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
 _TORQUE_TOLERANCE: Final = 1.1
 """The drive's own limit is the rated torque; what it reports may overshoot a little."""
-_NOTHING: Final = Reading(drives=(None,) * 5, inputs=None, statuses=())
+_NOTHING: Final = Reading(drives=(), inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
 Limits = tuple[tuple[float, float], ...]
@@ -24,12 +24,12 @@ Limits = tuple[tuple[float, float], ...]
 class Situation:
     """What the loop itself knows, besides what the bus said."""
 
-    late_ms: float = 0.0
-    service_age_ms: float = 0.0
-    disagreements: int = 0
+    late_ms: float
+    service_age_ms: float
+    disagreements: int
     """How often in a row the service named another run than the one that goes on."""
-    journal_ok: bool = True
-    limits_deg: Limits = ()
+    journal_ok: bool
+    limits_deg: Limits
     """The tightest of mechanism and run."""
 
 
@@ -116,7 +116,7 @@ class Observer:
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
-        self._torque_switched_ns = 0
+        self._torque_switched_ns = -math.inf
         self._setpoint = (math.nan,) * axes
         self._setpoint_t_ns = 0
         self._setpoint_cycles = 0
@@ -209,9 +209,8 @@ class Observer:
 
     def _behind(self, n: int) -> bool:
         drive = self._drives[n]
-        if drive is None or not self._torque_on:
-            return False
-        return abs(self._setpoint[n] - drive.position_deg) > self._config.following_error_deg
+        allowed_deg = self._config.following_error_deg
+        return drive is not None and self._torque_on and abs(self._setpoint[n] - drive.position_deg) > allowed_deg
 
     def _too_strong(self, n: int) -> bool:
         drive = self._drives[n]
@@ -228,7 +227,7 @@ class Observer:
         before, now = self._before[n], self._drives[n]
         if before is None or now is None:
             return 0.0
-        possible = 2 * self._axis(n).max_speed_deg_s * max(0, now.t_ns - before.t_ns) / 1e9
+        possible = 2 * self._axis(n).max_speed_deg_s * (now.t_ns - before.t_ns) / 1e9
         return max(0.0, abs(now.position_deg - before.position_deg) - possible)
 
     def _frozen_deg(self, n: int) -> float:

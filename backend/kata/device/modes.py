@@ -304,7 +304,7 @@ class Machine:
                 self._movement.course = 0
             case Return():
                 self._begin_return()
-            case Acknowledge():
+            case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
                 self._cut_torque()
                 self._end_stopped_run()
                 self.stop = None
@@ -406,7 +406,7 @@ class Machine:
                 place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
                 reversing = self.mode == "playing" and run.resisting_axis is not None
                 phase = journal.PHASE_REVERSING if reversing else _PHASES[self.mode]
-                run.record(facts, phase, place, self.setpoint_deg)
+                run.record(facts.measured_t_ns, facts, phase, place, self.setpoint_deg)
             self.setpoint_deg = tuple(float(angle) for angle in movement.setpoint(self._lead_s))
             self.setpoint_t_ns = facts.t_ns
         movement.advance(self._period_s)
@@ -455,11 +455,10 @@ class Machine:
         )
 
     def _enter(self, mode: Mode) -> None:
-        if mode != self.mode:
-            if (self.mode, mode) not in TRANSITIONS:
-                raise IllegalTransitionError(f"from {self.mode} to {mode}")
-            self.mode = mode
-            self._emit("mode", mode)
+        if (self.mode, mode) not in TRANSITIONS:
+            raise IllegalTransitionError(f"from {self.mode} to {mode}")
+        self.mode = mode
+        self._emit("mode", mode)
 
     def _emit(self, code: str, message: str) -> None:
         log.info("%s: %s", code, message)

@@ -105,18 +105,17 @@ class Run:
 
     # -- as others see it -----------------------------------------------------------------------------------------
 
-    def record(self, facts: Facts, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
-        """Keep what the last setpoint came to."""
-        if facts.measured_t_ns is not None:
-            self.journal.sample(
-                facts.measured_t_ns,
-                take=0,
-                phase=phase,
-                path_s=path_s,
-                setpoint_deg=setpoint_deg,
-                measured_deg=facts.measured_deg,
-                torque_nm=facts.torque_nm,
-            )
+    def record(self, t_ns: int, facts: Facts, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
+        """Keep what the last setpoint came to: what was measured at ``t_ns``."""
+        self.journal.sample(
+            t_ns,
+            take=0,
+            phase=phase,
+            path_s=path_s,
+            setpoint_deg=setpoint_deg,
+            measured_deg=facts.measured_deg,
+            torque_nm=facts.torque_nm,
+        )
 
     def state(self, movement: Movement | None, *, at_start: bool) -> RunState:
         """As the snapshot tells it."""

@@ -1,0 +1,356 @@
+"""What the observer makes of replies: how old, for how long, and what it does not take for known."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import msgspec
+import pytest
+
+from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
+from kata.device.config import Inputs, StationConfig
+from kata.device.facts import Facts, Observer, Situation
+from tests.device.stepped import REST_DEG
+
+MS = 1_000_000
+START_NS = 1_000_000_000
+ALONE = Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=())
+TURNING = 1
+"""The axis that something happens to."""
+
+
+@dataclass
+class Watched:
+    """An observer, and replies to it that say all is well but for what a test changes."""
+
+    config: StationConfig = field(default_factory=StationConfig)
+
+    def __post_init__(self) -> None:
+        self.observer = Observer(self.config)
+
+    def reading(self, at_ms: float, torque_on: bool = False) -> Reading:
+        t_ns = START_NS + int(at_ms * MS)
+        return Reading(
+            drives=tuple(DriveReading(t_ns, angle, 0.0, 0.0) for angle in REST_DEG),
+            inputs=InputReading(t_ns, estop_open=False, pedal_down=False),
+            statuses=tuple(DriveStatus(t_ns, n, torque_on, 0, False) for n in range(5)),
+        )
+
+    def hear(self, at_ms: float, reading: Reading | None) -> Facts:
+        return self.observer.facts(START_NS + int(at_ms * MS), reading, ALONE)
+
+    def drive(self, at_ms: float, **values: float) -> Facts:
+        """Axis 1 says something."""
+        reading = self.reading(at_ms)
+        drives = list(reading.drives)
+        said = drives[TURNING]
+        assert said is not None
+        drives[TURNING] = DriveReading(
+            said.t_ns,
+            values.get("position_deg", said.position_deg),
+            values.get("speed_deg_s", 0.0),
+            values.get("torque_nm", 0.0),
+        )
+        return self.hear(at_ms, replace(reading, drives=tuple(drives)))
+
+    def pedal(self, at_ms: float, down: bool | None) -> bool | None:
+        inputs = InputReading(START_NS + int(at_ms * MS), estop_open=False, pedal_down=down)
+        return self.hear(at_ms, replace(self.reading(at_ms), inputs=inputs)).pedal_down
+
+    def command(self, at_ms: float, setpoint_deg: float, torque_on: bool = True) -> None:
+        """Axis 1 is told to go somewhere."""
+        setpoints = (REST_DEG[0], setpoint_deg, *REST_DEG[2:])
+        t_ns = START_NS + int(at_ms * MS)
+        self.observer.commanded(t_ns, torque_on, setpoints, t_ns)
+
+
+@pytest.fixture
+def watched() -> Watched:
+    return Watched()
+
+
+# -- known and unknown ------------------------------------------------------------------------------------------------
+
+
+def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
+    facts = watched.hear(0, Reading((None,) * 5, None, ()))
+    assert facts.bus_ok
+    assert not facts.complete
+    assert facts.estop == "unknown"
+    assert facts.pedal_down is None
+    assert all(math.isnan(angle) for angle in facts.measured_deg)
+    assert facts.speed_deg_s == facts.torque_nm == (0.0,) * 5
+    assert facts.drive_age_ms == facts.status_age_ms == (math.inf,) * 5
+    assert facts.garbled == facts.watchdog_tripped == (False,) * 5
+    assert facts.hardware_error == (0,) * 5
+    assert facts.torque_reported == (None,) * 5
+    assert facts.measured_t_ns is None
+    assert not facts.torque_on
+    assert all(math.isnan(angle) for angle in facts.setpoint_deg)
+
+
+def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
+    facts = watched.hear(100, watched.reading(100))
+    assert facts.complete
+    assert facts.estop == "closed"
+    assert facts.measured_deg == REST_DEG
+    assert facts.drive_age_ms == facts.status_age_ms == (0.0,) * 5
+    assert facts.torque_reported == (False,) * 5
+    assert facts.measured_t_ns == START_NS + 100 * MS
+    for lasting in (facts.following_ms, facts.overtorque_ms, facts.accelerating_ms, facts.jump_deg, facts.frozen_deg):
+        assert lasting == (0.0,) * 5
+
+
+def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
+    whole = watched.reading(100)
+    without = [
+        replace(whole, inputs=None),
+        replace(whole, drives=(*whole.drives[:4], None)),
+        replace(whole, statuses=whole.statuses[1:]),
+        watched.reading(100, torque_on=True),
+    ]
+    for reading in without:
+        assert not Watched().hear(100, reading).complete
+
+
+def test_an_open_contact_is_an_open_one(watched: Watched) -> None:
+    reading = watched.reading(0)
+    pressed = replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
+    assert watched.hear(0, pressed).estop == "open"
+
+
+@pytest.mark.parametrize(("cycle_hz", "cycles", "limit_ms"), [(100, 2, 20), (100, 10, 100), (50, 2, 40)])
+def test_what_the_inputs_said_counts_for_some_cycles_and_no_longer(cycle_hz: int, cycles: int, limit_ms: int) -> None:
+    config = msgspec.structs.replace(
+        StationConfig(), cycle_hz=cycle_hz, rate_hz=50, inputs=Inputs(max_age_cycles=cycles)
+    )
+    watched = Watched(config)
+    watched.hear(0, watched.reading(0))
+    at_the_limit = watched.hear(limit_ms, replace(watched.reading(limit_ms), inputs=None))
+    assert (at_the_limit.estop, at_the_limit.pedal_down) == ("closed", False)
+    beyond = watched.hear(limit_ms + 0.1, replace(watched.reading(limit_ms), inputs=None))
+    assert (beyond.estop, beyond.pedal_down) == ("unknown", None)
+    assert not beyond.complete
+
+
+def test_each_word_has_its_own_age(watched: Watched) -> None:
+    watched.hear(0, watched.reading(0))
+    later = replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
+    facts = watched.hear(30, later)
+    assert facts.drive_age_ms == (30.0, 0.0, 0.0, 0.0, 0.0)
+    assert facts.status_age_ms == (30.0,) * 5
+    assert facts.measured_t_ns is None
+    assert facts.measured_deg == REST_DEG
+
+
+def test_the_angles_came_when_the_last_of_them_came(watched: Watched) -> None:
+    reading = watched.reading(0)
+    drives = tuple(DriveReading(START_NS + n * MS, 0.0, 0.0, 0.0) for n in (1, 3, 2, 5, 4))
+    assert watched.hear(10, replace(reading, drives=drives)).measured_t_ns == START_NS + 5 * MS
+
+
+def test_what_is_answered_after_the_deadline_is_not_older_than_now(watched: Watched) -> None:
+    assert watched.hear(0, watched.reading(2)).drive_age_ms == (0.0,) * 5
+
+
+def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
+    said = tuple(DriveStatus(START_NS, n, n == 1, n, n == 3) for n in range(5))
+    facts = watched.hear(0, replace(watched.reading(0), statuses=said))
+    assert facts.hardware_error == (0, 1, 2, 3, 4)
+    assert facts.watchdog_tripped == (False, False, False, True, False)
+    assert facts.torque_reported == (False, True, False, False, False)
+
+
+def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watched) -> None:
+    """They may have been switched off and on."""
+    watched.hear(0, watched.reading(0))
+    lost = watched.hear(10, None)
+    assert not lost.bus_ok
+    assert lost.status_age_ms == (math.inf,) * 5
+    assert lost.drive_age_ms == (10.0,) * 5
+    assert not watched.hear(20, replace(watched.reading(20), statuses=())).complete
+    assert watched.hear(30, watched.reading(30)).complete
+
+
+def test_damaged_answers_count_as_such_until_a_sound_one_comes(watched: Watched) -> None:
+    good = watched.reading(0)
+    silent = replace(good, drives=(None, *good.drives[1:]))
+    assert not watched.hear(0, good).garbled[0]
+    assert not watched.hear(0, silent).garbled[0]
+    assert watched.hear(0, replace(silent, garbled=frozenset({0}))).garbled == (True, False, False, False, False)
+    assert watched.hear(0, silent).garbled[0]
+    assert not watched.hear(0, good).garbled[0]
+
+
+# -- the pedal --------------------------------------------------------------------------------------------------------
+
+
+def test_a_contact_must_have_been_steady_for_twenty_milliseconds(watched: Watched) -> None:
+    assert watched.pedal(0, False) is False
+    assert watched.pedal(10, True) is False
+    assert watched.pedal(29.9, True) is False
+    assert watched.pedal(30, True) is True
+    assert watched.pedal(40, False) is True
+    assert watched.pedal(59.9, False) is True
+    assert watched.pedal(60, False) is False
+
+
+def test_a_contact_that_bounces_begins_anew(watched: Watched) -> None:
+    watched.pedal(0, False)
+    watched.pedal(10, True)
+    watched.pedal(20, False)
+    assert watched.pedal(30, True) is False
+    assert watched.pedal(49, True) is False
+    assert watched.pedal(50, True) is True
+
+
+def test_the_first_word_of_a_pedal_counts_at_once_and_so_does_the_first_after_it_was_unknown(watched: Watched) -> None:
+    assert watched.pedal(0, True) is True
+    assert watched.pedal(10, None) is None
+    assert watched.pedal(20, False) is False
+
+
+def test_a_pedal_that_was_unknown_meanwhile_has_not_been_steady(watched: Watched) -> None:
+    watched.pedal(0, False)
+    watched.pedal(10, True)
+    watched.pedal(20, None)
+    watched.pedal(25, False)
+    assert watched.pedal(35, True) is False
+    assert watched.pedal(50, True) is False
+    assert watched.pedal(55, True) is True
+
+
+# -- torque -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("torque_on", [True, False])
+def test_a_drives_word_on_its_torque_counts_fifty_milliseconds_after_it_was_switched(
+    watched: Watched, torque_on: bool
+) -> None:
+    if not torque_on:
+        watched.command(0, 109.0, torque_on=True)
+    watched.command(100, 109.0, torque_on=torque_on)
+    assert watched.hear(149.9, watched.reading(149.9)).torque_reported == (None,) * 5
+    assert watched.hear(150, watched.reading(150)).torque_reported == (False,) * 5
+    # Being told the same again is no switching.
+    watched.command(200, 109.0, torque_on=torque_on)
+    facts = watched.hear(210, watched.reading(210))
+    assert facts.torque_reported == (False,) * 5
+    assert facts.torque_on == torque_on
+
+
+def test_too_much_torque_is_a_tenth_over_the_rated_one(watched: Watched) -> None:
+    for torque_nm, lasts in ((4.0 * 1.1, False), (4.41, True), (-4.0 * 1.1, False), (-4.41, True)):
+        watched = Watched()
+        watched.drive(0, torque_nm=torque_nm)
+        assert watched.drive(10, torque_nm=torque_nm).overtorque_ms[TURNING] == (10.0 if lasts else 0.0)
+
+
+def test_what_lasts_is_counted_from_its_first_cycle_and_cleared_by_one_good_one(watched: Watched) -> None:
+    lasted = [watched.drive(at_ms, torque_nm=5.0).overtorque_ms[TURNING] for at_ms in (0, 10, 20, 35)]
+    assert lasted == [0.0, 10.0, 20.0, 35.0]
+    assert watched.drive(40).overtorque_ms[TURNING] == 0.0
+    assert watched.drive(50, torque_nm=5.0).overtorque_ms[TURNING] == 0.0
+    assert watched.drive(60, torque_nm=5.0).overtorque_ms == (0.0, 10.0, 0.0, 0.0, 0.0)
+
+
+# -- setpoints --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_an_axis_is_behind_when_it_is_further_from_its_setpoint_than_allowed(watched: Watched, direction: int) -> None:
+    for away_deg, lasts in ((20.0, False), (20.1, True)):
+        watched = Watched()
+        watched.command(0, 100.0)
+        watched.drive(10, position_deg=100.0 + direction * away_deg)
+        facts = watched.drive(20, position_deg=100.0 + direction * away_deg)
+        assert facts.following_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
+
+
+def test_without_torque_nobody_follows(watched: Watched) -> None:
+    watched.command(0, 100.0, torque_on=False)
+    watched.drive(10, position_deg=50.0)
+    assert watched.drive(20, position_deg=50.0).following_ms == (0.0,) * 5
+
+
+def test_a_drive_that_never_answered_is_not_behind(watched: Watched) -> None:
+    watched.command(0, 100.0)
+    watched.hear(0, Reading((None,) * 5, None, ()))
+    assert watched.hear(10, Reading((None,) * 5, None, ())).following_ms == (0.0,) * 5
+
+
+def test_setpoints_age_by_cycles_since_they_were_worked_out(watched: Watched) -> None:
+    ages = []
+    for cycle, made_ns in enumerate((5, 5, 5, 9, 9)):
+        watched.observer.commanded(cycle, torque_on=True, setpoint_deg=REST_DEG, setpoint_t_ns=made_ns)
+        ages.append(watched.hear(0, watched.reading(0)).setpoint_cycles)
+    assert ages == [0, 1, 2, 0, 1]
+
+
+def test_before_any_setpoint_was_worked_out_its_age_is_counted_from_the_first_cycle(watched: Watched) -> None:
+    assert watched.hear(0, watched.reading(0)).setpoint_cycles == 0
+    watched.observer.commanded(1, torque_on=False, setpoint_deg=REST_DEG, setpoint_t_ns=0)
+    assert watched.hear(10, watched.reading(10)).setpoint_cycles == 1
+
+
+# -- what cannot be ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_jump_is_what_is_further_than_twice_the_highest_speed_allows(watched: Watched, direction: int) -> None:
+    # 150 deg/s: 3 deg in 10 ms.
+    watched.drive(0, position_deg=100.0)
+    assert watched.drive(10, position_deg=100.0 + direction * 3.0).jump_deg[TURNING] == pytest.approx(0.0)
+    facts = watched.drive(30, position_deg=100.0 + direction * 13.0)
+    assert facts.jump_deg == pytest.approx((0.0, 4.0, 0.0, 0.0, 0.0))
+
+
+def test_the_first_answer_is_no_jump(watched: Watched) -> None:
+    assert watched.drive(0, position_deg=-170.0).jump_deg == (0.0,) * 5
+
+
+def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
+    # 10,000 deg/s2: 100 deg/s in 10 ms.
+    for change, lasts in ((100.0, False), (100.1, True)):
+        for direction in (1, -1):
+            watched = Watched()
+            for cycle in range(3):
+                speed = direction * change / 2 * (-1) ** cycle
+                facts = watched.drive(10 * cycle, speed_deg_s=speed)
+            assert facts.accelerating_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
+
+
+def test_half_of_the_time_for_the_same_change_is_twice_the_acceleration(watched: Watched) -> None:
+    watched.drive(0, speed_deg_s=0.0)
+    watched.drive(5, speed_deg_s=51.0)
+    assert watched.drive(10, speed_deg_s=0.0).accelerating_ms[TURNING] == 5.0
+
+
+def test_two_answers_of_the_same_time_have_no_acceleration(watched: Watched) -> None:
+    for speed in (0.0, 300.0, 0.0):
+        facts = watched.drive(0, speed_deg_s=speed)
+    assert facts.accelerating_ms == (0.0,) * 5
+    assert watched.hear(10, Reading((None,) * 5, None, ())).accelerating_ms == (0.0,) * 5
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_frozen_position_is_measured_by_how_far_its_setpoint_has_gone_meanwhile(
+    watched: Watched, direction: int
+) -> None:
+    gone = []
+    for cycle in range(4):
+        watched.command(10 * cycle, 100.0 + direction * 2.0 * cycle)
+        gone.append(watched.drive(10 * cycle + 5, position_deg=100.0).frozen_deg[TURNING])
+    assert gone == [0.0, 0.0, 2.0, 4.0]
+
+    watched.command(50, 100.0 + direction * 10.0)
+    assert watched.drive(55, position_deg=100.1).frozen_deg[TURNING] == 0.0
+    watched.command(60, 100.0 + direction * 20.0)
+    assert watched.drive(65, position_deg=100.1).frozen_deg[TURNING] == 0.0
+    watched.command(70, 100.0 + direction * 21.0)
+    assert watched.drive(75, position_deg=100.1).frozen_deg[TURNING] == 1.0
+
+
+def test_without_torque_nothing_is_frozen(watched: Watched) -> None:
+    for cycle in range(4):
+        watched.command(10 * cycle, 100.0 + 10.0 * cycle, torque_on=False)
+        assert watched.drive(10 * cycle + 5, position_deg=100.0).frozen_deg == (0.0,) * 5

@@ -1,0 +1,242 @@
+"""Every row of the fault table exactly at its limit, where it does not hold yet, and just beyond, where it does."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import pytest
+
+from kata.device.config import StationConfig
+from kata.device.facts import Facts, Situation
+from kata.device.faults import FAULTS, refused_setpoints
+from kata.device.supervisor import judge
+from tests.device.stepped import REST_DEG
+
+CONFIG = StationConfig()
+LIMITS = CONFIG.mechanism_deg
+LOW_DEG, HIGH_DEG = LIMITS[1]
+"""What may be commanded of axis 1, in whose place most faults are put here."""
+
+MOVING = Facts(
+    t_ns=0,
+    situation=Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS),
+    bus_ok=True,
+    complete=False,
+    estop="closed",
+    pedal_down=False,
+    measured_deg=REST_DEG,
+    speed_deg_s=(0.0,) * 5,
+    torque_nm=(0.0,) * 5,
+    drive_age_ms=(0.0,) * 5,
+    status_age_ms=(0.0,) * 5,
+    garbled=(False,) * 5,
+    measured_t_ns=0,
+    hardware_error=(0,) * 5,
+    watchdog_tripped=(False,) * 5,
+    torque_reported=(True,) * 5,
+    torque_on=True,
+    setpoint_deg=REST_DEG,
+    setpoint_cycles=0,
+    following_ms=(0.0,) * 5,
+    overtorque_ms=(0.0,) * 5,
+    accelerating_ms=(0.0,) * 5,
+    jump_deg=(0.0,) * 5,
+    frozen_deg=(0.0,) * 5,
+)
+"""All is well, and torque is on."""
+
+
+def facts_with(field: str, value: object) -> Facts:
+    """All is well but for one thing; what belongs to axes is given for axis 1."""
+    if hasattr(MOVING.situation, field):
+        return replace(MOVING, situation=_situation(field, value))
+    changes: dict[str, Any] = {field: value}
+    was = getattr(MOVING, field)
+    if isinstance(was, tuple):
+        changes[field] = (was[0], value, *was[2:])
+    return replace(MOVING, **changes)
+
+
+def _situation(field: str, value: object) -> Situation:
+    changes: dict[str, Any] = {field: value}
+    return replace(MOVING.situation, **changes)
+
+
+def test_nothing_holds_when_all_is_well() -> None:
+    assert judge(MOVING, CONFIG) == []
+    assert judge(replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "field", "still_good", "bad"),
+    [
+        ("estop_pressed", "estop", "closed", "open"),
+        ("estop_unknown", "estop", "closed", "unknown"),
+        ("bus_lost", "bus_ok", True, False),
+        ("drive_silent", "drive_age_ms", 100.0, 100.1),
+        ("drive_silent", "drive_age_ms", 0.0, math.inf),
+        ("drive_silent", "status_age_ms", 1000.0, 1000.1),
+        ("drive_error", "hardware_error", 0, 1),
+        ("drive_watchdog", "watchdog_tripped", False, True),
+        ("torque_lost", "torque_reported", None, False),
+        ("position_jump", "jump_deg", 5.0, 5.1),
+        ("position_frozen", "frozen_deg", 8.0, 8.1),
+        ("overtorque", "overtorque_ms", 100.0, 100.1),
+        ("overacceleration", "accelerating_ms", 30.0, 30.1),
+        # The range, half of the tolerance that may be commanded, and the other half.
+        ("position_limit", "measured_deg", 129.0 + 4.0, 129.0 + 4.001),
+        ("position_limit", "measured_deg", 88.0 - 4.0, 88.0 - 4.001),
+        ("position_limit", "measured_deg", 100.0, math.nan),
+        ("overspeed", "speed_deg_s", 225.0, 225.1),
+        ("overspeed", "speed_deg_s", -225.0, -225.1),
+        ("following_error", "following_ms", 250.0, 250.1),
+        ("setpoint_frozen", "setpoint_cycles", 3, 4),
+        ("overrun", "late_ms", 250.0, 250.1),
+        ("service_silent", "service_age_ms", 500.0, 500.1),
+        ("other_run", "disagreements", 2, 3),
+        ("journal_fault", "journal_ok", True, False),
+    ],
+)
+def test_each_fault_holds_beyond_its_limit_and_not_at_it(
+    code: str, field: str, still_good: object, bad: object
+) -> None:
+    of_an_axis = isinstance(getattr(MOVING, field, None), tuple)
+    assert judge(facts_with(field, still_good), CONFIG) == []
+    assert judge(facts_with(field, bad), CONFIG) == [(code, 1 if of_an_axis else None)]
+
+
+def test_damaged_answers_are_told_apart_from_none() -> None:
+    for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
+        good = replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
+        assert judge(good, CONFIG) == []
+        bad = replace(facts_with(field, limit_ms + 0.1), garbled=(False, True, False, False, False))
+        assert judge(bad, CONFIG) == [("drive_garbled", 1)]
+
+
+def test_a_lost_bus_says_nothing_of_the_drives_and_the_switch_on_it() -> None:
+    lost = replace(MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5)
+    assert judge(lost, CONFIG) == [("bus_lost", None)]
+
+
+def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
+    off = replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
+    assert judge(off, CONFIG) == [("torque_remains", 1)]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("watchdog_tripped", True),
+        ("jump_deg", 100.0),
+        ("overtorque_ms", 1000.0),
+        ("accelerating_ms", 1000.0),
+        ("measured_deg", 170.0),
+        ("speed_deg_s", 400.0),
+        ("setpoint_cycles", 1000),
+        ("late_ms", 1000.0),
+        ("service_age_ms", math.inf),
+        ("disagreements", 100),
+    ],
+)
+def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
+    """Nor what a computer may, that moves nothing."""
+    resting = replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
+    assert judge(resting, CONFIG) == []
+
+
+@pytest.mark.parametrize(("rate_hz", "cycle_hz", "cycles"), [(100, 100, 3), (10, 100, 30), (50, 200, 12)])
+def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int, cycles: int) -> None:
+    config = msgspec.structs.replace(CONFIG, rate_hz=rate_hz, cycle_hz=cycle_hz)
+    assert judge(facts_with("setpoint_cycles", cycles), config) == []
+    assert judge(facts_with("setpoint_cycles", cycles + 1), config) == [("setpoint_frozen", None)]
+
+
+def test_each_fault_has_its_own_way_of_stopping() -> None:
+    """0: torque off at once. 1: ramp down, then off. 2: ramp down and hold."""
+    categories: dict[int, set[str]] = {0: set(), 1: set(), 2: set()}
+    for fault in FAULTS:
+        categories[fault.category].add(fault.code)
+
+    assert categories == {
+        0: {
+            "estop_pressed", "estop_unknown", "bus_lost", "drive_silent", "drive_garbled", "drive_error",
+            "drive_watchdog", "torque_lost", "torque_remains", "position_jump", "position_frozen", "overtorque",
+            "overacceleration", "overspeed", "setpoint_step", "setpoint_limit", "setpoint_acceleration",
+            "unexpected_error",
+        },
+        1: {
+            "position_limit", "following_error", "setpoint_frozen", "overrun", "service_silent", "other_run",
+            "journal_fault", "operator_stop",
+        },
+        2: {"load_repeated", "load_on_the_way"},
+    }  # fmt: skip
+
+
+# -- the last look at a setpoint --------------------------------------------------------------------------------------
+
+
+def refused(last: float | tuple[float, float], following: float, **settings: Any) -> list[str]:
+    """The codes for axis 1, whose setpoints are given."""
+    before = [last] if isinstance(last, float) else list(last)
+    sent = [(15.0, angle, 10.0, 0.0, 0.0) for angle in before]
+    config = msgspec.structs.replace(CONFIG, **settings)
+    found = refused_setpoints(sent, (15.0, following, 10.0, 0.0, 0.0), LIMITS, config)
+    assert all(axis == 1 for _, axis in found)
+    return [code for code, _ in found]
+
+
+def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
+    assert refused(HIGH_DEG, HIGH_DEG) == []
+    assert refused(HIGH_DEG, HIGH_DEG + 1e-6) == []  # rounding
+    assert refused(HIGH_DEG, HIGH_DEG + 0.001) == ["setpoint_limit"]
+    assert refused(LOW_DEG, LOW_DEG) == []
+    assert refused(LOW_DEG, LOW_DEG - 1e-6) == []
+    assert refused(LOW_DEG, LOW_DEG - 0.001) == ["setpoint_limit"]
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_step_longer_than_one_and_a_half_of_the_highest_speed_and_a_degree_is_not_sent(direction: int) -> None:
+    # 150 deg/s at 100 Hz: 1.5 deg a period. At 10 Hz: 15 deg.
+    assert refused(100.0, 100.0 + direction * 3.249) == []
+    assert refused(100.0, 100.0 + direction * 3.251) == ["setpoint_step"]
+    assert refused(110.0, 110.0 + direction * 11.999, rate_hz=10) == []
+    assert refused(128.0, 128.0 - 23.499, rate_hz=10) == []
+    assert refused(128.0, 128.0 - 23.501, rate_hz=10) == ["setpoint_step"]
+
+
+def test_a_step_of_exactly_that_length_is_sent() -> None:
+    assert refused(100.0, 103.25) == []
+
+
+def test_the_step_counts_from_the_newest_setpoint() -> None:
+    assert refused((97.0, 100.0), 103.1) == []
+    assert refused((103.1, 100.0), 96.9) == []
+    assert refused((98.0, 96.0), 99.5) == ["setpoint_step"]
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_bend_beyond_the_highest_acceleration_is_not_sent(direction: int) -> None:
+    # 10,000 deg/s2 at 100 Hz: the step may be a degree longer or shorter than the one before.
+    assert refused((99.5, 100.0), 100.5) == []
+    assert refused((100.0 - direction * 0.5, 100.0), 100.0 + direction * 1.5) == []
+    assert refused((100.0 - direction * 0.5, 100.0), 100.0 + direction * 1.501) == ["setpoint_acceleration"]
+    assert refused((100.0 - direction * 0.5, 100.0), 100.0 - direction * 0.501) == ["setpoint_acceleration"]
+    assert refused((100.0, 100.0), 100.0 + direction * 1.001) == ["setpoint_acceleration"]
+
+
+def test_the_first_setpoint_after_torque_on_has_no_bend() -> None:
+    assert refused(100.0, 103.0) == []
+
+
+def test_what_is_no_number_is_further_than_any_limit() -> None:
+    assert refused(100.0, math.nan) == ["setpoint_limit", "setpoint_step"]
+    assert refused((100.0, 100.0), math.inf) == ["setpoint_limit", "setpoint_step"]
+
+
+def test_every_axis_is_looked_at() -> None:
+    rest = (15.0, 109.0, 10.0, 0.0, 0.0)
+    gone = tuple(angle + 200.0 for angle in rest)
+    found = refused_setpoints([rest], gone, LIMITS, CONFIG)
+    assert [axis for code, axis in found if code == "setpoint_limit"] == [0, 1, 2, 3, 4]
+    assert [axis for code, axis in found if code == "setpoint_step"] == [0, 1, 2, 3, 4]

@@ -1,0 +1,526 @@
+"""From mode to mode: every way there is, no other, what each command needs, and a stop in each of them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device import modes
+from kata.device.config import StationConfig
+from kata.device.facts import Facts
+from kata.device.messages import (
+    COMMAND_NAMES,
+    Acknowledge,
+    Approach,
+    CommandName,
+    FinishTeaching,
+    Mode,
+    Pause,
+    Play,
+    Return,
+    Teach,
+    Unload,
+)
+from kata.device.movement import Movement
+from tests.device.conftest import LOAD, a_trajectory
+from tests.device.stepped import Stepped, SteppedApparatus
+
+WAYS: dict[Mode, tuple[Mode, ...]] = {
+    "offline": ("idle", "stopped"),
+    "idle": ("teaching", "ready", "stopped"),
+    "teaching": ("idle", "stopped"),
+    "ready": ("idle", "approaching", "stopped"),
+    "approaching": ("paused", "stopped"),
+    "paused": ("playing", "returning", "stopped"),
+    "playing": ("paused", "returning", "stopped"),
+    "returning": ("idle", "stopped"),
+    "stopped": ("idle",),
+}
+ALLOWED: dict[Mode, tuple[CommandName, ...]] = {
+    "offline": (),
+    "idle": ("teach", "load"),
+    "teaching": ("finish_teaching",),
+    "ready": ("unload", "approach"),
+    "approaching": (),
+    "paused": ("play", "return"),
+    "playing": ("pause",),
+    "returning": (),
+    "stopped": ("acknowledge",),
+}
+WITH_TORQUE: tuple[Mode, ...] = ("approaching", "paused", "playing", "returning")
+WITHOUT: tuple[Mode, ...] = ("idle", "teaching", "ready")
+
+
+def bring(stepped: Stepped, mode: Mode) -> Stepped:
+    """By nothing but commands."""
+
+    def load() -> None:
+        assert stepped.send(LOAD, a_trajectory()) is None
+
+    def approach() -> None:
+        load()
+        assert stepped.send(Approach()) is None
+        stepped.forward(0.3)
+
+    def pause() -> None:
+        approach()
+        stepped.until("paused")
+
+    def play() -> None:
+        pause()
+        assert stepped.send(Play()) is None
+        stepped.forward(0.5)
+
+    def go_back() -> None:
+        pause()
+        assert stepped.send(Return()) is None
+        stepped.forward(0.3)
+
+    def stop() -> None:
+        stepped.apparatus.estop_open = True
+        stepped.cycle()
+        stepped.apparatus.estop_open = False
+        stepped.cycle()
+
+    steps: dict[Mode, Callable[[], object]] = {
+        "teaching": lambda: stepped.send(Teach(teaching_id="t")),
+        "ready": load,
+        "approaching": approach,
+        "paused": pause,
+        "playing": play,
+        "returning": go_back,
+        "stopped": stop,
+    }
+    steps.get(mode, lambda: None)()
+    stepped.cycle()
+    assert stepped.mode == mode
+    return stepped
+
+
+def events(stepped: Stepped, code: str) -> list[str]:
+    return [event.message for event in stepped.exchange.events if event.code == code]
+
+
+# -- ways and commands ------------------------------------------------------------------------------------------------
+
+
+def test_there_is_no_way_but_these() -> None:
+    assert set(modes.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
+    assert all(modes.TRANSITIONS.values())
+
+
+@pytest.mark.parametrize("mode", ALLOWED)
+def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_against_it(
+    tmp_path: Path, mode: Mode
+) -> None:
+    apparatus = SteppedApparatus(silent={0} if mode == "offline" else set())
+    stepped = bring(Stepped(tmp_path, apparatus=apparatus), mode)
+    stepped.forward(0.1)
+    refusals = stepped.snapshot.refusals
+
+    assert set(COMMAND_NAMES) - set(refusals) == {*ALLOWED[mode], "stop"}
+    for name, refusal in refusals.items():
+        nothing_to_do = {"acknowledge": "not_stopped", "finish_teaching": "not_teaching"}
+        assert refusal.code == nothing_to_do.get(name, f"is_{mode}")
+        assert refusal.message.endswith(".")
+        assert refusal.next_step.endswith(".")
+
+
+def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
+    bring(stepped, "ready")
+    refusal = stepped.send(LOAD, a_trajectory())
+    assert refusal is not None
+    assert refusal.code == "is_ready"
+    assert len(stepped.exchange.journals) == 1
+
+
+def test_a_step_that_wants_to_go_where_there_is_no_way_stops_at_once(
+    playing: Stepped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def astray(machine: modes.Machine, facts: Facts) -> None:
+        machine._enter("teaching")
+
+    monkeypatch.setitem(modes.Machine._STEPS, "playing", astray)
+    playing.cycle()
+
+    assert playing.mode == "stopped"
+    assert not playing.torque
+    assert playing.causes() == ["unexpected_error"]
+    refusal = playing.send(Acknowledge())
+    assert refusal is None  # what it was has passed with that cycle
+
+
+def test_every_event_is_numbered_and_none_is_left_out(stepped: Stepped) -> None:
+    bring(stepped, "playing")
+    stepped.until("idle")
+    told = stepped.exchange.events
+    assert [event.number for event in told] == list(range(1, len(told) + 1))
+    assert events(stepped, "mode") == ["idle", "ready", "approaching", "paused", "playing", "returning", "idle"]
+    assert events(stepped, "torque") == ["Torque is on.", "Torque is off."]
+    times = [event.t_ns for event in told]
+    assert times == sorted(times)
+    assert times[0] < times[-1]
+
+
+# -- stop -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mode", WITH_TORQUE)
+def test_stop_ramps_down_wherever_there_is_torque_and_then_cuts_it(stepped: Stepped, mode: Mode) -> None:
+    bring(stepped, mode)
+    stepped.exchange.stop = True
+    stepped.cycle()
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["operator_stop"]
+    assert events(stepped, "fault") == ["Stopped by the operator. (operator_stop, category 1)"]
+    # A held arm stands already.
+    assert stepped.torque == (mode != "paused")
+
+    stepped.forward(0.25)
+    assert not stepped.torque
+    end = stepped.journal().end
+    assert end is not None
+    assert (end.reason, end.cause_code, end.cause_message) == ("stopped", "operator_stop", "Stopped by the operator.")
+    steps_deg = np.abs(np.diff(np.array(stepped.apparatus.written), axis=0))
+    assert steps_deg.max() < 0.6
+
+
+@pytest.mark.parametrize("mode", ["idle", "ready"])
+def test_a_stop_where_nothing_moves_and_nothing_is_recorded_latches_nothing(stepped: Stepped, mode: Mode) -> None:
+    bring(stepped, mode)
+    stepped.exchange.stop = True
+    stepped.forward(0.1)
+    assert stepped.mode == mode
+    assert stepped.causes() == []
+
+
+def test_a_stop_on_top_of_another_is_a_further_cause_and_told_once(stepped: Stepped) -> None:
+    bring(stepped, "stopped")
+    for _ in range(3):
+        stepped.exchange.stop = True
+        stepped.cycle()
+    assert stepped.causes() == ["estop_pressed", "operator_stop"]
+    assert len(events(stepped, "fault")) == 2
+
+
+@pytest.mark.parametrize("mode", [*WITHOUT, *WITH_TORQUE])
+def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode: Mode) -> None:
+    bring(stepped, mode)
+    stepped.apparatus.estop_open = True
+    stepped.cycle()
+    assert stepped.mode == "stopped"
+    assert not stepped.torque
+    for writer in stepped.exchange.journals:
+        writer.write()
+        assert stepped.journal().end is not None
+    stepped.apparatus.estop_open = False
+    stepped.cycle()
+    assert stepped.send(Acknowledge()) is None
+    stepped.cycle()
+    assert stepped.mode == "idle"
+    assert stepped.snapshot.stop is None
+    assert stepped.snapshot.run is None
+    assert stepped.snapshot.teaching is None
+
+
+def test_a_ramp_that_does_not_come_to_a_stand_is_cut_after_twice_its_time(
+    playing: Stepped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Movement, "stands", False)  # as a defect of our own would
+    playing.exchange.stop = True
+    playing.cycle()
+    playing.forward(0.4)
+    assert playing.torque
+    playing.cycle()
+    assert not playing.torque
+
+
+def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped) -> None:
+    playing.exchange.stop = True
+    playing.cycle()
+    refusal = playing.send(Acknowledge())
+    assert refusal is not None
+    assert refusal.code == "still_stopping"
+    playing.until("stopped")
+    playing.forward(0.3)
+    assert playing.send(Acknowledge()) is None
+
+
+def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+    playing.exchange.stop = True
+    playing.forward(0.05)
+    assert playing.torque
+    movement = playing.loop._machine._movement
+    assert movement is not None
+    movement.position_s += 0.5  # as a defect of our own would
+    playing.cycle()
+
+    assert not playing.torque
+    assert playing.causes() == ["operator_stop", "setpoint_step"]
+    assert events(playing, "fault")[-1] == "Motor 4 was about to be sent a jump. (setpoint_step, category 0)"
+    end = playing.journal().end
+    assert end is None or end.cause_code == "operator_stop"
+
+
+def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
+    bring(stepped, "teaching")
+
+    def broken(machine: modes.Machine, facts: Facts) -> None:
+        raise RuntimeError("as if")
+
+    monkeypatch.setitem(modes.Machine._STEPS, "teaching", broken)
+    stepped.cycle()
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["unexpected_error"]
+    assert events(stepped, "fault") == ["The control program met an error of its own. (unexpected_error, category 0)"]
+    assert stepped.snapshot.teaching is None
+    assert stepped.journal().end is not None
+
+
+def test_an_error_is_a_stop_of_the_cycle_that_met_it_and_keeps_an_earlier_cause_first(
+    playing: Stepped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    playing.exchange.stop = True
+    playing.cycle()
+    stop = playing.snapshot.stop
+    assert stop is not None
+    playing.cycle()
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("as if")
+
+    monkeypatch.setattr(playing.loop._machine, "_move", broken)
+    playing.cycle()
+    assert playing.causes() == ["operator_stop", "unexpected_error"]
+    assert playing.snapshot.stop is not None
+    assert playing.snapshot.stop.at_ns == stop.at_ns
+    assert not playing.torque
+
+
+def test_a_fault_that_still_holds_stays_uncleared_when_the_program_errs(stepped: Stepped) -> None:
+    bring(stepped, "paused")
+    stepped.exchange.journal_ok = False
+    stepped.cycle()
+    machine = stepped.loop._machine
+    facts = stepped.loop._observer.facts(stepped._t_ns, None, stepped.loop._situation(stepped._t_ns, 0.0))
+    machine.abort(facts, [("unexpected_error", None)])
+    assert machine.stop is not None
+    assert [(cause.code, cause.cleared) for cause in machine.stop.causes()] == [
+        ("journal_fault", False),
+        ("unexpected_error", True),
+    ]
+
+
+def test_offline_errors_stop_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError("as if")
+
+    monkeypatch.setattr(modes.Machine, "_leave_offline", broken)
+    stepped = Stepped(tmp_path)
+    assert stepped.mode == "stopped"
+    assert stepped.causes()[0] == "unexpected_error"
+
+
+@pytest.mark.parametrize("code", ["drive_error", "estop_pressed"])
+def test_only_a_pressed_emergency_stop_may_remain_when_the_apparatus_comes_up(tmp_path: Path, code: str) -> None:
+    apparatus = SteppedApparatus(estop_open=True)
+    if code == "drive_error":
+        apparatus.hardware_error[2] = 1
+    stepped = Stepped(tmp_path, apparatus=apparatus)
+    assert stepped.mode == ("offline" if code == "drive_error" else "stopped")
+
+
+# -- the service ------------------------------------------------------------------------------------------------------
+
+
+def test_two_disagreements_are_forgiven_by_a_heartbeat_that_agrees(playing: Stepped) -> None:
+    for _ in range(10):
+        playing.exchange.naming = "another"
+        playing.forward(0.02)
+        playing.exchange.naming = "run"
+        playing.cycle()
+    assert playing.causes() == []
+
+    playing.exchange.naming = "another"
+    playing.forward(0.03)
+    assert playing.causes() == ["other_run"]
+
+
+@pytest.mark.parametrize(("mode", "occupied"), [("idle", ""), ("teaching", "t"), ("ready", "run"), ("playing", "run")])
+def test_what_goes_on_has_the_name_that_the_service_gave_it(stepped: Stepped, mode: Mode, occupied: str) -> None:
+    assert bring(stepped, mode).loop._machine.occupation == occupied
+
+
+@pytest.mark.parametrize(("mode", "reason"), [("ready", "unloaded"), ("teaching", "finished")])
+def test_when_the_service_is_gone_what_has_no_torque_ends_at_once(stepped: Stepped, mode: Mode, reason: str) -> None:
+    bring(stepped, mode)
+    stepped.exchange.closing = True
+    assert not stepped.cycle()
+    end = stepped.journal().end
+    assert end is not None
+    assert end.reason == reason
+
+
+def test_when_the_service_asks_to_end_while_there_is_torque_it_is_first_taken(playing: Stepped) -> None:
+    playing.exchange.closing = True  # and it is still heard
+    assert playing.cycle()
+    assert playing.torque
+    playing.exchange.stop = True
+    for _ in range(30):
+        if not playing.cycle():
+            break
+    assert not playing.torque
+
+
+@pytest.mark.parametrize("mode", ["playing", "teaching", "ready"])
+def test_a_sample_that_found_no_room_is_a_fault(stepped: Stepped, mode: Mode) -> None:
+    bring(stepped, mode)
+    assert stepped.loop._machine.journal_ok
+    stepped.exchange.journals[-1].lost = 1
+    assert not stepped.loop._machine.journal_ok
+    stepped.cycle()
+    assert stepped.causes() == ["journal_fault"]
+
+
+def test_with_no_journal_open_none_is_lost(stepped: Stepped) -> None:
+    assert stepped.loop._machine.journal_ok
+
+
+# -- what is told and kept --------------------------------------------------------------------------------------------
+
+
+def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
+    assert stepped.snapshot.run is None
+    bring(stepped, "ready")
+    run = stepped.snapshot.run
+    assert run is not None
+    assert (run.run_id, run.recording_id, run.load_level) == ("run", "recording", 25)
+    assert (run.position_s, run.duration_s, run.left_s) == (0.0, 2.0, 2.0)
+    assert (run.at_start, run.reversing, run.reversals) == (False, False, 0)
+
+    stepped.send(Approach())
+    stepped.forward(0.5)
+    run = stepped.snapshot.run
+    assert run is not None
+    # 20 deg at 15 deg/s at most: 2.5 s of minimum jerk.
+    assert run.left_s == pytest.approx(2.0, abs=0.15)
+    assert not run.at_start
+    stepped.until("paused")
+    assert stepped.snapshot.run is not None
+    assert stepped.snapshot.run.at_start
+    assert stepped.snapshot.run.left_s == 2.0
+
+    stepped.send(Play())
+    stepped.forward(1.0)
+    run = stepped.snapshot.run
+    assert run is not None
+    assert run.position_s == pytest.approx(0.9, abs=0.11)
+    assert run.left_s == pytest.approx(2.0 - run.position_s)
+    stepped.send(Pause())
+    stepped.until("paused")
+    assert stepped.snapshot.run is not None
+    assert not stepped.snapshot.run.at_start
+    stepped.send(Return())
+    stepped.until("idle")
+    assert stepped.snapshot.run is None
+
+
+def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:
+    bring(stepped, "ready")
+    assert stepped.send(Unload()) is None
+    stepped.forward(0.1)
+    assert stepped.snapshot.run is None
+    assert stepped.loop._machine.occupation == ""
+    bring(stepped, "playing")
+
+
+def test_finishing_a_teaching_leaves_nothing_of_it(stepped: Stepped) -> None:
+    bring(stepped, "teaching")
+    assert stepped.send(FinishTeaching()) is None
+    stepped.forward(0.1)
+    assert stepped.snapshot.teaching is None
+    assert stepped.mode == "idle"
+    end = stepped.journal().end
+    assert end is not None
+    assert end.reason == "finished"
+
+
+def test_each_journal_says_what_it_is_of(stepped: Stepped) -> None:
+    bring(stepped, "teaching")
+    stepped.send(FinishTeaching())
+    bring(stepped, "ready")
+    teaching, run = stepped.journal(0), stepped.journal(1)
+    assert (teaching.kind, teaching.id, teaching.recording_id) == ("teaching", "t", None)
+    assert (run.kind, run.id, run.recording_id) == ("run", "run", "recording")
+    assert run.rate_hz == 100
+
+
+def test_until_torque_is_on_the_setpoint_is_where_the_arm_is(stepped: Stepped) -> None:
+    for mode in ("idle", "ready"):
+        bring(stepped, mode)
+        stepped.apparatus.angles_deg[3] += 5.0
+        stepped.cycle()
+        assert stepped.loop._machine.setpoint_deg == tuple(stepped.apparatus.angles_deg)
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(tmp_path: Path, rate_hz: int) -> None:
+    stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz))
+    bring(stepped, "playing")
+    machine = stepped.loop._machine
+    trajectory = a_trajectory()
+    for _ in range(20):
+        stepped.cycle()
+        if machine.setpoint_due:
+            run = machine._run
+            assert run is not None
+            # At full pace: the place was moved on by a cycle since the setpoint was worked out.
+            aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz)
+            assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
+
+
+def test_a_cycle_without_all_five_angles_is_no_sample_of_a_run(playing: Stepped) -> None:
+    playing.apparatus.silent = {3}
+    playing.cycle()
+    playing.apparatus.silent = set()
+    playing.forward(0.1)
+    kept = playing.journal()
+    assert sorted(np.diff(kept.t_ns))[-2:] == [10_000_000, 20_000_000]
+
+
+def test_the_path_is_none_of_the_recordings_on_the_way_there_and_back(stepped: Stepped) -> None:
+    bring(stepped, "playing")
+    stepped.until("idle")
+    kept = stepped.journal()
+    on_recording = np.isin(kept.phase, (2, 3))
+    assert np.all(np.isfinite(kept.path_s[on_recording]))
+    assert np.all(np.isnan(kept.path_s[~on_recording]))
+    assert set(kept.phase) == {1, 2, 3, 4}
+
+
+def test_each_sample_stands_beside_the_setpoint_that_it_came_to(stepped: Stepped) -> None:
+    """The drives here follow at once: what was sent in one cycle is what is measured in the next."""
+    bring(stepped, "playing")
+    kept = stepped.journal()
+    assert kept.measured_deg[5:] == pytest.approx(kept.setpoint_deg[5:])
+
+
+@pytest.mark.parametrize(("at_ms", "place_s"), [(0, 0.0), (-4, -0.004), (3, 0.003)])
+def test_the_place_on_the_recording_is_that_of_the_moment_of_measuring(
+    playing: Stepped, at_ms: int, place_s: float
+) -> None:
+    """The angles came a little before or after the cycle's own time."""
+    run = playing.loop._machine._run
+    assert run is not None
+    position_s = run.position_s
+    read = playing.apparatus.read
+
+    def shifted() -> object:
+        playing.apparatus.t_ns += at_ms * 1_000_000
+        return read()
+
+    playing.apparatus.read = shifted  # type: ignore[assignment, method-assign]
+    playing.cycle()
+    kept = playing.journal()
+    assert kept.path_s[-1] == pytest.approx(position_s + place_s, abs=1e-6)

@@ -1,0 +1,150 @@
+"""Going along a path: from a stand to its pace in a fifth of a second, gently to its end, and back."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from kata.device.movement import Movement
+from kata.motion.linkage import Floats
+
+DT_S = 0.01
+
+
+@dataclass
+class Straight:
+    """A path whose angles are its own time, so that a place can be read from a setpoint."""
+
+    duration_s: float = 2.0
+
+    def at(self, time_s: float) -> Floats:
+        return np.full(5, time_s)
+
+
+def advance(movement: Movement, cycles: int) -> list[float]:
+    paces = []
+    for _ in range(cycles):
+        movement.advance(DT_S)
+        paces.append(movement.pace)
+    return paces
+
+
+def until_ended(movement: Movement) -> list[float]:
+    paces = []
+    while not movement.ended:
+        paces += advance(movement, 1)
+        assert len(paces) < 10_000, "it never comes to its end"
+    return paces
+
+
+def test_it_begins_at_the_paths_beginning_and_stands_there_no_longer() -> None:
+    movement = Movement(Straight())
+    assert (movement.position_s, movement.pace, movement.course, movement.back_to_s) == (0.0, 0.0, 1, 0.0)
+    assert not movement.stands
+    assert not movement.ended
+
+
+def test_the_paths_own_pace_is_reached_in_a_fifth_of_a_second_and_kept() -> None:
+    movement = Movement(Straight())
+    paces = advance(movement, 25)
+    assert paces == pytest.approx([min(1.0, 0.05 * (n + 1)) for n in range(25)])
+    # A tenth of a second is lost to the ramp; what is added in a cycle is that cycle's pace.
+    assert movement.position_s == pytest.approx(sum(paces) * DT_S)
+
+
+def test_a_pause_comes_to_a_stand_in_a_fifth_of_a_second() -> None:
+    movement = Movement(Straight(), pace=1.0)
+    movement.course = 0
+    paces = advance(movement, 20)
+    assert paces == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(20)])
+    assert not Movement(Straight(), pace=0.05, course=0).stands
+    advance(movement, 1)
+    assert movement.stands
+    assert not movement.ended
+    assert movement.position_s == pytest.approx(0.095)
+
+
+def test_turning_round_goes_through_a_stand() -> None:
+    movement = Movement(Straight(), position_s=1.0, pace=1.0, course=-1)
+    assert advance(movement, 40) == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(40)])
+    assert advance(movement, 5) == pytest.approx([-1.0] * 5)
+
+
+@pytest.mark.parametrize("duration_s", [0.05, 0.5, 1.0, 1.003, 2.0])
+def test_the_end_is_met_exactly_and_slowly(duration_s: float) -> None:
+    movement = Movement(Straight(duration_s))
+    paces = until_ended(movement)
+    assert movement.position_s == duration_s
+    assert paces[-1] <= 0.3
+    assert np.abs(np.diff([0.0, *paces])).max() <= 0.05 + 1e-9
+    # Slowing down begins no earlier than it must: a ramp, and a little creeping.
+    assert len(paces) * DT_S <= duration_s + 0.6
+
+
+def test_slowing_down_for_the_end_begins_when_what_is_left_is_the_ramps_way_and_a_cycle() -> None:
+    # From pace 1: 0.1 s of path for the ramp, 0.01 s for the cycle.
+    at_the_limit = Movement(Straight(), position_s=2.0 - 0.11 + 1e-9, pace=1.0)
+    assert advance(at_the_limit, 1) == pytest.approx([0.95])
+    before = Movement(Straight(), position_s=2.0 - 0.11 - 1e-6, pace=1.0)
+    assert advance(before, 1) == pytest.approx([1.0])
+    # From half of the pace it is a quarter of the way.
+    at_the_limit = Movement(Straight(), position_s=2.0 - 0.03 + 1e-9, pace=0.5)
+    assert advance(at_the_limit, 1) == pytest.approx([0.45])
+    before = Movement(Straight(), position_s=2.0 - 0.03 - 1e-6, pace=0.5)
+    assert advance(before, 1) == pytest.approx([0.55])
+
+
+def test_going_back_slows_down_for_where_it_ends_just_so() -> None:
+    at_the_limit = Movement(Straight(), position_s=1.0 + 0.11 - 1e-9, pace=-1.0, course=-1, back_to_s=1.0)
+    assert advance(at_the_limit, 1) == pytest.approx([-0.95])
+    before = Movement(Straight(), position_s=1.0 + 0.11 + 1e-6, pace=-1.0, course=-1, back_to_s=1.0)
+    assert advance(before, 1) == pytest.approx([-1.0])
+
+
+def test_the_end_is_crept_to_at_a_tenth_of_the_pace() -> None:
+    movement = Movement(Straight(), position_s=2.0 - 0.02, pace=0.1)
+    movement.advance(DT_S)
+    assert movement.pace == pytest.approx(0.15)  # it is early: the ramp's way from there is shorter
+    crept = Movement(Straight(), position_s=2.0 - 0.0015, pace=0.1)
+    assert advance(crept, 1) == pytest.approx([0.1])
+    assert crept.position_s == pytest.approx(2.0 - 0.0005)
+    assert not crept.ended
+    crept.advance(DT_S)
+    assert crept.ended
+
+
+def test_going_back_ends_exactly_where_it_is_to_end() -> None:
+    movement = Movement(Straight(), position_s=1.7, course=-1, back_to_s=0.4)
+    paces = until_ended(movement)
+    assert movement.position_s == pytest.approx(0.4, abs=1e-12)
+    assert min(paces) == pytest.approx(-1.0)
+    assert paces[-1] >= -0.3
+    assert not movement.stands
+
+
+def test_whoever_is_already_behind_where_going_back_ends_has_ended() -> None:
+    movement = Movement(Straight(), position_s=0.3, course=-1, back_to_s=0.4)
+    assert movement.ended
+    movement.advance(DT_S)
+    assert movement.position_s == pytest.approx(0.3)
+
+
+def test_a_course_to_a_stand_has_no_end_even_at_the_end() -> None:
+    movement = Movement(Straight(), position_s=2.0, course=0)
+    assert not movement.ended
+    assert movement.stands
+
+
+def test_slowing_down_to_a_stand_does_not_leave_the_path() -> None:
+    behind = Movement(Straight(), position_s=1.999, pace=1.0, course=0)
+    assert advance(behind, 25)[-1] == 0.0
+    assert behind.position_s == 2.0
+    before = Movement(Straight(), position_s=0.001, pace=-1.0, course=0)
+    assert advance(before, 25)[-1] == 0.0
+    assert before.position_s == 0.0
+
+
+def test_a_setpoint_is_as_far_ahead_as_the_pace_goes_in_its_lead() -> None:
+    assert Movement(Straight(), position_s=1.0, pace=1.0).setpoint(0.05)[0] == pytest.approx(1.05)
+    assert Movement(Straight(), position_s=1.0, pace=-0.5).setpoint(0.05)[0] == pytest.approx(0.975)
+    assert Movement(Straight(), position_s=1.0, pace=0.0).setpoint(0.05)[0] == 1.0
