@@ -16,9 +16,13 @@ from sqlalchemy.orm import Session
 
 import kata.clinic.tables
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
 from kata.database.base import Base
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations, upgrade
+
+_NOW = datetime.now(UTC)
 
 
 def _patient(number: str, created_at: datetime | None = None) -> PatientRow:
@@ -45,6 +49,46 @@ def test_down_and_up_again(database: Database) -> None:
         connection.rollback()
         command.upgrade(config, "head")
         assert "patients" in inspect(connection).get_table_names()
+
+
+def test_a_run_of_before_there_were_load_levels_is_kept_and_has_none(database: Database) -> None:
+    taught = {"taught_at": _NOW, "duration_s": 1.0, "rate_hz": 100, "samples": 101, "archived_at": None}
+    played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
+    tracked = {"peak_deg": 1.0, "peak_at_s": 0.5, "rmse_deg": 0.2, "start_deg": 0.0}
+    with database.write() as session:
+        session.add(patient := _patient("1"))
+        session.add(visit := SessionRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, ended_at=None, note=""))
+        told = {"patient_id": patient.id, "name": "N", "side": "left"}
+        session.add(teaching := TeachingRow(id=uuid4(), started_at=_NOW, **told))
+        session.flush()
+        session.add(
+            recording := RecordingRow(
+                id=uuid4(), teaching_id=teaching.id, take=1, station="S", note="", **told, **taught
+            )
+        )
+        session.flush()
+        session.add(
+            run := RunRow(
+                id=uuid4(), session_id=visit.id, recording_id=recording.id, outcome="completed", load_level=8,
+                samples=100, **played,
+            )
+        )  # fmt: skip
+        session.flush()
+        session.add(MotorTrackingRow(run_id=run.id, motor=1, **tracked))
+        key = run.id
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    with database.writer.connect() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0001")
+        assert "load_level" not in {column["name"] for column in inspect(connection).get_columns("runs")}
+        connection.rollback()
+    upgrade(database)
+
+    with database.read() as session:
+        kept = session.get_one(RunRow, key)
+        assert (kept.outcome, kept.samples, len(kept.tracking)) == ("completed", 100, 1)
+        assert kept.load_level is None
 
 
 def test_upgrading_twice_changes_nothing(database: Database) -> None:

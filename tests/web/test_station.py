@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -57,9 +58,9 @@ def teach(client: TestClient, patient: dict[str, Any], motion_id: str = "built-i
     return recording
 
 
-def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any]) -> dict[str, Any]:
+def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    return accepted(client, "load", {"session_id": session["id"], "recording_id": recording["id"]})
+    return accepted(client, "load", {"session_id": session["id"], "recording_id": recording["id"], **settings})
 
 
 @pytest.fixture(scope="module")
@@ -191,6 +192,75 @@ def test_a_refused_load_leaves_no_run_behind(
     assert len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"]) == before
     problem(client.post(f"/api/sessions/{run['session_id']}/end"), 409, "run_not_ended")
     accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+@pytest.mark.parametrize("level", [0, 26, 8.5, "high", None])
+def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], level: object
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    body = {"session_id": session["id"], "recording_id": recording["id"], "load_level": level}
+    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == ["#/load_level"]
+    assert until_mode(client, "idle")["run"] is None
+
+
+@pytest.mark.parametrize(("settings", "level"), [({"load_level": 7}, 7), ({}, 25)])
+def test_the_load_level_reaches_the_device_and_stays_with_the_run(
+    client: TestClient,
+    taught_patient: dict[str, Any],
+    recording: dict[str, Any],
+    settings: dict[str, int],
+    level: int,
+) -> None:
+    run = load(client, taught_patient, recording, **settings)
+    live = until_mode(client, "ready")
+    assert live["run"]["load_level"] == level
+    assert (live["run"]["reversals"], live["run"]["reversing"], live["run"]["resistance"]) == (0, False, None)
+    accepted(client, "unload")
+    until_mode(client, "idle")
+    assert client.get(f"/api/runs/{run['id']}").json()["load_level"] == level
+
+
+def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_somebody_supports_it(
+    client: TestClient, taught_patient: dict[str, Any]
+) -> None:
+    abduction = teach(client, taught_patient, "built-in-4")
+    load(client, taught_patient, abduction, load_level=8)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    jammed = client.app.state.simulation.process.client()  # type: ignore[attr-defined]
+    jammed.fault("stuck", 3)
+    accepted(client, "play")
+    live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
+    assert live["run"]["reversals"] == 1
+    assert "Motor 3 met resistance" in live["run"]["resistance"]
+    assert live["stop"] is None
+
+    accepted(client, "play")
+    live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+    assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
+    assert live["stop"]["arm_held"] is True
+    assert live["torque_on"] is True
+    jammed.clear_faults()
+    jammed.close()
+    accepted(client, "acknowledge")
+    until(client, lambda live: live["mode"] == "idle" and not live["torque_on"])
+
+
+def test_when_service_and_device_mean_different_runs_the_arm_is_stopped(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    station = client.app.state.station  # type: ignore[attr-defined]
+    station._occupation = replace(station._occupation, id="another")
+    live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+    assert live["stop"]["causes"][0]["code"] == "other_run"
+    assert live["stop"]["arm_held"] is False
+    accepted(client, "acknowledge")
     until_mode(client, "idle")
 
 

@@ -58,6 +58,8 @@ class Rig:
         self._requests = 0
         self._replies: dict[int, Reply] = {}
         self.heartbeats = True
+        self.believed: str | None = None
+        """The run that heartbeats name."""
         self.snapshots: list[Snapshot] = []
         self.events: list[Event] = []
         self.closed: list[Path] = []
@@ -69,7 +71,7 @@ class Rig:
     def pump(self) -> None:
         """Beat, and take what comes within 20 ms."""
         if self.heartbeats:
-            self._send(Heartbeat())
+            self._send(Heartbeat(run_id=self.believed))
         readable, _, _ = select.select([self._socket], [], [], 0.02)
         if not readable:
             return

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.messages import Acknowledge, Approach, FinishTeaching, Load, Play, Teach
+from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, Teach
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
@@ -31,7 +31,7 @@ def teach(rig: Rig, motion: Taught) -> journal.Journal:
     return journal.read(rig.closed[-1])
 
 
-def load(rig: Rig, taught: journal.Journal, run_id: str = "run") -> None:
+def load(rig: Rig, taught: journal.Journal, run_id: str = "run", load_level: int = LOAD_LEVELS) -> None:
     """Load what was taught, and move to its start."""
     times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
     command = Load(
@@ -39,6 +39,7 @@ def load(rig: Rig, taught: journal.Journal, run_id: str = "run") -> None:
         recording_id="recording",
         times_s=times_s.astype("<f8").tobytes(),
         angles_deg=taught.measured_deg.astype("<f8").tobytes(),
+        load_level=load_level,
     )
     assert rig.send(command) is None
     assert rig.send(Approach()) is None
@@ -147,6 +148,55 @@ def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught)
 
         assert [cause.code for cause in rig.snapshot.stop.causes] == ["service_silent"] if rig.snapshot.stop else False
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+
+def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        taught = teach(rig, motion)
+        rig.believed = "run"
+        load(rig, taught)
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        assert rig.snapshot.mode == "playing"
+        rig.believed = "another"
+        rig.until_mode("stopped")
+
+        assert [cause.code for cause in rig.snapshot.stop.causes] == ["other_run"] if rig.snapshot.stop else False
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+
+def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped_and_held(tmp_path: Path) -> None:
+    flexion = built_in_motions()[4]
+    with closing(Rig(tmp_path)) as rig:
+        taught = teach(rig, flexion)
+        load(rig, taught, load_level=8)
+        # From the start: what is jammed further on cannot be taken back either, and that is another fault.
+        rig.hand.fault("stuck", 4)
+        assert rig.send(Play()) is None
+        rig.until_mode("paused")
+
+        run = rig.snapshot.run
+        assert run is not None
+        assert (run.reversals, run.reversing) == (1, True)
+        assert any(event.code == "load_reversal" and "Motor 4" in event.message for event in rig.events)
+        assert rig.snapshot.stop is None
+
+        assert rig.send(Play()) is None
+        rig.until_mode("stopped")
+        rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
+        stop = rig.snapshot.stop
+        assert stop is not None
+        assert [(cause.code, cause.category, cause.axis) for cause in stop.causes] == [("load_repeated", 2, 4)]
+        assert rig.snapshot.torque_on
+        assert all(axis.torque_on for axis in rig.hand.state().axes)
+
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+        rig.until(lambda: len(rig.closed) == 2)
+        end = journal.read(rig.closed[-1]).end
+        assert end is not None
+        assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
 
 
 def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:

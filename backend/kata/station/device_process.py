@@ -34,15 +34,20 @@ class DeviceProcess:
         journal_folder: Path,
         on_message: Callable[[FromDevice], None],
         on_end: Callable[[], None],
+        occupation: Callable[[], str],
         *,
         real_time: bool,
     ) -> None:
-        """Its log goes to device.log beside the journal folder. Without ``real_time`` it asks for no privileges."""
+        """Its log goes to device.log beside the journal folder. Without ``real_time`` it asks for no privileges.
+
+        ``occupation`` names the run or teaching that the service believes to be going on, "" for none.
+        """
         self._station_file = station_file
         self._journal_folder = journal_folder
         self._log_path = journal_folder.parent / "device.log"
         self._on_message = on_message
         self._on_end = on_end
+        self._occupation = occupation
         self._options = () if real_time else ("--no-real-time",)
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
@@ -62,6 +67,10 @@ class DeviceProcess:
         """Queue a message; it is lost when no process runs, and its reply then never comes."""
         if self._writer is not None and not self._writer.is_closing():
             self._writer.write(frame(message))
+
+    def beat(self) -> None:
+        """Say that the service is alive, and which run or teaching it believes in."""
+        self.send(Heartbeat(run_id=self._occupation()))
 
     async def close(self) -> None:
         """Hang up, and wait until it has stopped, kept its journal and ended."""
@@ -131,7 +140,7 @@ class DeviceProcess:
 
     async def _beat(self) -> None:
         while True:
-            self.send(Heartbeat())
+            self.beat()
             await asyncio.sleep(_HEARTBEAT_S)
 
     @staticmethod

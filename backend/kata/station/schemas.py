@@ -6,10 +6,19 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.messages import CommandName, EstopState, Mode, PedalState
+from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState
 
 DeviceState = Literal["starting", "running", "restarting"]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
+LoadLevel = Annotated[
+    int,
+    Field(
+        ge=1,
+        le=LOAD_LEVELS,
+        description="Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.",
+        examples=[8],
+    ),
+]
 
 
 class _Schema(BaseModel):
@@ -65,6 +74,7 @@ class StopLive(_Schema):
     """A latched stop, first cause first."""
 
     causes: list[StopCauseLive] = Field(min_length=1)
+    arm_held: bool = Field(description="The motors hold the arm still, until the stop is acknowledged.")
 
 
 class PatientRef(_Schema):
@@ -88,6 +98,13 @@ class RunLive(_Schema):
         description="Seconds left of the approach or return while those go on, else of the recording."
     )
     at_start: bool = Field(description="Held at the recording's start: ready to play.")
+    load_level: LoadLevel
+    reversals: int = Field(ge=0, description="How often the arm met resistance and was taken back.")
+    reversing: bool = Field(description="It is being taken back just now, or waits where it was taken.")
+    resistance: str | None = Field(
+        description="What was met when the arm was last taken back; null when it never was.",
+        examples=["Motor 3 met resistance at 12.3 s; the arm is taken back."],
+    )
 
 
 class TeachingLive(_Schema):

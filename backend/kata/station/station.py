@@ -73,6 +73,14 @@ class Occupation:
     session_id: UUID | None = None
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """A command on its way, and what it would begin."""
+
+    reply: asyncio.Future[Refusal | None]
+    occupation: Occupation | None
+
+
 class Station:
     """One apparatus. Lives in the service's event loop; every method is to be called there."""
 
@@ -100,13 +108,16 @@ class Station:
             ],
         )
         self._on_journal = on_journal
-        self._process = DeviceProcess(station_file, journal_folder, self._take, self._ended, real_time=real_time)
+        self._process = DeviceProcess(
+            station_file, journal_folder, self._take, self._ended, self._believed, real_time=real_time
+        )
         self._numbers = itertools.count(1)
-        self._replies: dict[int, asyncio.Future[Refusal | None]] = {}
+        self._asked: dict[int, _Asked] = {}
         self._snapshot: Snapshot | None = None
         self._snapshot_at_s = 0.0
         self._has_run = False
         self._occupation: Occupation | None = None
+        self._resistance: str | None = None
         self._subscriptions: list[Subscription] = []
 
     def start(self) -> None:
@@ -130,20 +141,19 @@ class Station:
             return _OFFLINE
         number = next(self._numbers)
         reply: asyncio.Future[Refusal | None] = asyncio.get_running_loop().create_future()
-        self._replies[number] = reply
+        self._asked[number] = _Asked(reply, occupation)
         self._process.send(Request(id=number, command=command))
         try:
             refusal = await asyncio.wait_for(reply, _REPLY_LIMIT_S)
         except TimeoutError:
+            self._occupy(occupation)
             refusal = Refusal(
                 code=NO_ANSWER,
                 message="The apparatus' control program did not answer.",
                 next_step="Look at the apparatus before trying again: the command may still have been carried out.",
             )
         finally:
-            del self._replies[number]
-        if occupation and (refusal is None or refusal.code == NO_ANSWER):
-            self._occupation = occupation
+            del self._asked[number]
         return refusal
 
     # -- telemetry ------------------------------------------------------------------------------------------------
@@ -157,6 +167,10 @@ class Station:
             state = msgspec.to_builtins(snapshot)
             state["run"] = self._with_occupation(state["run"], "run_id")
             state["teaching"] = self._with_occupation(state["teaching"], "teaching_id")
+            if snapshot.run:
+                state["run"]["resistance"] = self._resistance if snapshot.run.reversals else None
+            if snapshot.stop:
+                state["stop"]["arm_held"] = self._holds(snapshot)
         else:
             state = self._unknown(snapshot)
         device = "running" if running else "restarting" if self._has_run else "starting"
@@ -182,9 +196,7 @@ class Station:
     def _take(self, message: FromDevice) -> None:
         match message:
             case Reply():
-                waiting = self._replies.get(message.id)
-                if waiting and not waiting.done():
-                    waiting.set_result(message.refusal)
+                self._answered(message)
             case Snapshot():
                 self._snapshot = message
                 self._has_run = True
@@ -192,6 +204,8 @@ class Station:
                 for subscription in self._subscriptions:
                     subscription.changed.set()
             case Event():
+                if message.code == "load_reversal":
+                    self._resistance = message.message
                 since = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
                 self.tell(
                     EventLive(
@@ -201,11 +215,30 @@ class Station:
             case JournalClosed():
                 self._on_journal(Path(message.path))
 
+    def _answered(self, message: Reply) -> None:
+        asked = self._asked.get(message.id)
+        if asked is None or asked.reply.done():
+            return
+        if message.refusal is None:
+            self._occupy(asked.occupation)
+        asked.reply.set_result(message.refusal)
+
+    def _occupy(self, occupation: Occupation | None) -> None:
+        """Something has begun, and the device hears at once that we know: before any command that could put torque on."""
+        if occupation:
+            self._occupation = occupation
+            self._resistance = None
+            self._process.beat()
+
+    def _believed(self) -> str:
+        return self._occupation.id if self._occupation else ""
+
     def _ended(self) -> None:
         self._snapshot = None
-        for waiting in self._replies.values():
-            if not waiting.done():
-                waiting.set_result(_OFFLINE)
+        self._occupation = None
+        for asked in self._asked.values():
+            if not asked.reply.done():
+                asked.reply.set_result(_OFFLINE)
         for subscription in self._subscriptions:
             subscription.changed.set()
         self._on_journal(None)
@@ -219,6 +252,11 @@ class Station:
             "recording_name": known.recording_name if known else None,
             "session_id": known.session_id if known else None,
         }
+
+    @staticmethod
+    def _holds(snapshot: Snapshot) -> bool:
+        """Only a stop whose every cause is of category 2 leaves the motors holding the arm."""
+        return snapshot.torque_on and snapshot.stop is not None and all(c.category == 2 for c in snapshot.stop.causes)
 
     @staticmethod
     def _unknown(snapshot: Snapshot | None) -> dict[str, Any]:

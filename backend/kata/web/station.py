@@ -20,7 +20,7 @@ from kata.clinic.sessions.tables import RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
-from kata.station.schemas import Live, PatientRef, StationInfo
+from kata.station.schemas import Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.problems import refused
 
@@ -61,6 +61,7 @@ class LoadRequest(Schema):
 
     session_id: UUID
     recording_id: UUID
+    load_level: LoadLevel = messages.LOAD_LEVELS
 
 
 @router.get("")
@@ -97,6 +98,7 @@ async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) 
         recording_id=str(run.recording_id),
         times_s=taught.times_s.astype("<f8").tobytes(),
         angles_deg=taught.angles_deg.astype("<f8").tobytes(),
+        load_level=wanted.load_level,
     )
     patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
     refusal = await station.command(command, Occupation(str(run.id), patient, run.recording_name, run.session_id))
@@ -174,7 +176,7 @@ def _begin_teaching(database: Database, wanted: TeachRequest) -> tuple[TeachingR
 
 def _begin_run(database: Database, wanted: LoadRequest) -> tuple[Run, recordings.Samples]:
     with database.write() as session:
-        row = sessions.begin_run(session, wanted.session_id, wanted.recording_id)
+        row = sessions.begin_run(session, wanted.session_id, wanted.recording_id, wanted.load_level)
         return sessions.as_run(row), recordings.samples(session, wanted.recording_id)
 
 

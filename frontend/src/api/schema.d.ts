@@ -974,6 +974,13 @@ export interface components {
              * Format: uuid
              */
             recording_id: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @default 25
+             * @example 8
+             */
+            load_level: number;
         };
         /**
          * LoopLive
@@ -1521,6 +1528,11 @@ export interface components {
              * @description Samples a second.
              */
             rate_hz: number | null;
+            /**
+             * Load Level
+             * @description Resistance at which the arm was to be taken back; null for a run of before there were levels.
+             */
+            load_level: number | null;
             /** @description Null while nothing was played. */
             comparison: components["schemas"]["Comparison"] | null;
         };
@@ -1585,6 +1597,28 @@ export interface components {
              * @description Held at the recording's start: ready to play.
              */
             at_start: boolean;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Reversals
+             * @description How often the arm met resistance and was taken back.
+             */
+            reversals: number;
+            /**
+             * Reversing
+             * @description It is being taken back just now, or waits where it was taken.
+             */
+            reversing: boolean;
+            /**
+             * Resistance
+             * @description What was met when the arm was last taken back; null when it never was.
+             * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
+             */
+            resistance: string | null;
         };
         /**
          * RunStop
@@ -1885,6 +1919,11 @@ export interface components {
         StopLive: {
             /** Causes */
             causes: components["schemas"]["StopCauseLive"][];
+            /**
+             * Arm Held
+             * @description The motors hold the arm still, until the stop is acknowledged.
+             */
+            arm_held: boolean;
         };
         /**
          * TeachRequest

@@ -7,6 +7,7 @@ from pydantic import Field
 
 from kata.clinic.fields import Moment, Motor, Note, Schema
 from kata.clinic.recordings.schemas import Figure
+from kata.station.schemas import LoadLevel
 
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
@@ -50,6 +51,9 @@ class Run(Schema):
     )
     stop: RunStop | None
     rate_hz: int | None = Field(ge=1, description="Samples a second.")
+    load_level: LoadLevel | None = Field(
+        description="Resistance at which the arm was to be taken back; null for a run of before there were levels."
+    )
     comparison: Comparison | None = Field(description="Null while nothing was played.")
 
 

@@ -24,6 +24,7 @@ from kata.clinic.sessions.tables import SAMPLE_COLUMNS, MotorTrackingRow, RunRow
 from kata.database import arrays
 from kata.database.base import utc_now
 from kata.device.journal import PHASE_PLAYING, Journal
+from kata.device.messages import LOAD_LEVELS
 from kata.motion.tracking import compare
 
 
@@ -102,7 +103,7 @@ def get_run(session: DatabaseSession, run_id: UUID) -> RunRow:
     return row
 
 
-def begin_run(session: DatabaseSession, session_id: UUID, recording_id: UUID) -> RunRow:
+def begin_run(session: DatabaseSession, session_id: UUID, recording_id: UUID, load_level: int = LOAD_LEVELS) -> RunRow:
     """Write down that a recording is about to be played.
 
     :raises ProblemError: 404; 409 when the session has ended, or the recording is another patient's or archived.
@@ -127,6 +128,7 @@ def begin_run(session: DatabaseSession, session_id: UUID, recording_id: UUID) ->
         stop_code=None,
         stop_message=None,
         rate_hz=None,
+        load_level=load_level,
         samples=None,
     )
     session.add(row)
@@ -212,6 +214,7 @@ def as_run(row: RunRow) -> Run:
         outcome=row.outcome,
         stop=RunStop(code=row.stop_code, message=row.stop_message or "") if row.stop_code else None,
         rate_hz=row.rate_hz,
+        load_level=row.load_level,
         comparison=Comparison(samples=row.samples, motors=motors) if row.samples else None,
     )
 

@@ -51,6 +51,8 @@ class RunRow(Base):
     stop_code: Mapped[str | None] = mapped_column(String(32))
     stop_message: Mapped[str | None] = mapped_column(Text)
     rate_hz: Mapped[int | None]
+    load_level: Mapped[int | None]
+    """None where it was played before there were levels."""
     samples: Mapped[int | None]
     """How many were compared: those of the playing itself."""
 
