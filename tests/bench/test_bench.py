@@ -23,14 +23,23 @@ def bench(*arguments: str, out: Path) -> dict[str, Any]:
     return told
 
 
-@pytest.mark.parametrize("rate_hz", [10, 100])
-def test_loop_under_load_and_without_privileges(tmp_path: Path, rate_hz: int) -> None:
-    """What everybody is granted everywhere."""
-    quick = ("--seconds", "1", "--rates", str(rate_hz), "--no-fifo", "--loaded", "--plot-minutes", "0.1")
-    told = bench("loop", *quick, out=tmp_path / "loop.json")
+def loop(out: Path, rate_hz: int, load: str) -> None:
+    quick = ("--seconds", "1", "--rates", str(rate_hz), "--no-fifo", f"--{load}", "--plot-minutes", "0.1")
+    told = bench("loop", *quick, out=out)
     kinds = ("lateness_p50_ms", "lateness_p99_ms", "lateness_p999_ms", "lateness_max_ms", "missed")
-    assert {f"{kind}_{rate_hz}hz_loaded_nofifo" for kind in kinds} <= set(told["figures"])
-    assert any("WebSocket messages read" in note for note in told["notes"])
+    assert {f"{kind}_{rate_hz}hz_{load}_nofifo" for kind in kinds} <= set(told["figures"])
+    assert load == "idle" or any("WebSocket messages read" in note for note in told["notes"])
+
+
+def test_loop_without_privileges(tmp_path: Path) -> None:
+    """What everybody is granted everywhere."""
+    loop(tmp_path / "loop.json", 100, "idle")
+
+
+@pytest.mark.campaign
+def test_loop_under_load_and_without_privileges(tmp_path: Path) -> None:
+    """A computer that does other things besides may be too busy for it, and the apparatus stops: not for every test run."""
+    loop(tmp_path / "loop.json", 10, "loaded")
 
 
 def test_estop(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from typing import Any, Final, Self
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
+import msgspec
+
 from kata.bench.prepared import Prepared, prepare
 from kata.device import config
 from kata.simulator.process import SimulatorProcess
@@ -51,8 +53,8 @@ class Clinic:
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
         station = data / "station.toml"
-        station_config = config.StationConfig(
-            name="Benchmark", port=self.simulator.port, cycle_hz=cycle_hz, rate_hz=rate_hz
+        station_config = msgspec.structs.replace(
+            config.simulated(self.simulator.port), name="Benchmark", cycle_hz=cycle_hz, rate_hz=rate_hz
         )
         config.write(station_config, station)
         self._log_path = data / "service.log"
