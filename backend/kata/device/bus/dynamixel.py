@@ -219,6 +219,10 @@ def _zero(axis: Axis) -> int:
     return _HALF_TURN if axis.zero_count is None else axis.zero_count
 
 
+_Take = Callable[[int, int, int, bytes], None]
+"""Is told drive id, time, error byte and data of an answer."""
+
+
 @dataclass
 class _Replies:
     """What came of one request."""
@@ -240,6 +244,8 @@ class DynamixelBus:
         self._delay_ns = config.return_delay_us * 1000
         self._slack_ns = min(_SLACK_NS, int(_SLACK_SHARE * 1e9 / config.cycle_hz))
         self._ids = [axis.id for axis in config.axes]
+        self._axes = {axis.id: (axis, _zero(axis)) for axis in config.axes}
+        """By drive id, with its zero in counts."""
         self._line: Line | None = None
         self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
@@ -282,14 +288,15 @@ class DynamixelBus:
         asked = self._quiet.order()
         fast = self._fast and not self._plain_cycles
         self._plain_cycles = max(0, self._plain_cycles - 1)
-        replies = self._sync_read(asked, fast)
+        found: dict[int, DriveReading] = {}
+        replies = self._sync_read(asked, fast, lambda *answer: self._understand(found, *answer))
         if fast and replies.garbled:
             self._plain_cycles = _PLAIN_CYCLES
-        sound = self._sound(replies, asked, _PRESENT_FORMAT.size + self._longer)
-        self._quiet.answered(asked, sound.keys())
-        missing = frozenset(self._ids.index(drive_id) for drive_id in asked if drive_id not in sound)
-        drives = tuple(self._drive_reading(axis, sound.get(axis.id)) for axis in self._config.axes)
-        return drives, missing if replies.garbled else frozenset()
+        self.errors += len(asked) - len(found)
+        self._quiet.answered(asked, found.keys())
+        drives = tuple([found.get(drive_id) for drive_id in self._ids])
+        missing = [self._ids.index(drive_id) for drive_id in asked if drive_id not in found]
+        return drives, frozenset(missing if replies.garbled else ())
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -319,13 +326,13 @@ class DynamixelBus:
 
     # -- one request each -----------------------------------------------------------------------------------------
 
-    def _sync_read(self, asked: Sequence[int], fast: bool) -> _Replies:
+    def _sync_read(self, asked: Sequence[int], fast: bool, take: _Take | None = None) -> _Replies:
         if not asked:
             return _Replies()
         size = _PRESENT_FORMAT.size + self._longer
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
         request = _question(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
-        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size)
+        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, take)
 
     def _read_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
@@ -346,15 +353,15 @@ class DynamixelBus:
     def _input_bytes(self) -> int:
         return 2 * abs(self._config.inputs.estop_port - self._config.inputs.pedal_port) + 2
 
-    @staticmethod
-    def _drive_reading(axis: Axis, reply: tuple[int, bytes] | None) -> DriveReading | None:
-        if reply is None:
-            return None
-        t_ns, data = reply
+    def _understand(self, found: dict[int, DriveReading], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
+        """As soon as it comes: while the next drive's answer is still on the wire, there is time for it."""
+        if error & 0x7F:
+            return
+        axis, zero = self._axes[drive_id]
         current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
-        return DriveReading(
+        found[drive_id] = DriveReading(
             t_ns=t_ns,
-            position_deg=axis.direction * (position - _zero(axis)) * _DEG_A_COUNT,
+            position_deg=axis.direction * (position - zero) * _DEG_A_COUNT,
             speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
             torque_nm=axis.direction * current * _A_A_UNIT * _NM_A_A,
         )
@@ -455,9 +462,17 @@ class DynamixelBus:
         return sound
 
     def _transact(
-        self, request: bytes, asked: Sequence[int], parser: StatusParser | FastParser, length: int
+        self,
+        request: bytes,
+        asked: Sequence[int],
+        parser: StatusParser | FastParser,
+        length: int,
+        take: _Take | None = None,
     ) -> _Replies:
-        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over."""
+        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over.
+
+        ``take`` gets each when it comes.
+        """
         sizes = parser.sizes(len(asked), length)
         line = self._the_line()
         sent_ns = line.now_ns()
@@ -477,7 +492,10 @@ class DynamixelBus:
             found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
-                replies.of[drive_id] = (t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns), error, payload)
+                came_ns = t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns)
+                replies.of[drive_id] = (came_ns, error, payload)
+                if take:
+                    take(drive_id, came_ns, error, payload)
         replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
 
