@@ -78,6 +78,8 @@ _NM_A_A: Final = 2.0
 _HALF_TURN: Final = 2048
 _LAST_COUNT: Final = 4095
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
+_GOALS_TO: Final = struct.pack("<HH", _GOAL_POSITION, 4)
+"""Where a Sync Write of goals goes, and how many bytes each has."""
 
 
 def _crc_table() -> tuple[int, ...]:
@@ -105,8 +107,8 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     """One instruction packet, stuffed and with its CRC."""
     body = bytes([instruction]) + parameters
     body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
-    packet = _HEADER + struct.pack("<BH", drive_id, len(body) + 2) + body
-    return packet + struct.pack("<H", crc16(packet))
+    packet = _HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
+    return packet + crc16(packet).to_bytes(2, "little")
 
 
 _question: Final = lru_cache(maxsize=256)(encode)
@@ -246,6 +248,8 @@ class DynamixelBus:
         self._ids = [axis.id for axis in config.axes]
         self._axes = {axis.id: (axis, _zero(axis)) for axis in config.axes}
         """By drive id, with its zero in counts."""
+        self._goals = struct.Struct("<" + "Bi" * len(config.axes))
+        """Id and goal of each drive."""
         self._line: Line | None = None
         self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
@@ -300,11 +304,10 @@ class DynamixelBus:
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        goals = [
-            struct.pack("<i", round(_zero(axis) + axis.direction * angle / _DEG_A_COUNT))
-            for axis, angle in zip(self._config.axes, angles_deg, strict=True)
-        ]
-        self._sync_write(_GOAL_POSITION, goals)
+        goals: list[int] = []
+        for (drive_id, (axis, zero)), angle_deg in zip(self._axes.items(), angles_deg, strict=True):
+            goals += drive_id, round(zero + axis.direction * angle_deg / _DEG_A_COUNT)
+        self._send(encode(_BROADCAST, _SYNC_WRITE, _GOALS_TO + self._goals.pack(*goals)))
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
