@@ -9,8 +9,10 @@ from typing import Any
 
 import pytest
 
+from kata.bench import bus
 from kata.bench.loop import Cell, cells
 from kata.bench.peers import there
+from kata.bench.report import Report
 
 
 def bench(*arguments: str, out: Path) -> dict[str, Any]:
@@ -68,6 +70,16 @@ def test_bus(tmp_path: Path) -> None:
     # Others' libraries are for development: where one is not installed, the table says so.
     missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not there(name)]
     assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(told["figures"])
+
+
+def test_a_library_that_is_not_installed_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bus, "there", lambda module: module != "rustypot")
+    report = Report("Bus", ("Wire, library",))
+    left = bus._installed(report, "dynamixel 115200", bus.DYNAMIXEL)
+    assert [row[:2] for row in report.rows] == [
+        ("dynamixel 115200, rustypot, Sync Read of a block", "not installed"),
+    ]
+    assert "rustypot" not in {way.host for way in left}
 
 
 def test_soak(tmp_path: Path) -> None:

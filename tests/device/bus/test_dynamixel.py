@@ -125,3 +125,22 @@ def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
     heard.clear()
     bus.read()
     assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]
+
+
+def test_a_silent_drive_is_no_noise_and_the_quicker_request_stays() -> None:
+    world = World()
+    bus = make_bus(world.config, world.open_line)
+    bus.open()
+    heard: list[int] = []
+    carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
+
+    def listen(instruction: Instruction, baud: int, now_ns: int) -> object:
+        heard.append(instruction.code)
+        return carry_out(instruction, baud, now_ns)
+
+    world.line._bus.carry_out = listen  # type: ignore[attr-defined]
+    world.fault("silent", 3)
+    for reading in Conformance.cycles(world, bus, 20):
+        assert reading.garbled == frozenset()
+    assert protocol.FAST_SYNC_READ in heard
+    assert protocol.SYNC_READ not in heard

@@ -79,6 +79,8 @@ _NM_A_A: Final = 2.0
 _HALF_TURN: Final = 2048
 _LAST_COUNT: Final = 4095
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
+_GOALS_TO: Final = struct.pack("<HH", _GOAL_POSITION, 4)
+"""Where a Sync Write of goals goes, and how many bytes each has."""
 
 
 def _crc_table() -> tuple[int, ...]:
@@ -106,8 +108,8 @@ def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
     """One instruction packet, stuffed and with its CRC."""
     body = bytes([instruction]) + parameters
     body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
-    packet = _HEADER + struct.pack("<BH", drive_id, len(body) + 2) + body
-    return packet + struct.pack("<H", crc16(packet))
+    packet = _HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
+    return packet + crc16(packet).to_bytes(2, "little")
 
 
 _question: Final = lru_cache(maxsize=256)(encode)
@@ -220,6 +222,10 @@ def _zero(axis: Axis) -> int:
     return _HALF_TURN if axis.zero_count is None else axis.zero_count
 
 
+_Take = Callable[[int, int, int, bytes], None]
+"""Is told drive id, time, error byte and data of an answer."""
+
+
 @dataclass
 class _Replies:
     """What came of one request."""
@@ -243,6 +249,10 @@ class DynamixelBus:
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
+        self._axes = {axis.id: (axis, _zero(axis)) for axis in config.axes}
+        """By drive id, with its zero in counts."""
+        self._goals = struct.Struct("<" + "Bi" * len(config.axes))
+        """Id and goal of each drive."""
         self._line: Line | None = None
         self._quiet = Quiet(self._ids)
         self._next_status = cycle(range(len(config.axes)))
@@ -276,7 +286,6 @@ class DynamixelBus:
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
-        self._slack_left_ns = self._slack_ns
         self._longer = 1 - self._longer
         drives, garbled = self.read_drives()
         status = self._read_status(next(self._next_status))
@@ -284,17 +293,19 @@ class DynamixelBus:
 
     def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int]]:
         """Position, speed and torque of all five; and the axes from which something unsound came."""
+        self._slack_left_ns = self._slack_ns
         asked = self._quiet.order()
         fast = self._fast and not self._plain_cycles
         self._plain_cycles = max(0, self._plain_cycles - 1)
-        replies = self._sync_read(asked, fast)
+        found: dict[int, DriveReading] = {}
+        replies = self._sync_read(asked, fast, lambda *answer: self._understand(found, *answer))
         if fast and replies.garbled:
             self._plain_cycles = _PLAIN_CYCLES
-        sound = self._sound(replies, asked, _PRESENT_FORMAT.size + self._longer)
-        self._quiet.answered(asked, sound.keys())
-        missing = frozenset(self._ids.index(drive_id) for drive_id in asked if drive_id not in sound)
-        drives = tuple(self._drive_reading(axis, sound.get(axis.id)) for axis in self._config.axes)
-        return drives, missing if replies.garbled else frozenset()
+        self.errors += len(asked) - len(found)
+        self._quiet.answered(asked, found.keys())
+        drives = tuple([found.get(drive_id) for drive_id in self._ids])
+        missing = [self._ids.index(drive_id) for drive_id in asked if drive_id not in found]
+        return drives, frozenset(missing if replies.garbled else ())
 
     def read_inputs(self) -> InputReading | None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -303,11 +314,10 @@ class DynamixelBus:
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        goals = [
-            struct.pack("<i", round(_zero(axis) + axis.direction * angle / _DEG_A_COUNT))
-            for axis, angle in zip(self._config.axes, angles_deg, strict=True)
-        ]
-        self._sync_write(_GOAL_POSITION, goals)
+        goals: list[int] = []
+        for (drive_id, (axis, zero)), angle_deg in zip(self._axes.items(), angles_deg, strict=True):
+            goals += drive_id, round(zero + axis.direction * angle_deg / _DEG_A_COUNT)
+        self._send(encode(_BROADCAST, _SYNC_WRITE, _GOALS_TO + self._goals.pack(*goals)))
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
@@ -329,13 +339,13 @@ class DynamixelBus:
 
     # -- one request each -----------------------------------------------------------------------------------------
 
-    def _sync_read(self, asked: Sequence[int], fast: bool) -> _Replies:
+    def _sync_read(self, asked: Sequence[int], fast: bool, take: _Take | None = None) -> _Replies:
         if not asked:
             return _Replies()
         size = _PRESENT_FORMAT.size + self._longer
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
         request = _question(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
-        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size)
+        return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, take)
 
     def _ask_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
@@ -356,15 +366,15 @@ class DynamixelBus:
     def _input_bytes(self) -> int:
         return 2 * abs(self._config.inputs.estop_port - self._config.inputs.pedal_port) + 2
 
-    @staticmethod
-    def _drive_reading(axis: Axis, reply: tuple[int, bytes] | None) -> DriveReading | None:
-        if reply is None:
-            return None
-        t_ns, data = reply
+    def _understand(self, found: dict[int, DriveReading], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
+        """As soon as it comes: while the next drive's answer is still on the wire, there is time for it."""
+        if error & 0x7F:
+            return
+        axis, zero = self._axes[drive_id]
         current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
-        return DriveReading(
+        found[drive_id] = DriveReading(
             t_ns=t_ns,
-            position_deg=axis.direction * (position - _zero(axis)) * _DEG_A_COUNT,
+            position_deg=axis.direction * (position - zero) * _DEG_A_COUNT,
             speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
             torque_nm=axis.direction * current * _A_A_UNIT * _NM_A_A,
         )
@@ -467,9 +477,17 @@ class DynamixelBus:
         return sound
 
     def _transact(
-        self, request: bytes, asked: Sequence[int], parser: StatusParser | FastParser, length: int
+        self,
+        request: bytes,
+        asked: Sequence[int],
+        parser: StatusParser | FastParser,
+        length: int,
+        take: _Take | None = None,
     ) -> _Replies:
-        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over."""
+        """Send, and collect the answers with so many bytes of data, until all are here or the time for them is over.
+
+        ``take`` gets each when it comes.
+        """
         sizes = parser.sizes(len(asked), length)
         line = self._the_line()
         sent_ns = line.now_ns()
@@ -489,7 +507,10 @@ class DynamixelBus:
             found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
-                replies.of[drive_id] = (t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns), error, payload)
+                came_ns = t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns)
+                replies.of[drive_id] = (came_ns, error, payload)
+                if take:
+                    take(drive_id, came_ns, error, payload)
         self._slack_left_ns -= max(0, line.now_ns() - earliest_ns)
         replies.garbled = len(replies.of) < len(asked) and parser.skipped + parser.pending > 0
         return replies
