@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -125,6 +126,13 @@ def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_again
         assert refusal.code == nothing_to_do.get(name, f"is_{mode}")
         assert refusal.message.endswith(".")
         assert refusal.next_step.endswith(".")
+
+
+def test_stop_is_never_refused_not_even_while_a_cause_of_another_holds(stepped: Stepped) -> None:
+    stepped.apparatus.estop_open = True
+    stepped.forward(0.2)
+    assert "acknowledge" in stepped.snapshot.refusals
+    assert "stop" not in stepped.snapshot.refusals
 
 
 def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
@@ -464,9 +472,26 @@ def test_until_torque_is_on_the_setpoint_is_where_the_arm_is(stepped: Stepped) -
         assert stepped.loop._machine.setpoint_deg == tuple(stepped.apparatus.angles_deg)
 
 
-@pytest.mark.parametrize("rate_hz", [10, 100])
-def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(tmp_path: Path, rate_hz: int) -> None:
+@pytest.mark.parametrize("rate_hz", [10, 50, 100])
+def test_the_first_setpoint_of_a_movement_comes_a_period_after_torque(tmp_path: Path, rate_hz: int) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz))
+    bring(stepped, "ready")
+    assert stepped.send(Approach()) is None
+    sent = []
+    for _ in range(3 * 100 // rate_hz):
+        sent.append(len(stepped.apparatus.written))
+        stepped.cycle()
+    # With torque goes the angle to hold.
+    assert sent == [1 + cycle // (100 // rate_hz) for cycle in range(3 * 100 // rate_hz)]
+
+
+@pytest.mark.parametrize(("protocol", "delay_s"), [("dynamixel", 0.0), ("modbus", 0.01)])
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(
+    tmp_path: Path, rate_hz: int, protocol: Literal["dynamixel", "modbus"], delay_s: float
+) -> None:
+    """With Modbus it is carried by the next cycle's request."""
+    stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz, protocol=protocol))
     bring(stepped, "playing")
     machine = stepped.loop._machine
     trajectory = a_trajectory()
@@ -476,7 +501,7 @@ def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(tmp_path: Path,
             run = machine._run
             assert run is not None
             # At full pace: the place was moved on by a cycle since the setpoint was worked out.
-            aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz)
+            aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz + delay_s)
             assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
 
 
