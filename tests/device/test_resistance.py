@@ -193,6 +193,32 @@ def test_resistance_twice_in_the_same_place_takes_the_arm_back_and_ends_the_run_
     assert run.position_s == pytest.approx(1.2, abs=0.2)
 
 
+def test_a_pause_while_the_arm_is_taken_back_for_the_second_time_does_not_save_the_run(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.until("paused")
+    stroke.send(Play())
+    stroke.forward(2.0)
+    push(stroke)
+    stroke.forward(0.5)
+    assert stroke.send(Pause()) is None
+    stroke.forward(0.5)
+
+    assert stroke.mode == "stopped"
+    assert stroke.causes() == ["load_repeated"]
+    assert stroke.torque
+
+
+def test_a_pause_while_the_arm_is_taken_back_for_the_first_time_is_a_pause(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.forward(0.5)
+    assert stroke.send(Pause()) is None
+    stroke.forward(0.5)
+
+    assert stroke.mode == "paused"
+    assert stroke.send(Play()) is None
+    stroke.until("idle")
+
+
 def test_a_held_arm_is_let_go_by_the_acknowledgement(held: Stepped) -> None:
     held.forward(1.0)
     assert held.send(Acknowledge()) is None

@@ -215,11 +215,12 @@ class Machine:
             self._enter("idle")
 
     def _step_playing(self, run: Run, movement: Movement) -> None:
-        if movement.ended and run.resisting_axis is None:
+        axis = run.resisting_axis
+        if movement.ended and axis is None:
             run.played_to_end = True
             self._begin_return()
-        elif movement.ended and run.resisted_again:
-            self._raised.append(("load_repeated", run.resisting_axis))
+        elif axis is not None and run.resisted_again and (movement.ended or movement.stands):
+            self._raised.append(("load_repeated", axis))
         elif movement.ended:
             movement.course = 0
         elif movement.stands:
