@@ -311,7 +311,6 @@ class Machine:
                 self._cut_torque()
                 self._end_stopped_run()
                 self.stop = None
-                self._movement = None
                 self._enter("idle")
         return None
 
