@@ -267,8 +267,10 @@ def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
     assert not playing.torque
     assert playing.causes() == ["operator_stop", "setpoint_step"]
     assert events(playing, "fault")[-1] == "Motor 4 was about to be sent a jump. (setpoint_step, category 0)"
+    playing.forward(0.05)
     end = playing.journal().end
-    assert end is None or end.cause_code == "operator_stop"
+    assert end is not None
+    assert end.cause_code == "operator_stop"  # the first of them
 
 
 def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -432,6 +434,16 @@ def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
     stepped.send(Return())
     stepped.until("idle")
     assert stepped.snapshot.run is None
+
+
+def test_a_run_that_is_over_leaves_nothing_for_the_next_one(stepped: Stepped) -> None:
+    bring(stepped, "playing")
+    stepped.until("idle")
+    assert stepped.send(LOAD, a_trajectory(4.0)) is None
+    stepped.forward(0.1)
+    run = stepped.snapshot.run
+    assert run is not None
+    assert (run.position_s, run.left_s, run.at_start) == (0.0, 4.0, False)
 
 
 def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:

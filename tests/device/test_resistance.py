@@ -103,6 +103,20 @@ def test_after_a_reversal_the_arm_waits_until_it_is_told_to_play_on_and_then_pla
     assert end.reason == "completed"
 
 
+def test_an_arm_that_waits_after_a_reversal_may_be_taken_all_the_way_back(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.until("paused")
+    assert stroke.send(Return()) is None
+    stroke.forward(0.1)
+    run = stroke.snapshot.run
+    assert run is not None
+    assert (run.reversing, run.reversals) == (False, 1)
+    stroke.until("idle")
+    end = stroke.journal().end
+    assert end is not None
+    assert end.reason == "returned"
+
+
 def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> None:
     at_the_start(stepped)
     stepped.send(Play())

@@ -382,7 +382,7 @@ class Machine:
         assert run is not None
         here = np.array(facts.measured_deg)
         run.begin(here)
-        way = approach.Approach(here, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
+        way = approach.Approach(here, run.trajectory.angles_deg[0], self._config.approach_speed_deg_s)
         self._movement = Movement(way)
         self._grid = 0
         self.torque_on = True
