@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -125,6 +126,13 @@ def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_again
         assert refusal.code == nothing_to_do.get(name, f"is_{mode}")
         assert refusal.message.endswith(".")
         assert refusal.next_step.endswith(".")
+
+
+def test_stop_is_never_refused_not_even_while_a_cause_of_another_holds(stepped: Stepped) -> None:
+    stepped.apparatus.estop_open = True
+    stepped.forward(0.2)
+    assert "acknowledge" in stepped.snapshot.refusals
+    assert "stop" not in stepped.snapshot.refusals
 
 
 def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
@@ -259,8 +267,10 @@ def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
     assert not playing.torque
     assert playing.causes() == ["operator_stop", "setpoint_step"]
     assert events(playing, "fault")[-1] == "Motor 4 was about to be sent a jump. (setpoint_step, category 0)"
+    playing.forward(0.05)
     end = playing.journal().end
-    assert end is None or end.cause_code == "operator_stop"
+    assert end is not None
+    assert end.cause_code == "operator_stop"  # the first of them
 
 
 def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -426,6 +436,16 @@ def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
 
 
+def test_a_run_that_is_over_leaves_nothing_for_the_next_one(stepped: Stepped) -> None:
+    bring(stepped, "playing")
+    stepped.until("idle")
+    assert stepped.send(LOAD, a_trajectory(4.0)) is None
+    stepped.forward(0.1)
+    run = stepped.snapshot.run
+    assert run is not None
+    assert (run.position_s, run.left_s, run.at_start) == (0.0, 4.0, False)
+
+
 def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:
     bring(stepped, "ready")
     assert stepped.send(Unload()) is None
@@ -464,9 +484,26 @@ def test_until_torque_is_on_the_setpoint_is_where_the_arm_is(stepped: Stepped) -
         assert stepped.loop._machine.setpoint_deg == tuple(stepped.apparatus.angles_deg)
 
 
-@pytest.mark.parametrize("rate_hz", [10, 100])
-def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(tmp_path: Path, rate_hz: int) -> None:
+@pytest.mark.parametrize("rate_hz", [10, 50, 100])
+def test_the_first_setpoint_of_a_movement_comes_a_period_after_torque(tmp_path: Path, rate_hz: int) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz))
+    bring(stepped, "ready")
+    assert stepped.send(Approach()) is None
+    sent = []
+    for _ in range(3 * 100 // rate_hz):
+        sent.append(len(stepped.apparatus.written))
+        stepped.cycle()
+    # With torque goes the angle to hold.
+    assert sent == [1 + cycle // (100 // rate_hz) for cycle in range(3 * 100 // rate_hz)]
+
+
+@pytest.mark.parametrize(("protocol", "delay_s"), [("dynamixel", 0.0), ("modbus", 0.01)])
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(
+    tmp_path: Path, rate_hz: int, protocol: Literal["dynamixel", "modbus"], delay_s: float
+) -> None:
+    """With Modbus it is carried by the next cycle's request."""
+    stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz, protocol=protocol))
     bring(stepped, "playing")
     machine = stepped.loop._machine
     trajectory = a_trajectory()
@@ -476,7 +513,7 @@ def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(tmp_path: Path,
             run = machine._run
             assert run is not None
             # At full pace: the place was moved on by a cycle since the setpoint was worked out.
-            aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz)
+            aimed = trajectory.at(run.position_s - 0.01 + 0.5 / rate_hz + delay_s)
             assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
 
 

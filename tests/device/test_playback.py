@@ -8,6 +8,7 @@ import pytest
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.messages import Approach, Load, Pause, Play, Return, Teach, Unload
+from kata.motion.trajectory import Trajectory
 from tests.device.conftest import LOAD, a_trajectory
 from tests.device.stepped import REST_DEG, Stepped
 
@@ -190,3 +191,31 @@ def test_the_snapshot_says_what_is_allowed_and_why_the_rest_is_not(playing: Step
         "teach", "finish_teaching", "load", "unload", "approach", "play", "return", "acknowledge",
     }  # fmt: skip
     assert refusals["play"].message == "The recording is playing."
+
+
+def test_at_the_start_the_arm_waits_and_playing_begins_there_from_a_stand(stepped: Stepped) -> None:
+    stepped.send(LOAD, a_trajectory())
+    stepped.send(Approach())
+    stepped.until("paused")
+    stepped.forward(2.0)
+    run = stepped.snapshot.run
+    assert run is not None
+    assert run.position_s == 0.0
+    assert stepped.apparatus.angles_deg[3] == pytest.approx(20.0)
+
+    stepped.send(Play())
+    stepped.forward(0.5)
+    run = stepped.snapshot.run
+    assert run is not None
+    # Half a second, but for what is lost on the ramp to full pace: a tenth, and half of a cycle.
+    assert run.position_s == pytest.approx(0.5 - 0.095)
+
+
+def test_the_approach_ends_exactly_where_the_recording_begins(stepped: Stepped) -> None:
+    times = np.linspace(0.0, 2.0, 21)
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    angles[:, 3] = 20.0 + 10.0 * times
+    stepped.send(LOAD, Trajectory(times, angles))
+    stepped.send(Approach())
+    stepped.until("paused")
+    assert stepped.apparatus.angles_deg[3] == pytest.approx(20.0, abs=1e-6)

@@ -103,6 +103,20 @@ def test_after_a_reversal_the_arm_waits_until_it_is_told_to_play_on_and_then_pla
     assert end.reason == "completed"
 
 
+def test_an_arm_that_waits_after_a_reversal_may_be_taken_all_the_way_back(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.until("paused")
+    assert stroke.send(Return()) is None
+    stroke.forward(0.1)
+    run = stroke.snapshot.run
+    assert run is not None
+    assert (run.reversing, run.reversals) == (False, 1)
+    stroke.until("idle")
+    end = stroke.journal().end
+    assert end is not None
+    assert end.reason == "returned"
+
+
 def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> None:
     at_the_start(stepped)
     stepped.send(Play())
@@ -191,6 +205,32 @@ def test_resistance_twice_in_the_same_place_takes_the_arm_back_and_ends_the_run_
     run = held.snapshot.run
     assert run is not None
     assert run.position_s == pytest.approx(1.2, abs=0.2)
+
+
+def test_a_pause_while_the_arm_is_taken_back_for_the_second_time_does_not_save_the_run(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.until("paused")
+    stroke.send(Play())
+    stroke.forward(2.0)
+    push(stroke)
+    stroke.forward(0.5)
+    assert stroke.send(Pause()) is None
+    stroke.forward(0.5)
+
+    assert stroke.mode == "stopped"
+    assert stroke.causes() == ["load_repeated"]
+    assert stroke.torque
+
+
+def test_a_pause_while_the_arm_is_taken_back_for_the_first_time_is_a_pause(stroke: Stepped) -> None:
+    push(stroke)
+    stroke.forward(0.5)
+    assert stroke.send(Pause()) is None
+    stroke.forward(0.5)
+
+    assert stroke.mode == "paused"
+    assert stroke.send(Play()) is None
+    stroke.until("idle")
 
 
 def test_a_held_arm_is_let_go_by_the_acknowledgement(held: Stepped) -> None:

@@ -130,3 +130,89 @@ def test_stop_in_teaching_latches(stepped: Stepped) -> None:
 
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
+
+
+def test_each_take_is_told_when_it_begins_and_when_it_ends(stepped: Stepped) -> None:
+    def told() -> list[str]:
+        return [event.message for event in stepped.exchange.events if event.code.startswith("take_")]
+
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    assert told() == []
+    stepped.apparatus.pedal_down = True
+    stepped.forward(1.0)
+    assert told() == ["Take 1 is being recorded."]
+    stepped.apparatus.pedal_down = False
+    stepped.forward(0.5)
+    assert told()[1:] == ["Take 1 has ended after 1.0 s."]
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.5)
+    assert told()[2:] == ["Take 2 is being recorded."]
+    stepped.send(FinishTeaching())
+    assert told()[3:] == ["Take 2 has ended after 0.5 s."]
+
+
+def test_a_teaching_that_ends_between_two_takes_tells_of_no_further_one(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.send(FinishTeaching())
+    assert [event.code for event in stepped.exchange.events if event.code.startswith("take_")] == []
+
+
+def test_the_snapshot_tells_of_the_take_that_goes_on(stepped: Stepped) -> None:
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    teaching = stepped.snapshot.teaching
+    assert teaching is not None
+    assert (teaching.teaching_id, teaching.takes, teaching.recording) == ("teaching", 0, False)
+    assert (teaching.take_s, teaching.samples) == (0.0, 0)
+
+    stepped.apparatus.pedal_down = True
+    stepped.forward(0.5)
+    teaching = stepped.snapshot.teaching
+    assert teaching is not None
+    assert (teaching.takes, teaching.recording) == (1, True)
+    assert teaching.take_s == pytest.approx(0.5, abs=0.11)
+    assert teaching.samples == round(teaching.take_s * 100) + 1
+    kept = stepped.journal()
+    # A take's own clock begins with it, and each of its samples is one.
+    assert kept.path_s[:3] == pytest.approx([0.0, 0.01, 0.02])
+    assert set(kept.phase) == {0}
+    assert kept.setpoint_deg == pytest.approx(kept.measured_deg)
+
+
+def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path, StationConfig(rate_hz=10))
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    for _ in range(3):
+        stepped.apparatus.pedal_down = True
+        stepped.forward(0.25)
+        stepped.apparatus.pedal_down = False
+        stepped.forward(0.13)
+    stepped.send(FinishTeaching())
+
+    kept = stepped.journal()
+    for take in (1, 2, 3):
+        assert kept.path_s[kept.take == take] == pytest.approx([0.0, 0.1, 0.2])
+
+
+def test_what_the_pedal_is_taken_for(stepped: Stepped) -> None:
+    taken_for: list[str] = []
+
+    def look() -> None:
+        stepped.forward(0.1)
+        taken_for.append(stepped.snapshot.pedal)
+
+    look()
+    stepped.send(TEACH)
+    stepped.forward(0.1)
+    stepped.apparatus.pedal_down = True
+    look()
+    stepped.send(FinishTeaching())
+    look()
+    stepped.send(TEACH)
+    look()
+    stepped.apparatus.inputs_silent = True
+    look()
+    assert taken_for == ["up", "down", "down", "stuck", "unknown"]

@@ -116,15 +116,17 @@ class Machine:
         self._open_journal = open_journal
         self._emit_event = emit
         self._event_numbers = count(1)
-        self._t_ns = 0
+        self._t_ns: int
+        """This cycle's; each begins with :meth:`step`."""
         self._run: Run | None = None
         self._teaching: Teaching | None = None
         self._movement: Movement | None = None
         self.mode: Mode = "offline"
         self.stop: LatchedStop | None = None
         self.torque_on = False
-        self.setpoint_deg: tuple[float, ...] = (float("nan"),) * len(config.axes)
-        self.setpoint_t_ns = 0
+        self.setpoint_deg: tuple[float, ...]
+        """Without torque, where the arm is."""
+        self.setpoint_t_ns: int
         """When the setpoint was worked out."""
         self._raised: list[Key] = []
         """Faults that a step has found by itself; they count in the next cycle."""
@@ -132,7 +134,8 @@ class Machine:
         self._divider = config.cycle_hz // config.rate_hz
         self._lead_s = 0.5 / config.rate_hz + config.setpoint_delay_s
         """A setpoint holds until the next one: it aims at the middle of that time."""
-        self._grid = 0
+        self._grid: int
+        """Cycles since torque is on."""
         self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
@@ -140,14 +143,13 @@ class Machine:
     def step(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
         self._t_ns = facts.t_ns
-        self._grid += 1
+        if not self.torque_on:
+            self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
         if self.mode == "offline":
             self._leave_offline(facts, holding)
         if self.mode != "offline":
             self._supervise(facts, holding, stop_requested)
         self._STEPS[self.mode](self, facts)
-        if not self.torque_on:
-            self.setpoint_deg = facts.measured_deg
 
     def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
         """Everything must have been seen to be good; only a pressed emergency stop may remain, and stops at once."""
@@ -213,11 +215,12 @@ class Machine:
             self._enter("idle")
 
     def _step_playing(self, run: Run, movement: Movement) -> None:
-        if movement.ended and run.resisting_axis is None:
+        axis = run.resisting_axis
+        if movement.ended and axis is None:
             run.played_to_end = True
             self._begin_return()
-        elif movement.ended and run.resisted_again:
-            self._raised.append(("load_repeated", run.resisting_axis))
+        elif axis is not None and run.resisted_again and (movement.ended or movement.stands):
+            self._raised.append(("load_repeated", axis))
         elif movement.ended:
             movement.course = 0
         elif movement.stands:
@@ -308,7 +311,6 @@ class Machine:
                 self._cut_torque()
                 self._end_stopped_run()
                 self.stop = None
-                self._movement = None
                 self._enter("idle")
         return None
 
@@ -322,8 +324,7 @@ class Machine:
         return True
 
     def abort(self, facts: Facts, causes: list[Key]) -> None:
-        """Torque off at once, for an error of the program's own."""
-        self._t_ns = facts.t_ns
+        """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
         self.stop = self.stop or LatchedStop(facts.t_ns)
         for cause in self.stop.update(self.stop.holding, causes):
             self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
@@ -365,7 +366,7 @@ class Machine:
 
     @property
     def setpoint_due(self) -> bool:
-        """A setpoint is sent and a sample recorded in this cycle."""
+        """With torque on: a setpoint is sent and a sample recorded in this cycle."""
         return self._grid % self._divider == 0
 
     @property
@@ -381,9 +382,9 @@ class Machine:
         assert run is not None
         here = np.array(facts.measured_deg)
         run.begin(here)
-        way = approach.Approach(here, run.trajectory.at(0.0), self._config.approach_speed_deg_s)
+        way = approach.Approach(here, run.trajectory.angles_deg[0], self._config.approach_speed_deg_s)
         self._movement = Movement(way)
-        self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
+        self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")
         self._enter("approaching")
@@ -400,6 +401,7 @@ class Machine:
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
         on_recording = movement.path is run.trajectory
+        self._grid += 1
         if self.setpoint_due:
             if facts.measured_t_ns is not None:
                 since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
