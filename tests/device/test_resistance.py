@@ -82,6 +82,7 @@ def test_resistance_over_the_patients_level_turns_the_stroke_back_along_its_path
     back = kept.path_s[kept.phase == journal.PHASE_REVERSING]
     assert len(back) > 150
     assert np.all(np.diff(back[30:]) <= 0)
+    assert np.diff(back).min() == pytest.approx(-0.01, abs=1e-4)  # no faster than it was taught
     steps_deg = np.abs(np.diff(np.array(stroke.apparatus.written), axis=0))
     assert steps_deg.max() < 0.2  # turning round is as gentle as playing
 
@@ -375,7 +376,7 @@ def test_an_axis_slower_than_two_degrees_a_second_has_no_direction_to_push_in(
             axis = run.resisted(replace(facts, t_ns=t_ns, torque_nm=torques), tuple(before), tuple(after))
         return axis
 
-    assert felt(2.001, 4.0) == 4
+    assert felt(2.0, 4.0) == 4
     assert felt(1.999, 4.0) is None
-    assert felt(2.001, 3.921) == 4
+    assert felt(2.001, 4.0 * 0.98) == 4
     assert felt(2.001, 3.919) is None

@@ -9,7 +9,7 @@ BITS_A_BYTE: Final = 10
 _SILENCE_BITS_A_CHARACTER: Final = 11
 """Of the silence that ends a Modbus frame, as its specification counts."""
 
-_DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 22 + 14 + 46 + 14 + 20
+_DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 22 + 14 + 46 + 14 + 22
 """Sync Write of five goals; Sync Read of current, velocity and position; a Read of the status registers, and of two ports."""
 _DYNAMIXEL_ANSWERS: Final = 7
 _MODBUS_INPUTS_BYTES: Final = 8 + 6

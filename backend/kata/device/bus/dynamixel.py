@@ -6,7 +6,7 @@ Read of the two external ports, so that the emergency stop is the youngest of wh
 as Sync Writes, which no drive answers; what became of the torque, the drives' own registers tell.
 
 An answer does not say which question it belongs to. The drives are asked for a byte more every other cycle, and the inputs
-for none to five bytes more in turn, so that an answer that comes whole cycles late is known by its length.
+for up to thirteen bytes more in turn, so that an answer that comes whole cycles late is known by its length.
 """
 
 import logging
@@ -42,6 +42,7 @@ _LEAST_SLACK_NS: Final = 500_000
 _SLACK_SHARE: Final = 0.4
 _PLAIN_CYCLES: Final = 100
 """A damaged part of a Fast Sync Read takes all behind it along: on a noisy line each drive gets a packet of its own."""
+_INPUT_LENGTHS: Final = 14
 _TOO_EARLY: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
@@ -79,6 +80,7 @@ _NM_A_A: Final = 2.0
 _HALF_TURN: Final = 2048
 _LAST_COUNT: Final = 4095
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
+_DRIVE_LENGTHS: Final = (_PRESENT_FORMAT.size, _PRESENT_FORMAT.size + 1)
 _GOALS_TO: Final = struct.pack("<HH", _GOAL_POSITION, 4)
 """Where a Sync Write of goals goes, and how many bytes each has."""
 
@@ -254,14 +256,15 @@ class DynamixelBus:
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
         """Id and goal of each drive."""
         self._line: Line | None = None
-        self._quiet = Quiet(self._ids)
+        self._quiet = Quiet(self._ids, self._config)
         self._next_status = cycle(range(len(config.axes)))
         self._fast = False
         self._plain_cycles = 0
         self._longer = 0
         """0 or 1: bytes asked for beyond those wanted, in this cycle."""
-        # As many lengths as there are below that of a drive's answer, for which none may be taken.
-        self._before_inputs = cycle(range(_PRESENT_FORMAT.size - self._input_bytes))
+        # More lengths than cycles in which the drive counts as there, and none that its other answers have.
+        lengths = [n for n in range(self._input_bytes, self._input_bytes + _INPUT_LENGTHS) if n not in _DRIVE_LENGTHS]
+        self._before_inputs = cycle([n - self._input_bytes for n in lengths])
         self._busy_until_ns = 0
         self.errors = 0
         """Replies that stayed away or came damaged, since the start."""
@@ -269,7 +272,7 @@ class DynamixelBus:
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._line = self._open_line(self._config.port, self._config.baud)
-        self._quiet = Quiet(self._ids)
+        self._quiet = Quiet(self._ids, self._config)
         self._busy_until_ns = 0
         self.torque_off()
         for motor, axis in enumerate(self._config.axes, start=1):
@@ -493,7 +496,9 @@ class DynamixelBus:
         sent_ns = line.now_ns()
         out_ns = self._send(request)
         earliest_ns = out_ns + self._span_ns(sizes)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
+        # Who did not answer last time is not waited for as long.
+        slack_ns = self._slack_left_ns // 2 if self._quiet.doubtful(asked) else self._slack_left_ns
+        deadline_ns = earliest_ns + max(slack_ns, _LEAST_SLACK_NS)
         first_ns = sent_ns + int(_TOO_EARLY * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
         replies = _Replies()
         while len(replies.of) < len(asked):

@@ -103,7 +103,7 @@ class ModbusBus:
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
         self._line: Line | None = None
         self._free_at_ns = 0
-        self._quiet = Quiet(self._ids)
+        self._quiet = Quiet(self._ids, self._config)
         self._goals: dict[int, bytes] = {}
         """By slave: what function 23 is to take along."""
         self.errors = 0
@@ -113,7 +113,7 @@ class ModbusBus:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._line = self._open_line(self._config.port, self._config.baud)
         self._free_at_ns = 0
-        self._quiet = Quiet(self._ids)
+        self._quiet = Quiet(self._ids, self._config)
         self.torque_off()
         for motor, axis in enumerate(self._config.axes, start=1):
             self._set_up(motor, axis)
@@ -293,7 +293,9 @@ class ModbusBus:
         line.send(request)
         asked_ns = int(len(request) * self._byte_ns) + self._silence_ns + self._delay_ns
         earliest_ns = sent_ns + asked_ns + int(size * self._byte_ns)
-        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
+        # Who did not answer last time is not waited for as long.
+        slack_ns = self._slack_left_ns // 2 if self._quiet.doubtful([slave]) else self._slack_left_ns
+        deadline_ns = earliest_ns + max(slack_ns, _LEAST_SLACK_NS)
         first_ns = sent_ns + int(_TOO_EARLY * (asked_ns + _EXCEPTION_BYTES * self._byte_ns))
         received = b""
         found: bytes | None = None

@@ -4,11 +4,12 @@ On a bus where each drive answers after the one before it, one that is silent si
 its answer costs every cycle. Other libraries lose 35 to 104 ms a cycle to it.
 """
 
+import math
 from collections.abc import Collection, Iterable
 from typing import Final
 
-_PATIENCE: Final = 3
-"""Misses in a row until a drive is asked only now and then."""
+from kata.device.config import StationConfig
+
 _SELDOM: Final = 10
 """Cycles between two tries."""
 
@@ -16,8 +17,12 @@ _SELDOM: Final = 10
 class Quiet:
     """Counts what each address failed to answer in a row; one answer clears it."""
 
-    def __init__(self, addresses: Iterable[int]) -> None:
+    def __init__(self, addresses: Iterable[int], config: StationConfig) -> None:
         self._misses = dict.fromkeys(addresses, 0)
+        # Whoever is asked seldom is as good as silent: not before the supervisor has had to call it so.
+        silent_ms = max(config.silence_ms, config.inputs.max_age_cycles * 1000 / config.cycle_hz)
+        self._patience = math.ceil(silent_ms / 1000 * config.cycle_hz) + 1
+        """Misses in a row until a drive is asked only now and then."""
         self._cycle = 0
 
     def next_cycle(self) -> None:
@@ -26,7 +31,11 @@ class Quiet:
 
     def worth_asking(self, address: int) -> bool:
         """Whether it answers, or it is time to see whether it does again."""
-        return self._misses[address] < _PATIENCE or self._cycle % _SELDOM == 0
+        return self._misses[address] < self._patience or self._cycle % _SELDOM == 0
+
+    def doubtful(self, addresses: Iterable[int]) -> bool:
+        """Whether one of them has not answered when it was asked last."""
+        return any(self._misses[address] for address in addresses)
 
     def order(self) -> list[int]:
         """Those to ask together: who answers first; at most one who does not, in turn, and last."""
