@@ -30,7 +30,7 @@ def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) 
         ({"baud": 115_200}, 43),
         (MODBUS, 50),
         (MODBUS | {"modbus": ModbusMap(function_23=False)}, 35),
-        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 163),
+        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 162),
     ],
 )
 def test_a_rate_that_the_bus_cannot_carry_is_refused_and_the_ceiling_told(settings: Any, at_most: int) -> None:

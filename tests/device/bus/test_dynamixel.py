@@ -40,7 +40,7 @@ class TestSlowDynamixel(Conformance):
     settings = {"baud": 115_200, "return_delay_us": 500, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
 
-@pytest.mark.parametrize("cycles", [1, 3, 6, 9])
+@pytest.mark.parametrize("cycles", [1, 3])
 def test_an_answer_that_is_late_by_whole_cycles_is_known_by_its_length(cycles: int) -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
