@@ -410,11 +410,11 @@ def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
     assert (run.at_start, run.reversing, run.reversals) == (False, False, 0)
 
     stepped.send(Approach())
-    stepped.forward(0.5)
+    stepped.forward(1.5)
     run = stepped.snapshot.run
     assert run is not None
-    # 20 deg at 15 deg/s at most: 2.5 s of minimum jerk.
-    assert run.left_s == pytest.approx(2.0, abs=0.15)
+    # 20 deg at 15 deg/s at most: 2.5 s of minimum jerk, and a tenth for the ramp.
+    assert run.left_s == pytest.approx(1.1, abs=0.11)
     assert not run.at_start
     stepped.until("paused")
     assert stepped.snapshot.run is not None
@@ -534,6 +534,7 @@ def test_the_path_is_none_of_the_recordings_on_the_way_there_and_back(stepped: S
     assert np.all(np.isfinite(kept.path_s[on_recording]))
     assert np.all(np.isnan(kept.path_s[~on_recording]))
     assert set(kept.phase) == {1, 2, 3, 4}
+    assert set(kept.take) == {0}
 
 
 def test_each_sample_stands_beside_the_setpoint_that_it_came_to(stepped: Stepped) -> None:

@@ -82,6 +82,7 @@ def test_resistance_over_the_patients_level_turns_the_stroke_back_along_its_path
     back = kept.path_s[kept.phase == journal.PHASE_REVERSING]
     assert len(back) > 150
     assert np.all(np.diff(back[30:]) <= 0)
+    assert np.diff(back).min() == pytest.approx(-0.01, abs=1e-4)  # no faster than it was taught
     steps_deg = np.abs(np.diff(np.array(stroke.apparatus.written), axis=0))
     assert steps_deg.max() < 0.2  # turning round is as gentle as playing
 
