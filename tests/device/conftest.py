@@ -13,7 +13,6 @@ from tests.device.stepped import REST_DEG, Stepped
 
 def pytest_collection_finish() -> None:
     """A loop collects garbage before it begins, here a thousand times: what the tests themselves are made of is none."""
-    gc.collect()
     gc.freeze()
 
 

@@ -87,6 +87,11 @@ def test_slowing_down_for_the_end_begins_when_what_is_left_is_the_ramps_way_and_
     assert advance(at_the_limit, 1) == pytest.approx([0.95])
     before = Movement(Straight(), position_s=2.0 - 0.11 - 1e-6, pace=1.0)
     assert advance(before, 1) == pytest.approx([1.0])
+    # Exactly there it does; in numbers that are exact.
+    assert Movement(Straight(), position_s=1.75, pace=1.0)._left_s == 0.1 + 0.15
+    exactly = Movement(Straight(), position_s=1.75, pace=1.0)
+    exactly.advance(0.15)
+    assert exactly.pace == pytest.approx(0.25)
     # From half of the pace it is a quarter of the way.
     at_the_limit = Movement(Straight(), position_s=2.0 - 0.03 + 1e-9, pace=0.5)
     assert advance(at_the_limit, 1) == pytest.approx([0.45])
@@ -142,6 +147,12 @@ def test_slowing_down_to_a_stand_does_not_leave_the_path() -> None:
     before = Movement(Straight(), position_s=0.001, pace=-1.0, course=0)
     assert advance(before, 25)[-1] == 0.0
     assert before.position_s == 0.0
+
+
+def test_a_pause_slows_down_as_ever_wherever_going_back_was_to_end() -> None:
+    paused = Movement(Straight(), position_s=1.0, pace=-1.0, course=0, back_to_s=0.95)
+    assert advance(paused, 20)[-1] == pytest.approx(0.0)
+    assert paused.position_s == pytest.approx(0.905)
 
 
 def test_a_setpoint_is_as_far_ahead_as_the_pace_goes_in_its_lead() -> None:

@@ -45,7 +45,8 @@ SURVIVORS: Final = Path(__file__).parent / "survivors.toml"
 ALLOWED: Final = 3
 _LONGEST_S: Final = 120
 """Of processor time. A change after which the tests do not come to an end has been noticed."""
-_QUIET: Final = ("-q", "-x", "--no-header", "-p", "no:cacheprovider", "-o", "timeout=20")
+_QUIET: Final = ("-q", "-x", "--no-header", "--assert=plain", "-p", "no:cacheprovider", "-o", "timeout=20")
+"""Nobody reads why a test has failed; without the rewriting that tells it, half of the time is gone."""
 
 
 @dataclass

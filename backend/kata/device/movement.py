@@ -37,15 +37,11 @@ class Movement:
     def advance(self, dt_s: float) -> None:
         """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
         wanted = float(self.course)
-        left_s = self._left_s
-        if self.course and left_s <= self.pace**2 * RAMP_S / 2 + abs(self.pace) * dt_s:
-            wanted = _CREEP * self.course
+        if self.course and self._left_s <= self.pace**2 * RAMP_S / 2 + abs(self.pace) * dt_s:
+            wanted *= _CREEP
         change = dt_s / RAMP_S
         self.pace += min(max(wanted - self.pace, -change), change)
-        step_s = self.pace * dt_s
-        if self.course and step_s * self.course >= left_s:
-            step_s = left_s * self.course
-        self.position_s = min(max(self.position_s + step_s, 0.0), self.path.duration_s)
+        self.position_s = min(max(self.position_s + self.pace * dt_s, self._lowest_s), self.path.duration_s)
 
     def setpoint(self, lead_s: float) -> Floats:
         """Where the arm should be ``lead_s`` from now."""
@@ -63,6 +59,8 @@ class Movement:
 
     @property
     def _left_s(self) -> float:
-        if self.course < 0:
-            return self.position_s - min(self.back_to_s, self.position_s)
-        return self.path.duration_s - self.position_s
+        return self.position_s - self._lowest_s if self.course < 0 else self.path.duration_s - self.position_s
+
+    @property
+    def _lowest_s(self) -> float:
+        return min(self.back_to_s, self.position_s) if self.course < 0 else 0.0
