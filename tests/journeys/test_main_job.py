@@ -114,6 +114,54 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     assert wrong == []
 
 
+def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(page: Page, artefacts: Path) -> None:
+    sign_up(page, "Tanaka Ren")
+    teach(page, "5 Flexion / extension of the shoulder")
+    level = page.get_by_role("slider", name="Resistance level")
+    expect(page.get_by_test_id("level")).to_have_text("25 of 25")
+    for control in (level, page.get_by_role("button", name="One level lower")):
+        box = control.bounding_box()
+        assert box is not None
+        assert min(box["width"], box["height"]) >= 44
+    level.press("Home")
+    level.press("ArrowRight")
+    page.get_by_role("button", name="One level higher").click()
+    # Too low a level for this arm: its own weight is resistance.
+    expect(page.get_by_test_id("level")).to_have_text("3 of 25")
+    page.screenshot(path=artefacts / "resistance-level.png", full_page=True)
+
+    load_and_play(page)
+    taken_back = page.get_by_test_id("taken-back")
+    expect(taken_back).to_contain_text("Taken back once in this playback", timeout=LONG_MS)
+    expect(taken_back).to_contain_text("Motor 4 met resistance at")
+    play_on = page.get_by_role("button", name="Play on")
+    expect(play_on).to_be_enabled()
+    expect(taken_back).to_contain_text("Play on tries again from here")
+    expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque on")
+    page.screenshot(path=artefacts / "taken-back.png", full_page=True)
+
+    play_on.click()
+    banner = page.get_by_test_id("stop-banner")
+    expect(banner).to_contain_text("The motors still hold the arm", timeout=LONG_MS)
+    expect(banner).to_contain_text("Motor 4 met resistance twice in the same place.")
+    let_go = banner.get_by_role("button", name="Acknowledge and let the arm go")
+    expect(let_go).to_be_enabled()
+    expect(page.get_by_test_id("mode")).to_have_text("Stopped, holding the arm")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque on")
+    page.screenshot(path=artefacts / "stopped-and-held.png", full_page=True)
+    let_go.click()
+    expect(banner).to_be_hidden()
+    expect(page.get_by_test_id("torque")).to_have_text("Torque off")
+
+    # What fits this patient is not forgotten, by another computer neither.
+    page.reload()
+    expect(page.get_by_test_id("level")).to_have_text("3 of 25, as last time")
+    page.get_by_role("link", name="Sessions").click()
+    page.get_by_role("row", name=re.compile("Tanaka Ren")).get_by_role("link").first.click()
+    expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 3 of 25")
+
+
 def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(page: Page) -> None:
     sign_up(page, "Suzuki Aoi")
     teach(page, "1 Abduction / adduction of the scapula")

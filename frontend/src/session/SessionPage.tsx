@@ -4,6 +4,7 @@ import { useParams } from "@tanstack/react-router";
 import { api, type Run, type Session } from "../api/client";
 import { EditableNote } from "../shared/EditableNote";
 import { formatClock, formatDeg, formatMoment } from "../shared/format";
+import { LOAD_LEVELS } from "../shared/levels";
 import { ButtonLink, PageLink } from "../shared/links";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
@@ -98,6 +99,11 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             </Badge>
           </Group>
         </Group>
+        {run.load_level !== null && (
+          <Text c="dimmed">
+            Resistance level {run.load_level} of {LOAD_LEVELS}
+          </Text>
+        )}
         {run.stop && <Text fw={600}>{run.stop.message}</Text>}
         {run.comparison ? (
           <>

@@ -5,7 +5,7 @@ import { useAlive, useConnected, useHeardAt, useLive, useSavedRecords, useStatio
 import { EstopBadge } from "./EstopBadge";
 import { formatClock } from "./format";
 import { PageLink } from "./links";
-import { MODE_WORDS } from "./modes";
+import { modeWords } from "./modes";
 import classes from "./Shell.module.css";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
@@ -69,6 +69,8 @@ export function Shell() {
 function ModeBadge() {
   const alive = useAlive();
   const mode = useLive("mode");
+  const stop = useLive("stop");
+  const run = useLive("run");
   return (
     <Badge
       size="xl"
@@ -78,7 +80,7 @@ function ModeBadge() {
       tt="none"
       data-testid="mode"
     >
-      {alive && mode ? MODE_WORDS[mode] : "State unknown"}
+      {alive && mode ? modeWords({ mode, stop, run }) : "State unknown"}
     </Badge>
   );
 }

@@ -1,7 +1,6 @@
 import type { Live } from "../api/client";
 
-/** What the apparatus does, in the therapist's words. */
-export const MODE_WORDS: Record<Live["mode"], string> = {
+const MODE_WORDS: Record<Live["mode"], string> = {
   offline: "Not connected",
   idle: "Idle, torque off",
   teaching: "Teaching, torque off",
@@ -12,3 +11,10 @@ export const MODE_WORDS: Record<Live["mode"], string> = {
   returning: "Moving back",
   stopped: "Stopped",
 };
+
+/** What the apparatus does, in the therapist's words. */
+export function modeWords(live: Pick<Live, "mode" | "stop" | "run">): string {
+  if (live.mode === "stopped" && live.stop?.arm_held) return "Stopped, holding the arm";
+  if (live.mode === "playing" && live.run?.reversing) return "Taking the arm back";
+  return MODE_WORDS[live.mode];
+}

@@ -1,59 +1,77 @@
 import { Card, Group, Progress, Select, Stack, Text, Title } from "@mantine/core";
 import { IconArrowBackUp, IconPlayerPause, IconPlayerPlay, IconTargetArrow } from "@tabler/icons-react";
-import { useQuery } from "@tanstack/react-query";
+import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
 import { api, type Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
 import { formatSpan } from "../shared/format";
+import { LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { CommandButton } from "./CommandButton";
+import { LoadLevel, useLastLevel } from "./LoadLevel";
+import { pathWords, TakenBack } from "./TakenBack";
 
 /** Playback: choose, load, move to the start, play; each a step of its own. */
 export function PlayPanel({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
+  // Kept here, so that it outlives the run that it was chosen for.
+  const [level, setLevel] = useState<number | null>(null);
   return (
     <Card withBorder component="section" aria-label="Play back">
       <Stack>
         <Title order={3}>Play back</Title>
-        {run ? <Loaded run={run} /> : <Choose patientId={patientId} wanted={wanted} />}
+        {run ? (
+          <Loaded run={run} />
+        ) : (
+          <Choose patientId={patientId} wanted={wanted} level={level} onLevel={setLevel} />
+        )}
         <LastRun patientId={patientId} />
       </Stack>
     </Card>
   );
 }
 
-function Choose({ patientId, wanted }: { patientId: string; wanted: string | null }) {
+type Choice = {
+  patientId: string;
+  wanted: string | null;
+  level: number | null;
+  onLevel: (level: number) => void;
+};
+
+function Choose({ patientId, wanted, level, onLevel }: Choice) {
+  const queries = useQueryClient();
   const recordings = useQuery({
     queryKey: ["recordings", patientId],
     queryFn: () => api.recordings(patientId),
   });
+  const last = useLastLevel(patientId);
+  const shownLevel = level ?? last.data ?? LOAD_LEVELS;
   const [chosen, setChosen] = useState<string | null>(wanted);
   const items = (recordings.data?.items ?? []).filter((one) => !one.archived_at);
   const value = items.some((one) => one.id === chosen) ? chosen : (items[0]?.id ?? null);
   const load = async () => {
     const session = await api.createSession(patientId);
-    await api.load({ session_id: session.id, recording_id: value ?? "" });
+    await api.load({ session_id: session.id, recording_id: value ?? "", load_level: shownLevel });
+    void queries.invalidateQueries({ queryKey: ["session"] });
   };
   if (recordings.data && items.length === 0) return <Text>Nothing to play yet: teach a motion first.</Text>;
   return (
     <>
-      <ProblemNote error={recordings.error} />
-      <Group align="end" wrap="nowrap">
-        <Select
-          size="lg"
-          flex={1}
-          label="Recording"
-          allowDeselect={false}
-          data={items.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` }))}
-          value={value}
-          onChange={setChosen}
-        />
-        <CommandButton command="load" disabled={value === null} send={load}>
-          Load
-        </CommandButton>
-      </Group>
+      <ProblemNote error={recordings.error ?? last.error} />
+      <Select
+        size="lg"
+        label="Recording"
+        allowDeselect={false}
+        data={items.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` }))}
+        value={value}
+        onChange={setChosen}
+      />
+      <LoadLevel value={shownLevel} last={last.data ?? null} onChange={onLevel} />
+      <CommandButton command="load" disabled={value === null || last.isPending} send={load}>
+        Load
+      </CommandButton>
     </>
   );
 }
@@ -66,6 +84,10 @@ function Loaded({ run }: { run: Schemas["RunLive"] }) {
     <Stack className={alive ? "" : "stale"}>
       <Text size="lg" fw={600}>
         {run.recording_name ?? "A recording"}
+        <Text span size="md" fw={400}>
+          {" "}
+          · resistance level {run.load_level} of {LOAD_LEVELS}
+        </Text>
       </Text>
       {mode === "ready" && (
         <>
@@ -97,17 +119,18 @@ function Loaded({ run }: { run: Schemas["RunLive"] }) {
         <>
           <Group justify="space-between">
             <Text fz={28} fw={700} role="status">
-              {mode === "playing" ? "Playing" : run.at_start ? "At the start, holding" : "Paused, holding"}
+              {pathWords(mode, run)}
             </Text>
             <Text fz={28} data-testid="left">
               {formatSpan(run.left_s)} left
             </Text>
           </Group>
           <Progress size={20} value={share} aria-label="Progress of the playback" transitionDuration={100} />
+          <TakenBack mode={mode} run={run} />
           <Group>
             {mode === "paused" && (
               <CommandButton command="play" send={api.play} leftSection={<IconPlayerPlay size={26} />}>
-                {run.at_start ? "Play" : "Play on"}
+                {run.at_start && !run.reversing ? "Play" : "Play on"}
               </CommandButton>
             )}
             {mode === "playing" && (

@@ -7,6 +7,7 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { Angles } from "./Angles";
 import { Lately } from "./Lately";
+import { LoopHealth } from "./LoopHealth";
 import { PlayPanel } from "./PlayPanel";
 import { SimulatorPanel } from "./SimulatorPanel";
 import { TeachPanel } from "./TeachPanel";
@@ -77,6 +78,7 @@ export function StationPage() {
           <Stack>
             <Angles />
             <Lately />
+            <LoopHealth />
           </Stack>
         </Grid.Col>
       </Grid>

@@ -1,0 +1,59 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { LoadLevel, lastLevel } from "./LoadLevel";
+
+afterEach(cleanup);
+
+function show(value: number, last: number | null = null) {
+  const onChange = vi.fn();
+  render(
+    <MantineProvider>
+      <LoadLevel value={value} last={last} onChange={onChange} />
+    </MantineProvider>,
+  );
+  return onChange;
+}
+
+describe("the resistance level", () => {
+  it("goes up and down by one", () => {
+    const onChange = show(8);
+    fireEvent.click(screen.getByRole("button", { name: "One level higher" }));
+    fireEvent.click(screen.getByRole("button", { name: "One level lower" }));
+    expect(onChange.mock.calls).toEqual([[9], [7]]);
+  });
+
+  it("is set by the keyboard", () => {
+    const onChange = show(8);
+    const slider = screen.getByRole("slider", { name: "Resistance level" });
+    fireEvent.keyDown(slider, { key: "ArrowRight" });
+    expect(onChange).toHaveBeenCalledWith(9);
+  });
+
+  it.each([
+    [1, "One level lower"],
+    [25, "One level higher"],
+  ])("goes no further than %d", (value, name) => {
+    show(value);
+    expect(screen.getByRole("button", { name }).hasAttribute("disabled")).toBe(true);
+  });
+
+  it("says when it is the one of last time", () => {
+    show(8, 8);
+    expect(screen.getByTestId("level").textContent).toBe("8 of 25, as last time");
+    cleanup();
+    show(9, 8);
+    expect(screen.getByTestId("level").textContent).toBe("9 of 25");
+  });
+});
+
+describe("the level of last time", () => {
+  it("is the newest run's that has one", () => {
+    expect(lastLevel([{ load_level: 5 }, { load_level: 8 }, { load_level: null }])).toBe(8);
+  });
+
+  it("is none where no run has one", () => {
+    expect(lastLevel([{ load_level: null }])).toBeNull();
+    expect(lastLevel([])).toBeNull();
+  });
+});

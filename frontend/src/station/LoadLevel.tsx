@@ -1,0 +1,85 @@
+import { ActionIcon, Group, Slider, Stack, Text } from "@mantine/core";
+import { IconMinus, IconPlus } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { useId } from "react";
+import { api, type Run } from "../api/client";
+import { LOAD_LEVELS } from "../shared/levels";
+
+const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
+
+/** The level of the newest run that has one. */
+export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
+  return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
+}
+
+/** What this patient was last played with: a level that fits one is not to be forgotten from one run to the next. */
+export function useLastLevel(patientId: string) {
+  return useQuery({
+    queryKey: ["session", "last-level", patientId],
+    queryFn: async () => {
+      const newest = (await api.patientSessions(patientId)).items[0];
+      return newest ? lastLevel((await api.session(newest.id)).runs) : null;
+    },
+  });
+}
+
+/** How much resistance it takes until the arm is taken back: by finger, mouse or arrow keys. */
+export function LoadLevel(props: { value: number; last: number | null; onChange: (level: number) => void }) {
+  const { value, onChange } = props;
+  const label = useId();
+  const step = (by: number) => onChange(Math.min(LOAD_LEVELS, Math.max(1, value + by)));
+  return (
+    <Stack gap={4} role="group" aria-labelledby={label}>
+      <Group justify="space-between" align="baseline">
+        <Text size="lg" fw={600} id={label}>
+          Resistance level
+        </Text>
+        <Text size="lg" fw={700} data-testid="level">
+          {value} of {LOAD_LEVELS}
+          {value === props.last && (
+            <Text span size="sm" fw={400}>
+              , as last time
+            </Text>
+          )}
+        </Text>
+      </Group>
+      <Group wrap="nowrap" gap="md" mb={20}>
+        <ActionIcon
+          size={44}
+          variant="default"
+          aria-label="One level lower"
+          disabled={value <= 1}
+          onClick={() => step(-1)}
+        >
+          <IconMinus size={22} />
+        </ActionIcon>
+        <Slider
+          flex={1}
+          min={1}
+          max={LOAD_LEVELS}
+          value={value}
+          onChange={onChange}
+          marks={MARKS}
+          label={null}
+          size={22}
+          thumbSize={44}
+          thumbLabel="Resistance level"
+          styles={{ mark: { display: "none" } }}
+        />
+        <ActionIcon
+          size={44}
+          variant="default"
+          aria-label="One level higher"
+          disabled={value >= LOAD_LEVELS}
+          onClick={() => step(1)}
+        >
+          <IconPlus size={22} />
+        </ActionIcon>
+      </Group>
+      <Text size="sm">
+        How hard the arm may resist before it is taken back. 1: the lightest touch, which the arm's own weight
+        may be. {LOAD_LEVELS}: the motors' rated torque.
+      </Text>
+    </Stack>
+  );
+}
