@@ -31,7 +31,7 @@ export function StopBanner() {
       role="alert"
       data-testid="stop-banner"
     >
-      <Group justify="space-between" align="end" gap="xl">
+      <Group justify="space-between" align="start" gap="xl">
         <List size="md" spacing={4} flex="1 1 20rem">
           {stop.causes.map((cause) => (
             <List.Item key={`${cause.code}-${cause.axis}`}>

@@ -64,7 +64,7 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           size={22}
           thumbSize={44}
           thumbLabel="Resistance level"
-          styles={{ mark: { display: "none" } }}
+          styles={{ mark: { visibility: "hidden" }, markLabel: { textAlign: "center", color: "inherit" } }}
         />
         <ActionIcon
           size={44}
