@@ -129,6 +129,8 @@ def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> Non
     run = stepped.snapshot.run
     assert run is not None
     assert run.at_start
+    kept = stepped.journal()
+    assert kept.path_s[kept.phase == journal.PHASE_REVERSING].min() >= 0.0
 
 
 def test_a_push_shorter_than_a_tenth_of_a_second_is_none(stroke: Stepped) -> None:

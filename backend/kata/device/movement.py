@@ -61,8 +61,8 @@ class Movement:
 
     @property
     def _left_s(self) -> float:
-        return self.position_s - self._lowest_s if self.course < 0 else self.path.duration_s - self.position_s
+        return self.position_s - self._lowest_s if self.course == -1 else self.path.duration_s - self.position_s
 
     @property
     def _lowest_s(self) -> float:
-        return min(self.back_to_s, self.position_s) if self.course < 0 else 0.0
+        return min(self.back_to_s, self.position_s) if self.course == -1 else 0.0

@@ -1,6 +1,6 @@
 """A teaching: the pedal begins and ends takes, and what is measured while it is down goes to the journal."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from kata.device.facts import Facts
 from kata.device.journal import JournalEnd, JournalWriter
@@ -22,7 +22,8 @@ class Teaching:
     take_began_ns: int | None = None
     """None while the pedal is up."""
     take_s: float = 0.0
-    cycles: int = 0
+    cycles: int = field(init=False)
+    """Of this take."""
 
     def step(self, facts: Facts) -> None:
         """Let one cycle pass."""
@@ -52,7 +53,6 @@ class Teaching:
 
     def end(self) -> None:
         """No more samples."""
-        self.take_began_ns = None
         self.journal.finish(JournalEnd(reason="finished"))
 
     @property
