@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -230,21 +231,20 @@ def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_s
     load(client, taught_patient, abduction, load_level=8)
     accepted(client, "approach")
     until_mode(client, "paused")
-    jammed = client.app.state.simulation.process.client()  # type: ignore[attr-defined]
-    jammed.fault("stuck", 3)
-    accepted(client, "play")
-    live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
-    assert live["run"]["reversals"] == 1
-    assert "Motor 3 met resistance" in live["run"]["resistance"]
-    assert live["stop"] is None
+    with closing(client.app.state.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
+        jammed.fault("stuck", 3)
+        accepted(client, "play")
+        live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
+        assert live["run"]["reversals"] == 1
+        assert "Motor 3 met resistance" in live["run"]["resistance"]
+        assert live["stop"] is None
 
-    accepted(client, "play")
-    live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
-    assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
-    assert live["stop"]["arm_held"] is True
-    assert live["torque_on"] is True
-    jammed.clear_faults()
-    jammed.close()
+        accepted(client, "play")
+        live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+        assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
+        assert live["stop"]["arm_held"] is True
+        assert live["torque_on"] is True
+        jammed.clear_faults()
     accepted(client, "acknowledge")
     until(client, lambda live: live["mode"] == "idle" and not live["torque_on"])
 
