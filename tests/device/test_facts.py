@@ -309,8 +309,8 @@ def test_the_first_answer_is_no_jump(watched: Watched) -> None:
 
 
 def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
-    # 10,000 deg/s2: 100 deg/s in 10 ms.
-    for change, lasts in ((100.0, False), (100.1, True)):
+    # 20,000 deg/s2: 200 deg/s in 10 ms.
+    for change, lasts in ((200.0, False), (200.1, True)):
         for direction in (1, -1):
             watched = Watched()
             for cycle in range(3):
@@ -321,7 +321,7 @@ def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
 
 def test_half_of_the_time_for_the_same_change_is_twice_the_acceleration(watched: Watched) -> None:
     watched.drive(0, speed_deg_s=0.0)
-    watched.drive(5, speed_deg_s=51.0)
+    watched.drive(5, speed_deg_s=101.0)
     assert watched.drive(10, speed_deg_s=0.0).accelerating_ms[TURNING] == 5.0
 
 

@@ -217,12 +217,12 @@ def test_the_step_counts_from_the_newest_setpoint() -> None:
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_bend_beyond_the_highest_acceleration_is_not_sent(direction: int) -> None:
-    # 10,000 deg/s2 at 100 Hz: the step may be a degree longer or shorter than the one before.
+    # 20,000 deg/s2 at 100 Hz: the step may be two degrees longer or shorter than the one before.
     assert refused((99.5, 100.0), 100.5) == []
-    assert refused((100.0 - direction * 0.5, 100.0), 100.0 + direction * 1.5) == []
-    assert refused((100.0 - direction * 0.5, 100.0), 100.0 + direction * 1.501) == ["setpoint_acceleration"]
-    assert refused((100.0 - direction * 0.5, 100.0), 100.0 - direction * 0.501) == ["setpoint_acceleration"]
-    assert refused((100.0, 100.0), 100.0 + direction * 1.001) == ["setpoint_acceleration"]
+    assert refused((100.0 - direction * 1.0, 100.0), 100.0 + direction * 3.0) == []
+    assert refused((100.0 - direction * 1.0, 100.0), 100.0 + direction * 3.001) == ["setpoint_acceleration"]
+    assert refused((100.0 - direction * 1.0, 100.0), 100.0 - direction * 1.001) == ["setpoint_acceleration"]
+    assert refused((100.0, 100.0), 100.0 + direction * 2.001) == ["setpoint_acceleration"]
 
 
 def test_the_first_setpoint_after_torque_on_has_no_bend() -> None:

@@ -29,8 +29,8 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
     max_speed_deg_s: float = 150.0
-    max_acceleration_deg_s2: float = 10_000.0
-    """Far above what an arm does, and below what a jump looks like at 100 Hz."""
+    max_acceleration_deg_s2: float = 20_000.0
+    """A change of speed by 200 deg/s within one cycle of 100 Hz: far above what an arm does, or what noise in a recording looks like."""
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
     position_p_gain: int = 1600

@@ -496,10 +496,11 @@ class DynamixelBus:
         sent_ns = line.now_ns()
         out_ns = self._send(request)
         earliest_ns = out_ns + self._span_ns(sizes)
-        # Who did not answer last time is not waited for as long.
-        slack_ns = self._slack_left_ns // 2 if self._quiet.doubtful(asked) else self._slack_left_ns
-        deadline_ns = earliest_ns + max(slack_ns, _LEAST_SLACK_NS)
+        deadline_ns = earliest_ns + max(self._slack_left_ns, _LEAST_SLACK_NS)
         first_ns = sent_ns + int(_TOO_EARLY * (out_ns + self._span_ns(sizes[:1]) - sent_ns))
+        each_ns = self._delay_ns + sizes[-1] * self._byte_ns
+        # When the first answer's bytes are through; by a clock read after sending, so never too early.
+        through_ns = max(out_ns, line.now_ns() + len(request) * self._byte_ns) + self._span_ns(sizes[:1])
         replies = _Replies()
         while len(replies.of) < len(asked):
             data = line.receive(earliest_ns, deadline_ns)
@@ -510,9 +511,10 @@ class DynamixelBus:
                 continue
             # Of another length: the answer to an earlier question.
             found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
-            # One chunk may bring several answers; each left the wire as long before the next as the next one takes.
+            # One chunk may bring several answers; each left the wire as long before the next as the next one takes. And
+            # however late the computer hands it over, none left later than its bytes were through.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):
-                came_ns = t_ns - after * (self._delay_ns + sizes[-1] * self._byte_ns)
+                came_ns = min(t_ns - after * each_ns, through_ns + asked.index(drive_id) * each_ns)
                 replies.of[drive_id] = (came_ns, error, payload)
                 if take:
                     take(drive_id, came_ns, error, payload)

@@ -33,10 +33,6 @@ class Quiet:
         """Whether it answers, or it is time to see whether it does again."""
         return self._misses[address] < self._patience or self._cycle % _SELDOM == 0
 
-    def doubtful(self, addresses: Iterable[int]) -> bool:
-        """Whether one of them has not answered when it was asked last."""
-        return any(self._misses[address] for address in addresses)
-
     def order(self) -> list[int]:
         """Those to ask together: who answers first; at most one who does not, in turn, and last."""
         good = [address for address, misses in self._misses.items() if not misses]
