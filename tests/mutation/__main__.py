@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
@@ -120,8 +120,10 @@ def main(modules: Sequence[str]) -> int:
         if _noticed_without_change(survey, scratch):
             console.print("The tests fail without any change when they are run as for one: nothing could be said.")
             return 1
-        every = [mutant for module in modules for mutant in mutants(DEVICE / f"{module}.py")]
-        console.print(f"{len(every)} changes in {', '.join(modules)}; {len(survey.seconds)} tests")
+        console.print(f"{', '.join(modules)}; {len(survey.seconds)} tests")
+        # Made as they are needed: a thousand trees are more than a fork should have to carry.
+        every = (mutant for module in modules for mutant in mutants(DEVICE / f"{module}.py"))
+        done = 0
         survived: list[Mutant] = []
         for done, (mutant, noticed) in enumerate(_each(every, survey, scratch), start=1):
             if not noticed:
@@ -131,14 +133,14 @@ def main(modules: Sequence[str]) -> int:
                 console.print(f"{done} tried, {len(survived)} survived")
     finally:
         shutil.rmtree(scratch)
-    return _verdict(console, modules, every, survived)
+    return _verdict(console, modules, done, survived)
 
 
-def _verdict(console: Console, modules: Sequence[str], every: list[Mutant], survived: list[Mutant]) -> int:
+def _verdict(console: Console, modules: Sequence[str], tried: int, survived: list[Mutant]) -> int:
     known = {(one["file"], one["in"], one["was"], one["becomes"]) for one in _known()}
     unexplained = [mutant for mutant in survived if mutant.name not in known]
     gone = [name for name in known if name not in {m.name for m in survived} and name[0][:-3] in modules]
-    console.print(f"{len(every)} changes, {len(every) - len(survived)} noticed, {len(survived)} survived")
+    console.print(f"{tried} changes, {tried - len(survived)} noticed, {len(survived)} survived")
     for mutant in unexplained:
         console.print(f"no reason is given for {_told(mutant)}", markup=False)
     for name in gone:
@@ -174,7 +176,7 @@ def _noticed_without_change(survey: Survey, scratch: Path) -> bool:
     return any(noticed for _, noticed in _each([unchanged], survey, scratch))
 
 
-def _each(every: list[Mutant], survey: Survey, scratch: Path) -> Iterator[tuple[Mutant, bool]]:
+def _each(every: Iterable[Mutant], survey: Survey, scratch: Path) -> Iterator[tuple[Mutant, bool]]:
     """Whether each was noticed. As many at a time as there are processors."""
     running: dict[int, Mutant] = {}
     waiting = iter(every)
