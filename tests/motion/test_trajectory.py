@@ -68,6 +68,18 @@ def test_single_counts_of_an_encoder_are_no_speed() -> None:
     Trajectory(times, rows).check([AxisLimits(-10.0, 10.0, 2.0)] * 5, tolerance_deg=0.0)
 
 
+def test_a_jerk_is_refused_before_it_is_played() -> None:
+    """A sample with a wrong time bends the path where the arm never did."""
+    times = np.arange(0, 1.0, 0.01)
+    rows = np.zeros((len(times), 5))
+    rows[:, 2] = 60.0 * times
+    calm = [AxisLimits(-10.0, 100.0, 150.0, 20_000.0)] * 5
+    Trajectory(times, rows).check(calm, tolerance_deg=0.0)
+    rows[50, 2] += 1.3
+    with pytest.raises(TrajectoryError, match=r"motor 3 would jerk at 0.5 s"):
+        Trajectory(times, rows).check(calm, tolerance_deg=0.0)
+
+
 @given(
     st.lists(st.floats(-90, 90), min_size=5, max_size=5),
     st.lists(st.floats(-90, 90), min_size=5, max_size=5),

@@ -236,7 +236,10 @@ class Exchange:
             raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
         if load.limits_deg and len(load.limits_deg) != len(self._config.axes):
             raise TrajectoryError("it has limits for some axes only")
-        limits = [AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s) for axis in self._config.axes]
+        limits = [
+            AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s, axis.max_acceleration_deg_s2)
+            for axis in self._config.axes
+        ]
         # Half of what a measured angle may be beyond: what was taught at the end of the range must be playable.
         trajectory.check(limits, self._config.limit_tolerance_deg / 2)
         if load.limits_deg:

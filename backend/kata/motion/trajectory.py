@@ -13,6 +13,8 @@ from kata.motion.linkage import Floats
 _SPEED_WINDOW_S: Final = 0.1
 """Speed is judged over this long: between neighbouring samples an encoder's single count is already 9 deg/s."""
 _LONGEST_GAP_S: Final = 1.0
+_BEND_S: Final = 0.01
+"""Acceleration is judged between setpoints so far apart: those of 100 Hz."""
 
 
 class TrajectoryError(ValueError):
@@ -25,6 +27,7 @@ class AxisLimits(NamedTuple):
     min_deg: float
     max_deg: float
     max_speed_deg_s: float
+    max_acceleration_deg_s2: float = float("inf")
 
 
 class Trajectory:
@@ -67,7 +70,7 @@ class Trajectory:
         return angles
 
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
-        """Refuse a recording that leaves an axis' range by more than the tolerance or is faster than the axis may go.
+        """Refuse a recording that leaves an axis' range by more than the tolerance, or is faster or more abrupt than the axis may go.
 
         Nothing is clipped: a clipped motion is not the one that was taught.
 
@@ -75,6 +78,9 @@ class Trajectory:
         """
         window = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
         speeds = np.abs(np.diff(self._curve(np.minimum(window, self.duration_s)), axis=0)) / _SPEED_WINDOW_S
+        # Wherever between two of them the setpoints come to lie.
+        grid = self._curve(np.arange(0.0, self.duration_s, _BEND_S / 2))
+        bends = np.abs(grid[4:] - 2 * grid[2:-2] + grid[:-4]) / _BEND_S**2
         for axis, limit in enumerate(limits):
             angles = self.angles_deg[:, axis]
             beyond = np.maximum(limit.min_deg - angles, angles - limit.max_deg)
@@ -90,3 +96,6 @@ class Trajectory:
                     f"motor {axis + 1} would move at {speeds[fastest, axis]:.0f} deg/s at {window[fastest]:.1f} s; "
                     f"{limit.max_speed_deg_s:g} deg/s is its limit"
                 )
+            sharpest = int(np.argmax(bends[:, axis])) if len(bends) else 0
+            if len(bends) and bends[sharpest, axis] > limit.max_acceleration_deg_s2:
+                raise TrajectoryError(f"motor {axis + 1} would jerk at {(sharpest + 2) * _BEND_S / 2:.1f} s")
