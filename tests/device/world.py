@@ -59,7 +59,8 @@ class MemoryLine:
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
         self._check()
         world = self._world
-        until_ns = max(world.t_ns, min(earliest_ns, deadline_ns))
+        # A line may sleep until then, and need not.
+        until_ns = max(world.t_ns, 0 if world.in_pieces else min(earliest_ns, deadline_ns))
         self._pump(until_ns)
         if not (self._waiting and self._waiting[0][0] <= until_ns):
             while (due_ns := world.line.due_ns) is not None and due_ns <= deadline_ns:
@@ -82,8 +83,12 @@ class MemoryLine:
                 self._arrives(at_ns + int(answer.after_s * 1e9), answer.data)
 
     def _arrives(self, at_ns: int, data: bytes) -> None:
-        self._number += 1
-        heapq.heappush(self._waiting, (at_ns, self._number, data))
+        """``at_ns``: the last byte. A real adapter hands them over as they come."""
+        size = 1 if self._world.in_pieces else len(data)
+        byte_ns = 10_000_000_000 // self._baud
+        for end in range(size, len(data) + 1, size):
+            self._number += 1
+            heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - size : end]))
 
     def _check(self) -> None:
         if self._world.script.has("gone"):
@@ -114,6 +119,8 @@ class World:
             servos = ServoBus(self.apparatus, self.config.baud)
             self.line, self.script = DynamixelLine(servos), servos.script
         self.opened: MemoryLine | None = None
+        self.in_pieces = False
+        """Answers arrive byte by byte, and not each at once."""
 
     def open_line(self, port: str, baud: int) -> MemoryLine:
         """As a serial port would be opened."""

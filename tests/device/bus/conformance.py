@@ -20,10 +20,13 @@ class Conformance:
     protocol: ClassVar[Literal["dynamixel", "modbus"]]
     settings: ClassVar[dict[str, Any]] = {}
     resolution_deg: ClassVar[float]
+    in_pieces: ClassVar[bool] = False
 
     @pytest.fixture
     def world(self) -> World:
-        return World(self.protocol, **self.settings)
+        world = World(self.protocol, **self.settings)
+        world.in_pieces = self.in_pieces
+        return world
 
     @pytest.fixture
     def bus(self, world: World) -> Bus:

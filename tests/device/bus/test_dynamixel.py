@@ -32,6 +32,14 @@ class TestOlderDynamixel(Conformance):
         )
 
 
+class TestDynamixelInPieces(Conformance):
+    """Behind an adapter that hands over every byte as it comes."""
+
+    protocol = "dynamixel"
+    resolution_deg = 0.1
+    in_pieces = True
+
+
 class TestSlowDynamixel(Conformance):
     """At 115,200 bit/s, with the drives' own return delay."""
 

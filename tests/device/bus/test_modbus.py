@@ -25,6 +25,14 @@ class TestModbusWithoutFunction23(Conformance):
     settings = {"modbus": ModbusMap(function_23=False)}  # noqa: RUF012
 
 
+class TestModbusInPieces(Conformance):
+    """Behind an adapter that hands over every byte as it comes."""
+
+    protocol = "modbus"
+    resolution_deg = 0.1
+    in_pieces = True
+
+
 class TestSlowModbus(Conformance):
     """At 115,200 bit/s."""
 

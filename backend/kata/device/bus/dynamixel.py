@@ -507,10 +507,10 @@ class DynamixelBus:
             if not data:
                 break
             t_ns = line.now_ns()
+            # Too early, or of another length: the answer to an earlier question.
+            found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
             if t_ns < first_ns:
                 continue
-            # Of another length: the answer to an earlier question.
-            found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes. And
             # however late the computer hands it over, none left later than its bytes were through.
             for (drive_id, error, payload), after in zip(reversed(found), range(len(found)), strict=True):

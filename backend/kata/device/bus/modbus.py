@@ -298,9 +298,11 @@ class ModbusBus:
         received = b""
         found: bytes | None = None
         while found is None and (chunk := line.receive(earliest_ns, deadline_ns)):
-            if line.now_ns() >= first_ns:
-                received += chunk
-                found = find_answer(received, slave, function, size)
+            received += chunk
+            found = find_answer(received, slave, function, size)
+            if found is not None and line.now_ns() < first_ns:
+                # To an earlier question.
+                received, found = b"", None
         now_ns = line.now_ns()
         self._slack_left_ns -= max(0, now_ns - earliest_ns)
         self._free_at_ns = now_ns + self._silence_ns
