@@ -13,6 +13,7 @@ from kata.device.exchange import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
 from kata.device.messages import Command, Event, Refusal, Reply, Snapshot
+from kata.motion.learning import Correction
 from kata.motion.trajectory import Trajectory
 
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
@@ -162,7 +163,7 @@ class Stepped:
         self.loop = ControlLoop(
             self.config,
             self.apparatus,
-            self.exchange,  # type: ignore[arg-type]
+            self.exchange,
             real_time=False,
             memory_locked=False,
             now_ns=lambda: self._t_ns,
@@ -184,9 +185,11 @@ class Stepped:
         self.apparatus.t_ns = self._t_ns
         return self.loop.cycle(self._t_ns, late_ms)
 
-    def send(self, command: Command, trajectory: Trajectory | None = None) -> Refusal | None:
+    def send(
+        self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
+    ) -> Refusal | None:
         """One command and the cycle that takes it."""
-        self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None))
+        self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None, correction))
         self.cycle()
         return self.exchange.replies[-1].refusal
 

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+import msgspec
+import numpy as np
 import pytest
 
 from kata.device.ceiling import ceiling_hz
@@ -68,6 +70,11 @@ def test_what_cannot_be_is_refused_by_name(settings: Any, field: str) -> None:
         "min_deg = -inf",
         "direction = 0",
         "max_acceleration_deg_s2 = nan",
+        "lag_s = -0.01",
+        "lag_s = 0.31",
+        "lag_s = nan",
+        "lag2_s2 = 0.021",
+        "friction_deg = 5.1",
     ],
 )
 def test_an_axis_that_cannot_be_is_refused_by_its_number(tmp_path: Path, line: str) -> None:
@@ -96,7 +103,33 @@ def test_a_rate_that_cannot_be_is_refused(rate_hz: int) -> None:
         at_rate(StationConfig(), rate_hz)
 
 
+def test_a_turned_apparatus_has_drives_that_see_motors_3_and_4_the_other_way_round() -> None:
+    right = StationConfig()
+    left = msgspec.structs.replace(right, side="left")
+    assert [axis.direction for axis in right.as_it_stands.axes] == [1, 1, 1, 1, 1]
+    assert [axis.direction for axis in left.as_it_stands.axes] == [1, 1, -1, -1, 1]
+    assert [axis.direction for axis in left.axes] == [1, 1, 1, 1, 1]
+    assert left.as_it_stands.mechanism_deg == right.mechanism_deg
+
+
 def test_a_setting_that_nobody_knows_is_refused(tmp_path: Path) -> None:
     (tmp_path / "station.toml").write_text("rate = 100\n")
     with pytest.raises(ConfigError, match="rate"):
         read(tmp_path / "station.toml")
+
+
+def test_how_the_drives_lag_is_told_axis_by_axis() -> None:
+    lags = [(0.06, 0.002, 0.3), (0.05, 0.001, 0.2), (0.0, 0.0, 0.0), (0.3, 0.02, 5.0), (0.1, 0.003, 1.0)]
+    axes = tuple(
+        msgspec.structs.replace(axis, lag_s=a1, lag2_s2=a2, friction_deg=friction)
+        for axis, (a1, a2, friction) in zip(StationConfig().axes, lags, strict=True)
+    )
+    lag = StationConfig(axes=axes).lag
+    assert lag.first_s.tolist() == [a1 for a1, _, _ in lags]
+    assert lag.second_s2.tolist() == [a2 for _, a2, _ in lags]
+    assert lag.friction_deg.tolist() == [friction for _, _, friction in lags]
+
+
+def test_until_a_station_has_been_identified_nothing_is_known_of_its_lag() -> None:
+    lag = StationConfig().lag
+    assert not np.any([lag.first_s, lag.second_s2, lag.friction_deg])

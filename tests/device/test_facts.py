@@ -13,7 +13,7 @@ from tests.device.stepped import REST_DEG
 
 MS = 1_000_000
 START_NS = 1_000_000_000
-ALONE = Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=())
+ALONE = Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=(), rate_hz=100)
 TURNING = 1
 """The axis that something happens to."""
 

@@ -20,7 +20,9 @@ LOW_DEG, HIGH_DEG = LIMITS[1]
 
 MOVING = Facts(
     t_ns=0,
-    situation=Situation(late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS),
+    situation=Situation(
+        late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS, rate_hz=100
+    ),
     bus_ok=True,
     complete=False,
     estop="closed",
@@ -147,9 +149,11 @@ def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, val
 
 @pytest.mark.parametrize(("rate_hz", "cycle_hz", "cycles"), [(100, 100, 3), (10, 100, 30), (50, 200, 12)])
 def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int, cycles: int) -> None:
-    config = msgspec.structs.replace(CONFIG, rate_hz=rate_hz, cycle_hz=cycle_hz)
-    assert judge(facts_with("setpoint_cycles", cycles), config) == []
-    assert judge(facts_with("setpoint_cycles", cycles + 1), config) == [("setpoint_frozen", None)]
+    """The run's, which may be slower than the station's."""
+    config = msgspec.structs.replace(CONFIG, cycle_hz=cycle_hz)
+    for waited, judged in ((cycles, []), (cycles + 1, [("setpoint_frozen", None)])):
+        facts = facts_with("setpoint_cycles", waited)
+        assert judge(replace(facts, situation=replace(facts.situation, rate_hz=rate_hz)), config) == judged
 
 
 def test_each_fault_has_its_own_way_of_stopping() -> None:
@@ -176,12 +180,11 @@ def test_each_fault_has_its_own_way_of_stopping() -> None:
 # -- the last look at a setpoint --------------------------------------------------------------------------------------
 
 
-def refused(last: float | tuple[float, float], following: float, **settings: Any) -> list[str]:
+def refused(last: float | tuple[float, float], following: float, rate_hz: int = 100) -> list[str]:
     """The codes for axis 1, whose setpoints are given."""
     before = [last] if isinstance(last, float) else list(last)
     sent = [(15.0, angle, 10.0, 0.0, 0.0) for angle in before]
-    config = msgspec.structs.replace(CONFIG, **settings)
-    found = refused_setpoints(sent, (15.0, following, 10.0, 0.0, 0.0), LIMITS, config)
+    found = refused_setpoints(sent, (15.0, following, 10.0, 0.0, 0.0), LIMITS, CONFIG, rate_hz)
     assert all(axis == 1 for _, axis in found)
     return [code for code, _ in found]
 
@@ -237,6 +240,6 @@ def test_what_is_no_number_is_further_than_any_limit() -> None:
 def test_every_axis_is_looked_at() -> None:
     rest = (15.0, 109.0, 10.0, 0.0, 0.0)
     gone = tuple(angle + 200.0 for angle in rest)
-    found = refused_setpoints([rest], gone, LIMITS, CONFIG)
+    found = refused_setpoints([rest], gone, LIMITS, CONFIG, 100)
     assert [axis for code, axis in found if code == "setpoint_limit"] == [0, 1, 2, 3, 4]
     assert [axis for code, axis in found if code == "setpoint_step"] == [0, 1, 2, 3, 4]

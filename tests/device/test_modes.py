@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -24,6 +25,7 @@ from kata.device.messages import (
     Unload,
 )
 from kata.device.movement import Movement
+from kata.motion.axes import Side
 from tests.device.conftest import LOAD, a_trajectory
 from tests.device.stepped import Stepped, SteppedApparatus
 
@@ -44,8 +46,8 @@ ALLOWED: dict[Mode, tuple[CommandName, ...]] = {
     "teaching": ("finish_teaching",),
     "ready": ("unload", "approach"),
     "approaching": (),
-    "paused": ("play", "return"),
-    "playing": ("pause",),
+    "paused": ("play", "less", "return"),
+    "playing": ("pause", "less"),
     "returning": (),
     "stopped": ("acknowledge",),
 }
@@ -101,6 +103,26 @@ def bring(stepped: Stepped, mode: Mode) -> Stepped:
 
 def events(stepped: Stepped, code: str) -> list[str]:
     return [event.message for event in stepped.exchange.events if event.code == code]
+
+
+# -- sides ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("stands_for", "wanted"), [("right", "left"), ("left", "right")])
+def test_nothing_is_taught_or_played_of_the_shoulder_that_the_apparatus_does_not_stand_for(
+    tmp_path: Path, stands_for: Side, wanted: Side
+) -> None:
+    stepped = Stepped(tmp_path, StationConfig(side=stands_for))
+    load = msgspec.structs.replace(LOAD, side=wanted)
+    for refusal in (stepped.send(Teach(teaching_id="t", side=wanted)), stepped.send(load, a_trajectory())):
+        assert refusal is not None
+        assert refusal.code == "other_side"
+        assert (
+            refusal.message == f"This is for the {wanted} shoulder, and the apparatus stands for the {stands_for} one."
+        )
+    assert stepped.mode == "idle"
+    assert stepped.exchange.journals == []
+    assert stepped.send(msgspec.structs.replace(load, side=stands_for), a_trajectory()) is None
 
 
 # -- ways and commands ------------------------------------------------------------------------------------------------

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from kata.device.movement import Movement
-from kata.motion.linkage import Floats
+from kata.device.movement import Movement, longest_step
+from kata.motion.trajectory import Motion
 
 DT_S = 0.01
 
@@ -17,8 +17,8 @@ class Straight:
 
     duration_s: float = 2.0
 
-    def at(self, time_s: float) -> Floats:
-        return np.full(5, time_s)
+    def motion_at(self, time_s: float) -> Motion:
+        return Motion(np.full(5, time_s), np.full(5, 1.0), np.full(5, 0.5))
 
 
 def advance(movement: Movement, cycles: int) -> list[float]:
@@ -156,6 +156,39 @@ def test_a_pause_slows_down_as_ever_wherever_going_back_was_to_end() -> None:
 
 
 def test_a_setpoint_is_as_far_ahead_as_the_pace_goes_in_its_lead() -> None:
-    assert Movement(Straight(), position_s=1.0, pace=1.0).setpoint(0.05)[0] == pytest.approx(1.05)
-    assert Movement(Straight(), position_s=1.0, pace=-0.5).setpoint(0.05)[0] == pytest.approx(0.975)
-    assert Movement(Straight(), position_s=1.0, pace=0.0).setpoint(0.05)[0] == 1.0
+    for pace, place_s in ((1.0, 1.05), (-0.5, 0.975), (0.0, 1.0)):
+        movement = Movement(Straight(), position_s=1.0, pace=pace)
+        assert movement.place_s(0.05) == pytest.approx(place_s)
+        assert movement.motion(0.05).angles_deg == pytest.approx([place_s] * 5)
+
+
+@pytest.mark.parametrize("pace", [1.0, 0.5, -1.0, 0.0])
+def test_speed_goes_with_the_pace_and_acceleration_with_its_square(pace: float) -> None:
+    motion = Movement(Straight(), position_s=1.0, pace=pace).motion(0.0)
+    assert motion.speed_deg_s == pytest.approx([pace * 1.0] * 5)
+    assert motion.acceleration_deg_s2 == pytest.approx([pace**2 * 0.5] * 5)
+
+
+def test_a_changing_pace_is_acceleration_too() -> None:
+    movement = Movement(Straight(), position_s=1.0, pace=0.5)
+    movement.advance(DT_S)
+    # To full pace in a fifth of a second: by 5 a second.
+    assert movement.quickening == pytest.approx(5.0)
+    assert movement.motion(0.0).acceleration_deg_s2 == pytest.approx([0.55**2 * 0.5 + 5.0] * 5)
+    movement.course = 0
+    movement.advance(DT_S)
+    assert movement.quickening == pytest.approx(-5.0)
+    movement = Movement(Straight(), pace=1.0)
+    assert movement.quickening == 0.0
+    movement.advance(DT_S)
+    assert movement.quickening == 0.0
+
+
+@pytest.mark.parametrize("bend", [0.1, 2.0])
+@pytest.mark.parametrize("steps", [1, 2, 7, 50])
+def test_the_longest_step_is_the_one_from_which_each_next_one_is_a_bend_shorter_until_nothing_is_left(
+    steps: int, bend: float
+) -> None:
+    left = bend * sum(range(1, steps + 1))
+    assert longest_step(left, bend) == pytest.approx(steps * bend)
+    assert longest_step(0.0, bend) == pytest.approx(0.0)

@@ -30,7 +30,8 @@ def test_the_approach_begins_where_the_arm_is_and_never_exceeds_its_speed(steppe
 
     written = np.array(stepped.apparatus.written)
     assert written[0] == pytest.approx([15.0, 109.0, 10.0, -10.0, 0.0])
-    assert written[-1] == pytest.approx([15.0, 109.0, 10.0, 20.0, 0.0])
+    assert written[-1] == pytest.approx(a_trajectory().at(0.0))
+    assert written[-1] == pytest.approx([15.0, 109.0, 10.0, 20.0, 0.0], abs=0.1)  # smoothed
     speed_deg_s = np.abs(np.diff(written[:, 3])) * stepped.config.rate_hz
     assert speed_deg_s.max() <= stepped.config.approach_speed_deg_s * 1.001
     run = stepped.snapshot.run
@@ -201,7 +202,7 @@ def test_at_the_start_the_arm_waits_and_playing_begins_there_from_a_stand(steppe
     run = stepped.snapshot.run
     assert run is not None
     assert run.position_s == 0.0
-    assert stepped.apparatus.angles_deg[3] == pytest.approx(20.0)
+    assert stepped.apparatus.angles_deg[3] == pytest.approx(20.0, abs=0.1)
 
     stepped.send(Play())
     stepped.forward(0.5)

@@ -378,7 +378,8 @@ def test_an_axis_slower_than_two_degrees_a_second_has_no_direction_to_push_in(
             axis = run.resisted(replace(facts, t_ns=t_ns, torque_nm=torques), tuple(before), tuple(after))
         return axis
 
-    assert felt(2.0, 4.0) == 4
-    assert felt(1.999, 4.0) is None
-    assert felt(2.001, 4.0 * 0.98) == 4
-    assert felt(2.001, 3.919) is None
+    rated_nm = run.config.axes[4].max_torque_nm
+    assert felt(2.0, rated_nm) == 4
+    assert felt(1.999, rated_nm) is None
+    assert felt(2.001, rated_nm * 0.98) == 4
+    assert felt(2.001, rated_nm * 0.98 - 0.001) is None

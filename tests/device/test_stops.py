@@ -221,7 +221,9 @@ def _mean_another_run(stepped: Stepped) -> None:
 
 
 def _stop_planning(stepped: Stepped) -> None:
-    stepped.loop._machine._divider = 1_000_000
+    run = stepped.loop._machine._run
+    assert run is not None
+    run.every = 1_000_000
 
 
 def _run_away(stepped: Stepped) -> None:

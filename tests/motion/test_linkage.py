@@ -2,10 +2,20 @@
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from kata.device.config import StationConfig
-from kata.motion.axes import POSE_RANGE_DEG
-from kata.motion.linkage import LINKAGE, Linkage, OutOfReachError, motor_angles_deg
+from kata.motion.axes import APPARATUS_SIGNS, POSE_RANGE_DEG, Side
+from kata.motion.linkage import LINKAGE, WITHIN_DEG, Linkage, MotorRanges, OutOfReachError, motor_angles_deg, pose_deg
+
+ANYWHERE: MotorRanges = ((-180.0, 180.0), (-180.0, 180.0))
+SIDES: tuple[Side, ...] = ("right", "left")
+
+
+def _motor_ranges(beyond_deg: float = 0.0) -> MotorRanges:
+    one, two = StationConfig().axes[:2]
+    return (one.min_deg - beyond_deg, one.max_deg + beyond_deg), (two.min_deg - beyond_deg, two.max_deg + beyond_deg)
 
 
 def _grid(limit_deg: float, n: int = 81) -> np.ndarray:
@@ -61,7 +71,136 @@ def test_out_of_reach_names_the_row_and_the_motor() -> None:
     assert (caught.value.motor, caught.value.index) == (1, 1)
 
 
+def test_the_first_row_out_of_reach_is_named_whichever_motor_it_is() -> None:
+    with pytest.raises(OutOfReachError, match=r"motor 2 .* with upward rotation -44.0 deg \(row 1\)") as caught:
+        LINKAGE.inverse_deg([[0.0, 0.0], [0.0, -44.0], [150.0, 0.0]])
+    assert (caught.value.motor, caught.value.index) == (2, 1)
+
+
+def test_out_of_reach_speaks_of_the_pose_as_it_was_asked_for_on_the_turned_side_too() -> None:
+    with pytest.raises(OutOfReachError, match=r"upward rotation 44.0 deg"):
+        motor_angles_deg([0.0, 44.0, 0.0, 0.0, 0.0], "left")
+
+
+def test_motor_angles_that_no_pose_has_are_named() -> None:
+    with pytest.raises(OutOfReachError, match=r"motor 1 at 170.0 deg and motor 2 at 100.0 deg \(row 2\)") as caught:
+        LINKAGE.forward_deg([[10.0, 100.0], [15.0, 109.0], [170.0, 100.0]])
+    assert (caught.value.motor, caught.value.index) == (None, 2)
+
+
+@pytest.mark.parametrize("unknown", [np.nan, np.inf])
+def test_what_is_not_a_number_is_out_of_reach(unknown: float) -> None:
+    with pytest.raises(OutOfReachError):
+        LINKAGE.inverse_deg([0.0, unknown])
+    with pytest.raises(OutOfReachError):
+        LINKAGE.forward_deg([unknown, 100.0])
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_both_ways_agree_over_the_whole_region(side: Side) -> None:
+    scapula = _grid(WITHIN_DEG, 241).reshape(-1, 2)
+    scapula = scapula[LINKAGE.reachable(scapula, ANYWHERE, side)]
+    assert len(scapula) > 0.9 * 241**2
+
+    theta = LINKAGE.inverse_deg(scapula, side)
+    assert np.radians(LINKAGE.forward_deg(theta, side)) == pytest.approx(np.radians(scapula), abs=1e-9, rel=0)
+
+
+def test_wherever_the_motors_may_stand_there_is_a_pose_that_gives_their_angles_back() -> None:
+    # What may be measured goes beyond the range by the tolerance.
+    ends = _motor_ranges(beyond_deg=StationConfig().limit_tolerance_deg)
+    theta = np.stack(np.meshgrid(*(np.linspace(*end, 121) for end in ends)), axis=-1)
+
+    scapula = LINKAGE.forward_deg(theta)
+    assert scapula.shape == theta.shape
+    assert np.radians(LINKAGE.inverse_deg(scapula)) == pytest.approx(np.radians(theta), abs=1e-9, rel=0)
+
+
+@given(st.floats(-WITHIN_DEG, WITHIN_DEG), st.floats(-WITHIN_DEG, WITHIN_DEG), st.sampled_from(SIDES))
+def test_both_ways_agree_at_any_pose(phi: float, psi: float, side: Side) -> None:
+    assume(LINKAGE.reachable([phi, psi], ANYWHERE, side))
+    back = LINKAGE.forward_deg(LINKAGE.inverse_deg([phi, psi], side), side)
+    assert np.radians(back) == pytest.approx(np.radians([phi, psi]), abs=1e-9, rel=0)
+
+
+def test_the_linkage_meets_no_singularity_where_it_closes() -> None:
+    scapula = _grid(WITHIN_DEG, 181).reshape(-1, 2)
+    jacobian = LINKAGE.jacobian(scapula[LINKAGE.reachable(scapula, ANYWHERE)])
+    assert np.linalg.det(jacobian).min() > 0.5
+
+
+def test_a_path_of_motor_angles_gives_a_path_of_the_scapula_without_jumps() -> None:
+    (low1, high1), (low2, high2) = _motor_ranges(beyond_deg=StationConfig().limit_tolerance_deg)
+    turn = np.linspace(0, 2 * np.pi, 4001)
+    # A Lissajous figure that touches every end of both ranges.
+    theta = np.stack(
+        [
+            (low1 + high1) / 2 + (high1 - low1) / 2 * np.sin(3 * turn),
+            (low2 + high2) / 2 + (high2 - low2) / 2 * np.sin(4 * turn + 0.3),
+        ],
+        axis=-1,
+    )
+    step_deg = np.linalg.norm(np.diff(theta, axis=0), axis=-1)
+    moved_deg = np.linalg.norm(np.diff(LINKAGE.forward_deg(theta), axis=0), axis=-1)
+    # 1 / 0.6: the least singular value of the Jacobian over the motors' ranges is above 0.6.
+    assert np.all(moved_deg < step_deg / 0.6)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_jacobian_is_the_slope_of_the_motor_angles(side: Side) -> None:
+    scapula, h = _grid(24.0, 25), 1e-4
+    slopes = [
+        (LINKAGE.inverse_deg(scapula + step, side) - LINKAGE.inverse_deg(scapula - step, side)) / (2 * h)
+        for step in (np.array([h, 0.0]), np.array([0.0, h]))
+    ]
+    assert LINKAGE.jacobian(scapula, side) == pytest.approx(np.stack(slopes, axis=-1), abs=1e-7)
+
+
+def test_the_jacobian_is_well_conditioned_over_the_scapulas_range() -> None:
+    stretch = np.linalg.svd(LINKAGE.jacobian(_grid(24.0)), compute_uv=False)
+    assert stretch.min() == pytest.approx(0.67, abs=0.005)
+    assert stretch.max() == pytest.approx(1.54, abs=0.005)
+
+
+def test_reachable_is_where_the_links_close_and_the_motors_may_go() -> None:
+    # In turn: the middle; too far up; the links close, but motor 1 may not go there; not within the square.
+    poses = np.array([[0.0, 0.0], [0.0, -44.0], [-30.0, 0.0], [50.0, 0.0]])
+
+    assert LINKAGE.reachable(poses, _motor_ranges()).tolist() == [True, False, False, False]
+    assert LINKAGE.reachable(poses, ANYWHERE).tolist() == [True, False, True, False]
+    assert LINKAGE.reachable(_grid(20.0), _motor_ranges()).all()
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_all_inside_the_outline_is_reachable_and_what_is_just_outside_is_not(side: Side) -> None:
+    outline = LINKAGE.outline_deg(_motor_ranges(), side)
+    outward = outline / np.linalg.norm(outline, axis=-1, keepdims=True)
+
+    inside = np.linspace(0, 1, 41)[:, np.newaxis, np.newaxis] * outline
+    assert LINKAGE.reachable(inside, _motor_ranges(), side).all()
+    assert not LINKAGE.reachable(outline + 0.11 * outward, _motor_ranges(), side).any()
+    assert np.abs(outline).max(axis=-1).min() > 20.0
+
+
+def test_the_outline_of_nothing_is_empty() -> None:
+    assert LINKAGE.outline_deg(((20.0, 43.0), (88.0, 129.0))).shape == (0, 2)
+
+
 def test_motors_three_to_five_turn_with_the_body() -> None:
     pose = np.array([[5.0, -5.0, 40.0, 90.0, -30.0]])
     assert motor_angles_deg(pose)[0, 2:] == pytest.approx([40.0, 90.0, -30.0])
     assert motor_angles_deg(pose)[0, :2] == pytest.approx(LINKAGE.inverse_deg([5.0, -5.0]))
+
+
+def test_the_turned_linkage_sees_upward_rotation_as_downward() -> None:
+    assert motor_angles_deg([5.0, -12.0, 40.0, 90.0, -30.0], "left") == pytest.approx(
+        motor_angles_deg([5.0, 12.0, 40.0, 90.0, -30.0], "right")
+    )
+    assert APPARATUS_SIGNS["left"][:2] == (1, -1)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_poses_come_back_from_their_motor_angles(side: Side) -> None:
+    lowest, highest = np.array(POSE_RANGE_DEG).T
+    poses = np.random.default_rng(4).uniform(lowest, highest, size=(500, 5))
+    assert pose_deg(motor_angles_deg(poses, side), side) == pytest.approx(poses, abs=1e-9)

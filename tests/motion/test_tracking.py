@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from kata.motion.tracking import compare
+from kata.motion.linkage import Floats
+from kata.motion.tracking import compare, compare_motions
 
 TIMES_S = np.arange(0, 4.0, 0.01)
 TAUGHT_DEG = np.column_stack([amplitude * np.sin(TIMES_S) for amplitude in (1, 5, 10, 20, 40)])
@@ -45,3 +46,91 @@ def test_the_error_is_playback_minus_teaching() -> None:
 def test_nothing_played_is_nothing_compared() -> None:
     with pytest.raises(ValueError, match="no samples"):
         compare(TIMES_S, TAUGHT_DEG, [], np.empty((0, 5)))
+
+
+@pytest.mark.parametrize("lag_s", [-0.03, 0.0, 0.0042, 0.05, 0.2])
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_the_lag_is_found_to_a_fraction_of_a_sample_whatever_else_is_wrong(lag_s: float, rate_hz: int) -> None:
+    """With a constant error, an encoder's counts, and gaps where nothing was measured."""
+    times_s = np.arange(0, 12.0, 0.01)
+    path_s = np.arange(0.0, 11.0, 1 / rate_hz)
+    path_s = path_s[(path_s < 3.0) | (path_s > 4.5)]
+    amplitudes = np.array([5.0, 8.0, 10.0, 20.0, 40.0])
+
+    def motion(times: Floats) -> Floats:
+        return np.outer(np.sin(np.maximum(times, 0.0)) + 0.3 * np.sin(3.1 * np.maximum(times, 0.0)), amplitudes)
+
+    count_deg = 360 / 4096
+    played = np.round((motion(path_s - lag_s) + 1.5) / count_deg) * count_deg
+    comparison = compare(times_s, motion(times_s), path_s, played)
+    for motor in comparison.motors:
+        assert motor.lag_ms == pytest.approx(lag_s * 1000, abs=2.0)
+
+
+def test_a_motor_that_hardly_moves_has_no_lag_and_no_smoothness() -> None:
+    taught = TAUGHT_DEG.copy()
+    taught[:, 1] = 0.5 * np.sin(TIMES_S)
+    motors = compare(TIMES_S, taught, TIMES_S, taught).motors
+    assert (motors[1].lag_ms, motors[1].taught_smoothness, motors[1].played_smoothness) == (None, None, None)
+    assert motors[2].lag_ms == pytest.approx(0.0, abs=0.1)
+    assert motors[2].taught_smoothness == pytest.approx(motors[2].played_smoothness or 0.0, abs=1e-6)
+
+
+def test_what_was_reached_is_told_against_the_whole_of_what_was_taught() -> None:
+    path_s = np.arange(0.0, 1.0, 0.01)
+    played = 0.9 * np.array([np.interp(path_s, TIMES_S, angles) for angles in TAUGHT_DEG.T]).T
+    motor = compare(TIMES_S, TAUGHT_DEG, path_s, played).motors[4]
+    assert motor.taught == pytest.approx((40 * np.sin(3.99), 40.0), abs=1e-3)
+    assert motor.played == pytest.approx((0.0, 0.9 * 40 * np.sin(0.99)), abs=1e-3)
+
+
+def test_the_largest_torque_keeps_its_sign() -> None:
+    torque = np.zeros_like(TAUGHT_DEG)
+    torque[100, 3], torque[200, 3] = 1.5, -2.5
+    motors = compare(TIMES_S, TAUGHT_DEG, TIMES_S, TAUGHT_DEG, torque).motors
+    assert motors[3].torque_peak_nm == -2.5
+    assert compare(TIMES_S, TAUGHT_DEG, TIMES_S, TAUGHT_DEG).motors[3].torque_peak_nm is None
+
+
+def test_a_jerky_playback_is_less_smooth_than_its_teaching() -> None:
+    times_s = np.arange(0.0, 10.0, 0.01)
+    taught = np.repeat(20 * np.sin(times_s)[:, None], 5, axis=1)
+    held = taught[(np.arange(len(times_s)) // 10) * 10]
+    motor = compare(times_s, taught, times_s, held).motors[0]
+    assert motor.played_smoothness is not None
+    assert motor.taught_smoothness is not None
+    assert motor.played_smoothness < motor.taught_smoothness - 0.1
+
+
+def test_where_the_arm_was_taken_back_each_place_counts_once_for_smoothness() -> None:
+    path_s = np.concatenate([np.arange(0.0, 2.0, 0.01), np.arange(1.0, 3.9, 0.01)])
+    played = np.array([np.interp(path_s, TIMES_S, angles) for angles in TAUGHT_DEG.T]).T
+    straight = compare(TIMES_S, TAUGHT_DEG, TIMES_S[:390], TAUGHT_DEG[:390]).motors[4]
+    motor = compare(TIMES_S, TAUGHT_DEG, path_s, played).motors[4]
+    assert motor.played_smoothness == pytest.approx(straight.played_smoothness, abs=0.02)
+    assert motor.rmse_deg == pytest.approx(0.0, abs=1e-3)
+
+
+def pose_deg(motors_deg: Floats) -> Floats:
+    """Any one-to-one relation will do here."""
+    return motors_deg * [2.0, 0.5, 1.0, 1.0, 1.0] - [1.0, 2.0, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(("lifted_deg", "number"), [(10.0, 5), (90.0, 3)])
+def test_a_motion_is_judged_in_the_bodys_angles_and_against_table_2(lifted_deg: float, number: int) -> None:
+    times_s = np.arange(0.0, 10.0, 0.01)
+    taught = np.zeros((len(times_s), 5))
+    taught[:, 0] = 8 * np.sin(times_s)
+    taught[:, 2] = lifted_deg
+    taught[:, 3] = 60 - 60 * np.cos(times_s)
+    motions = compare_motions(times_s, taught, times_s, taught + np.array([0.5, 0, 0, -1.0, 0]), pose_deg)
+
+    assert [motion.motion.number for motion in motions] == [1, number]
+    scapula, arm = motions
+    assert scapula.taught == pytest.approx((-17.0, 15.0), abs=0.01)
+    assert scapula.played == pytest.approx((-16.0, 16.0), abs=0.01)
+    assert scapula.motion.range_deg == (-20.0, 20.0)
+    assert scapula.peak_deg == pytest.approx(1.0)
+    assert arm.played == pytest.approx((-1.0, 119.0), abs=0.01)
+    assert arm.rmse_deg == pytest.approx(1.0)
+    assert arm.motion.range_deg == {3: (-20.0, 130.0), 5: (-20.0, 190.0)}[number]

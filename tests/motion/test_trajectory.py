@@ -2,34 +2,79 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kata.motion.approach import Approach
-from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
+from kata.motion.linkage import Floats
+from kata.motion.method import Method, reference
+from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
 
-LIMITS = [AxisLimits(-100.0, 100.0, 150.0)] * 5
+METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
+
 angles = st.lists(st.floats(-100, 100, allow_subnormal=False), min_size=2, max_size=40)
+STEPS_S = st.lists(st.sampled_from([0.001, 0.008, 0.01, 0.012, 0.1, 0.9]), min_size=40, max_size=40)
 
 
-@given(angles, st.floats(-1, 50))
-def test_between_samples_it_never_leaves_their_range(samples: list[float], time_s: float) -> None:
-    """So a limit that holds at the samples holds everywhere."""
-    trajectory = Trajectory(np.arange(len(samples)) * 0.1, np.array([samples] * 5).T)
-    n = int(np.clip(time_s / 0.1, 0, len(samples) - 2))
-    neighbours = samples if not 0 <= time_s <= trajectory.duration_s else samples[max(0, n - 1) : n + 3]
-    assert min(neighbours) - 1e-9 <= trajectory.at(time_s)[0] <= max(neighbours) + 1e-9
+def columns(samples: list[float]) -> Floats:
+    """Five axes with the same angles."""
+    return np.array([samples] * 5).T
 
 
-def test_it_passes_through_its_samples_and_stands_still_beyond() -> None:
-    times = np.array([5.0, 5.1, 5.25, 5.3])
-    given_deg = np.random.default_rng(0).uniform(-50, 50, (4, 5))
-    trajectory = Trajectory(times, given_deg)
+@settings(max_examples=50)
+@given(angles, STEPS_S)
+def test_what_is_checked_is_the_highest_and_lowest_angle_that_it_ever_has(
+    samples: list[float], steps_s: list[float]
+) -> None:
+    """A smooth curve goes beyond its samples, and a setpoint may come to lie anywhere."""
+    trajectory = Trajectory(np.cumsum(steps_s)[: len(samples)], columns(samples))
+    path = trajectory.along(np.linspace(0.0, trajectory.duration_s, 500))
+    low, high = float(path.min()), float(path.max())
+    with pytest.raises(TrajectoryError, match=r"motor 1 would go to"):
+        trajectory.check([AxisLimits(low - 1000.0, high - 0.01, np.inf)] * 5, tolerance_deg=0.0)
+    with pytest.raises(TrajectoryError, match=r"motor 1 would go to"):
+        trajectory.check([AxisLimits(low + 0.01, high + 1000.0, np.inf)] * 5, tolerance_deg=0.0)
+    _, extremes = trajectory._extremes()
+    assert extremes.min() <= low + 1e-9
+    assert extremes.max() >= high - 1e-9
+    trajectory.check([AxisLimits(float(extremes.min()), float(extremes.max()), np.inf)] * 5, tolerance_deg=0.0)
 
-    for time_s, row in zip(times - 5.0, given_deg, strict=True):
-        assert trajectory.at(time_s) == pytest.approx(row)
-    assert trajectory.at(-1.0) == pytest.approx(given_deg[0])
-    assert trajectory.at(9.0) == pytest.approx(given_deg[-1])
+
+@settings(max_examples=50)
+@given(angles, STEPS_S)
+def test_it_keeps_what_was_taught_whatever_that_was(samples: list[float], steps_s: list[float]) -> None:
+    times = np.cumsum(steps_s)[: len(samples)]
+    trajectory = Trajectory(times, columns(samples))
+    off = trajectory.along(times - times[0]) - columns(samples)
+    assert np.sqrt(np.mean(off**2, axis=0)) == pytest.approx(trajectory.rmse_deg, abs=1e-6)
+    assert trajectory.rmse_deg.max() <= 0.2
+
+
+@settings(max_examples=50)
+@given(angles, STEPS_S, st.floats(0.02, 0.98))
+def test_its_speed_and_acceleration_are_those_of_its_angles(
+    samples: list[float], steps_s: list[float], share: float
+) -> None:
+    trajectory = Trajectory(np.cumsum(steps_s)[: len(samples)], columns(samples))
+    time_s, d = share * trajectory.duration_s, 1e-6
+    before, here, after = (trajectory.motion_at(time_s + way) for way in (-d, 0.0, d))
+    assert trajectory.at(time_s) == pytest.approx(here.angles_deg)
+    assert trajectory.along(np.array([time_s]))[0] == pytest.approx(here.angles_deg, abs=1e-6)
+    # Continuous up to the second derivative, so that differences are near wherever a sample lies.
+    near = 1e-3 * (1 + np.abs(trajectory._curve.c[0]).max())
+    assert after.angles_deg - before.angles_deg == pytest.approx(2 * d * here.speed_deg_s, abs=d * near)
+    assert after.speed_deg_s - before.speed_deg_s == pytest.approx(2 * d * here.acceleration_deg_s2, abs=d * near)
+
+
+def test_it_stands_still_beyond_its_ends_and_keeps_its_speed_up_to_them() -> None:
+    """A pedal may be released in full motion."""
+    times = 5.0 + np.arange(0.0, 2.0, 0.01)
+    rows = columns(list(40.0 * (times - 5.0)))
+    trajectory = Trajectory(times, rows)
+    assert trajectory.duration_s == pytest.approx(1.99)
+    for time_s, angle in ((-1.0, 0.0), (0.0, 0.0), (1.0, 40.0), (1.99, 79.6), (9.0, 79.6)):
+        assert trajectory.at(time_s) == pytest.approx([angle] * 5, abs=1e-6)
+        assert trajectory.motion_at(time_s).speed_deg_s == pytest.approx([40.0] * 5)
 
 
 @pytest.mark.parametrize(
@@ -39,6 +84,7 @@ def test_it_passes_through_its_samples_and_stands_still_beyond() -> None:
         ([0.0, 0.1], [[0.0] * 4] * 2, "at least two samples of five"),
         ([0.0, 0.1], [[0.0] * 5, [np.nan] * 5], "not numbers"),
         ([0.0, 0.0], [[0.0] * 5] * 2, "does not increase"),
+        ([0.0, 0.00005], [[0.0] * 5] * 2, "closer together than 0.1 ms"),
         ([0.0, 0.5, 3.0], [[0.0] * 5] * 3, "samples are missing for 2.5 s after 0.5 s"),
     ],
 )
@@ -65,19 +111,30 @@ def test_single_counts_of_an_encoder_are_no_speed() -> None:
     times = np.arange(0, 1.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[::2, 0] = 360 / 4096
-    Trajectory(times, rows).check([AxisLimits(-10.0, 10.0, 2.0)] * 5, tolerance_deg=0.0)
+    for method in METHODS:
+        reference(method, times, rows).check([AxisLimits(-10.0, 10.0, 2.0)] * 5, tolerance_deg=0.0)
 
 
 def test_a_jerk_is_refused_before_it_is_played() -> None:
-    """A sample with a wrong time bends the path where the arm never did."""
     times = np.arange(0, 1.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[:, 2] = 60.0 * times
-    calm = [AxisLimits(-10.0, 100.0, 150.0, 20_000.0)] * 5
+    calm = [AxisLimits(-10.0, 100.0, np.inf, 20_000.0)] * 5
     Trajectory(times, rows).check(calm, tolerance_deg=0.0)
-    rows[50, 2] += 1.3
+    # Somebody has cut two recordings together.
+    rows[50:, 2] += 20.0
     with pytest.raises(TrajectoryError, match=r"motor 3 would jerk at 0.5 s"):
         Trajectory(times, rows).check(calm, tolerance_deg=0.0)
+
+
+def test_what_is_too_abrupt_at_the_setpoints_of_a_hundred_hertz_may_be_gentle_at_ten() -> None:
+    times = np.arange(0, 2.01, 0.1)
+    rows = np.zeros((len(times), 5))
+    rows[10:, 2] = 14.0
+    held = Held(times, rows)
+    held.check([AxisLimits(-10.0, 20.0, 150.0, 1400.1)] * 5, tolerance_deg=0.0)
+    with pytest.raises(TrajectoryError, match=r"motor 3 would jerk at 0.9 s"):
+        held.check([AxisLimits(-10.0, 20.0, 150.0, 1399.9)] * 5, tolerance_deg=0.0)
 
 
 @given(
@@ -90,7 +147,8 @@ def test_an_approach_gets_there_without_a_jump_and_within_its_speed(
 ) -> None:
     approach = Approach(np.array(start), np.array(goal), speed_deg_s)
     times = np.linspace(0, approach.duration_s, 500)
-    path = np.array([approach.at(time_s) for time_s in times])
+    moving = [approach.motion_at(time_s) for time_s in times]
+    path = np.array([motion.angles_deg for motion in moving])
 
     assert path[0] == pytest.approx(start)
     assert path[-1] == pytest.approx(goal)
@@ -98,3 +156,8 @@ def test_an_approach_gets_there_without_a_jump_and_within_its_speed(
     assert speeds.max() <= speed_deg_s * 1.001
     assert speeds[0].max() <= 0.001 * speed_deg_s + 1e-6
     assert speeds[-1].max() <= 0.001 * speed_deg_s + 1e-6
+    for values, rate, allowed in (
+        (path, [motion.speed_deg_s for motion in moving], 0.05),
+        ([motion.speed_deg_s for motion in moving], [motion.acceleration_deg_s2 for motion in moving], 0.5),
+    ):
+        assert np.abs(np.gradient(values, times, axis=0) - rate)[1:-1].max() <= allowed

@@ -1,6 +1,5 @@
 """Hand, drives and mechanics, stepped without a wire."""
 
-import math
 import struct
 
 import numpy as np
@@ -12,9 +11,11 @@ from kata.motion.taught import Taught
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.hand import HandRefusedError, Motion
-from kata.simulator.plant import Plant
+from kata.simulator.parameters import DRIVES
+from kata.simulator.servos import D_NM_S_RAD, I_NM_RAD_S, P_NM_RAD
 
 COUNT_DEG = 360 / 4096
+SPEED_DEG_S = 50.0
 
 
 def rows(motion: Taught) -> Motion:
@@ -41,8 +42,9 @@ class World:
         return np.array([axis.angle_deg for axis in self.apparatus.state().axes])
 
     def energise(self) -> None:
-        for servo in self.servos:
-            servo.write(80, struct.pack("<HHH", 60, 400, 1600))
+        for servo, own in zip(self.servos, DRIVES, strict=True):
+            gains = own.d_nm_s_rad / D_NM_S_RAD, own.i_nm_rad_s / I_NM_RAD_S, own.p_nm_rad / P_NM_RAD
+            servo.write(80, struct.pack("<HHH", *(round(gain) for gain in gains)))
             servo.write(64, b"\1")
 
     def send(self, angles_deg: np.ndarray) -> None:
@@ -121,13 +123,15 @@ def test_a_drive_follows_a_ramp_closely_and_settles_without_ringing(axis: int, s
     start = world.angles()
     goal = start.copy()
     direction = -1.0 if axis == 4 else 1.0
-    lag = []
+    behind = []
     for _ in range(40):
-        goal[axis] += direction * 0.5  # 50 deg/s at 100 Hz
+        goal[axis] += direction * SPEED_DEG_S / 100
         world.send(goal)
         world.forward(0.01)
-        lag.append(abs(world.angles()[axis] - goal[axis]))
-    assert max(lag) < 3.0
+        behind.append(direction * (goal[axis] - world.angles()[axis]))
+    own_lag_s = DRIVES[axis].d_nm_s_rad / DRIVES[axis].p_nm_rad
+    assert max(behind) < SPEED_DEG_S * (own_lag_s + 0.02)
+    assert behind[-1] == pytest.approx(SPEED_DEG_S * (own_lag_s + 0.01), abs=0.8)
     world.forward(1.0)
     settled = []
     for _ in range(50):
@@ -179,15 +183,3 @@ def test_goal_current_limits_what_a_drive_gives() -> None:
         world.forward(0.01)
         strongest = max(strongest, abs(world.apparatus.state().axes[3].torque_nm))
     assert strongest == pytest.approx(1.0, abs=0.01)
-
-
-def test_a_seed_makes_another_apparatus_and_the_same_one_again() -> None:
-    def sinks_to(seed: int | None) -> float:
-        plant = Plant(seed)
-        plant.angle[3] = math.radians(80)
-        for _ in range(500):
-            plant.step([0.0] * 5)
-        return plant.angle[3]
-
-    assert sinks_to(1) == sinks_to(1)
-    assert len({sinks_to(None), sinks_to(1), sinks_to(2)}) == 3

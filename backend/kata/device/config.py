@@ -8,9 +8,19 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
+import numpy as np
 
 from kata.device.ceiling import ceiling_hz
-from kata.motion.axes import N_AXES, POSE_RANGE_DEG
+from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, POSE_RANGE_DEG, Side
+from kata.motion.method import Lag, Method
+from kata.motion.trajectory import AxisLimits, Trajectory
+
+REFERENCE_SHARE: Final = 0.5
+"""Of the highest acceleration a reference may take this much; the rest is for going ahead of it."""
+LARGEST_LAG_S: Final = 0.3
+"""A drive that follows later than this is out of order, not to be compensated; so with the other two."""
+LARGEST_LAG2_S2: Final = 0.02
+LARGEST_FRICTION_DEG: Final = 5.0
 
 
 class ConfigError(ValueError):
@@ -24,7 +34,7 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     zero_count: int | None = None
     """What the drive says at motor angle 0, in its own counts; unless given 2048 for Dynamixel (4096 a turn), 0 for Modbus."""
     direction: int = 1
-    """+1 or -1: the sign from encoder to motor angle."""
+    """+1 or -1: the sign from encoder to motor angle, of the apparatus that is not turned."""
     min_deg: float
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
@@ -33,9 +43,16 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """A change of speed by 200 deg/s within one cycle of 100 Hz: far above what an arm does, or what noise in a recording looks like."""
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
+    lag_s: float = 0.0
+    """How long the drive follows behind its setpoint: a1 of 1 / (1 + a1 s + a2 s^2). 0 until it has been identified."""
+    lag2_s2: float = 0.0
+    """a2 of the same, in s^2: what its inertia adds to that."""
+    friction_deg: float = 0.0
+    """How far its setpoint must be ahead for it to move at all."""
     position_p_gain: int = 1600
-    position_i_gain: int = 400
-    position_d_gain: int = 60
+    position_i_gain: int = 800
+    position_d_gain: int = 720
+    """In the drive's own units; Modbus drives keep theirs."""
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -106,14 +123,29 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 _MOTOR_RANGES_DEG: Final = ((-19.0, 43.0), (88.0, 129.0), *POSE_RANGE_DEG[2:])
 
 
+_MOTOR_5: Final[dict[str, Any]] = {
+    "max_torque_nm": 2.0,
+    "position_p_gain": 120,
+    "position_i_gain": 120,
+    "position_d_gain": 150,
+}
+"""It is weaker, and its pinion has too much play for a stiff control."""
+
+
 def _default_axes() -> tuple[Axis, ...]:
-    return tuple(Axis(id=n + 1, min_deg=low, max_deg=high) for n, (low, high) in enumerate(_MOTOR_RANGES_DEG))
+    return tuple(
+        Axis(id=n, min_deg=low, max_deg=high, **(_MOTOR_5 if n == N_AXES else {}))
+        for n, (low, high) in enumerate(_MOTOR_RANGES_DEG, start=1)
+    )
 
 
 class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One station. Rates: the loop reads and supervises at ``cycle_hz``; recording and setpoints go at ``rate_hz``."""
 
     name: str = "Station 1"
+    side: Side = CANONICAL_SIDE
+    """The shoulder that the apparatus stands for: it is turned by 180 deg about X for the other one (Section 2.2). Whoever turns it
+    says so, and the service keeps it; nothing of the other side is taught or played until then."""
     port: str = "/dev/ttyUSB0"
     """Prefer /dev/serial/by-id/...: ttyUSB0 becomes ttyUSB1 when an adapter is replugged."""
     protocol: Literal["dynamixel", "modbus"] = "dynamixel"
@@ -131,6 +163,8 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """How far beyond an axis' range a measured angle may be before it is a fault."""
     approach_speed_deg_s: float = 15.0
     following_error_deg: float = 20.0
+    """How far an axis may be from what it was sent, which runs ahead of it by its lag: 6 deg at 60 deg/s and 0.1 s. The rest is
+    for what holds the arm."""
     following_error_ms: int = 250
     silence_ms: int = 100
     """A drive that has not answered for this long is a fault. An input is one after two cycles."""
@@ -149,6 +183,35 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """What may be commanded of each axis: its range, and half of the tolerance that measured angles have."""
         tolerance = self.limit_tolerance_deg / 2
         return tuple((axis.min_deg - tolerance, axis.max_deg + tolerance) for axis in self.axes)
+
+    @property
+    def as_it_stands(self) -> "StationConfig":
+        """With the directions that the drives have now: motors 3 to 5 see what turns with the apparatus the other way round."""
+        signs = (1, 1, *APPARATUS_SIGNS[self.side][2:])
+        axes = (
+            msgspec.structs.replace(axis, direction=axis.direction * sign)
+            for axis, sign in zip(self.axes, signs, strict=True)
+        )
+        return msgspec.structs.replace(self, axes=tuple(axes))
+
+    @property
+    def lag(self) -> Lag:
+        """How the drives fall behind their setpoints, as identified."""
+        return Lag(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
+
+    def check_reference(self, method: Method, reference: Trajectory) -> None:
+        """Refuse what this station may not play: a recording before it is loaded, and before one is made of another.
+
+        :raises TrajectoryError: naming motor, time, value and limit.
+        """
+        # The paper's way leads nothing ahead.
+        share = 1.0 if method == "paper" else REFERENCE_SHARE
+        limits = [
+            AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s, share * axis.max_acceleration_deg_s2)
+            for axis in self.axes
+        ]
+        # Half of what a measured angle may be beyond: what was taught at the end of the range must be playable.
+        reference.check(limits, self.limit_tolerance_deg / 2)
 
     @property
     def setpoint_delay_s(self) -> float:
@@ -180,6 +243,13 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
                 found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
             if not 0 < axis.max_torque_nm <= 4:
                 found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
+            for name, value, largest in (
+                ("lag_s", axis.lag_s, LARGEST_LAG_S),
+                ("lag2_s2", axis.lag2_s2, LARGEST_LAG2_S2),
+                ("friction_deg", axis.friction_deg, LARGEST_FRICTION_DEG),
+            ):
+                if not 0 <= value <= largest:
+                    found.append(f"axes[{n}].{name}: must be 0 to {largest:g}")
         if self.bus_watchdog_ms not in range(40, 201, 20):
             found.append("bus_watchdog_ms: must be 40 to 200, in steps of 20")
         if self.inputs.max_age_cycles < 1:
@@ -200,13 +270,23 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return found
 
 
+_SIMULATED_LAGS: Final = (
+    *[{"lag_s": 0.054, "lag2_s2": 0.0015, "friction_deg": 0.08}] * 4,
+    {"lag_s": 0.127, "lag2_s2": 0.0043, "friction_deg": 0.28},
+)
+"""What :mod:`kata.evaluate.identify` finds of the simulated drives, by their nominal parameters; a test holds it to that."""
+
+
 def simulated(port: str) -> StationConfig:
-    """The station that is served when the apparatus is simulated and no other configuration is given.
+    """The station that is served when the apparatus is simulated and no other configuration is given: it has been identified.
 
     A pseudo-terminal hands its bytes over by an ordinary kernel worker, which a busy computer lets wait for some cycles:
-    inputs may be older than on a real line before they count as unknown.
+    inputs and drives may be older than on a real line before they count as unknown and silent.
     """
-    return StationConfig(port=port, inputs=Inputs(max_age_cycles=10))
+    axes = tuple(
+        msgspec.structs.replace(axis, **lag) for axis, lag in zip(_default_axes(), _SIMULATED_LAGS, strict=True)
+    )
+    return StationConfig(port=port, inputs=Inputs(max_age_cycles=30), silence_ms=300, axes=axes)
 
 
 def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import msgspec
 import numpy as np
@@ -40,6 +40,9 @@ from kata.device.messages import (
     frame,
     frames,
 )
+from kata.motion.axes import N_AXES
+from kata.motion.learning import LARGEST_DEG, Correction
+from kata.motion.method import rate_hz, reference
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 log = logging.getLogger(__name__)
@@ -50,6 +53,10 @@ _COMMANDS_KEPT: Final = 100
 _LAST_WORDS_S: Final = 1.0
 
 
+class _UnusableError(ValueError):
+    """It cannot be played in this way; the message says why."""
+
+
 @dataclass(frozen=True)
 class Taken:
     """A command on its way to the machine; what could be checked outside the control thread has been."""
@@ -58,10 +65,55 @@ class Taken:
     command: Command
     trajectory: Trajectory | None
     refusal: Refusal | None
+    correction: Correction | None = None
+
+
+class Counterpart(Protocol):
+    """What the control loop wants of whoever is on the other side; nothing here ever waits."""
+
+    @property
+    def closing(self) -> bool:
+        """The service is gone, or asked this process to end."""
+
+    @property
+    def belief(self) -> tuple[int, str | None]:
+        """How many heartbeats came, and the run that the last one named."""
+
+    @property
+    def dropped(self) -> int:
+        """Snapshots that a slow service never got."""
+
+    @property
+    def journal_ok(self) -> bool:
+        """Everything measured has found its way to the disk so far."""
+
+    def take_stop(self) -> bool:
+        """Whether a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
+
+    def take_command(self) -> Taken | None:
+        """At most one command a cycle."""
+
+    def service_age_ms(self, t_ns: int) -> float:
+        """Since the service was last heard; infinite when it is gone."""
+
+    def reply(self, reply: Reply) -> None:
+        """Answer a command."""
+
+    def publish_event(self, event: Event) -> None:
+        """Tell what happened."""
+
+    def publish_snapshot(self, snapshot: Snapshot) -> None:
+        """Tell the present state; one unsent may give way."""
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        """A new journal, which is written until it is finished."""
+
+    def wake(self) -> None:
+        """At the end of a cycle: what it has left, its sample above all, goes on its way now."""
 
 
 class Exchange:
-    """The queues, and the threads that serve them."""
+    """The queues, and the threads that serve them: the :class:`Counterpart` of a device process."""
 
     def __init__(self, config: StationConfig, connection: socket.socket, journal_folder: Path) -> None:
         self._config = config
@@ -98,44 +150,44 @@ class Exchange:
     # -- the control thread's side --------------------------------------------------------------------------------
 
     def take_stop(self) -> bool:
-        """Whether a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
+        """See :class:`Counterpart`."""
         requested, self._stop_requested = self._stop_requested, False
         return requested
 
     def take_command(self) -> Taken | None:
-        """At most one command a cycle."""
+        """See :class:`Counterpart`."""
         return self._commands.popleft() if self._commands else None
 
     def service_age_ms(self, t_ns: int) -> float:
-        """Since the service was last heard; infinite when it is gone."""
+        """See :class:`Counterpart`."""
         return math.inf if self.closing else (t_ns - self._heard_ns) / 1e6
 
     def reply(self, reply: Reply) -> None:
-        """Answer a command."""
+        """See :class:`Counterpart`."""
         self._letters.append(reply)
 
     def publish_event(self, event: Event) -> None:
-        """Tell what happened."""
+        """See :class:`Counterpart`."""
         self._letters.append(event)
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
-        """Tell the present state; the oldest one unsent gives way."""
+        """See :class:`Counterpart`."""
         if len(self._snapshots) >= _SNAPSHOTS_KEPT:
             self._snapshots.popleft()
             self.dropped += 1
         self._snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """A new journal, which is written until it is finished."""
+        """See :class:`Counterpart`."""
         return self._journals.open(header)
 
     @property
     def journal_ok(self) -> bool:
-        """Everything measured has found its way to the disk so far."""
+        """See :class:`Counterpart`."""
         return self._journals.ok
 
     def wake(self) -> None:
-        """At the end of a cycle: what it has left, its sample above all, goes on its way now."""
+        """See :class:`Counterpart`."""
         os.eventfd_write(self._woken, 1)
 
     # -- the other threads' side ----------------------------------------------------------------------------------
@@ -211,44 +263,7 @@ class Exchange:
             crowded = Refusal(code="busy", message="Too many commands are waiting.", next_step="Wait a moment.")
             self._letters.append(Reply(id=request.id, refusal=crowded))
             return
-        trajectory: Trajectory | None = None
-        refusal: Refusal | None = None
-        if isinstance(request.command, Load):
-            try:
-                trajectory = self._trajectory(request.command)
-            except TrajectoryError as error:
-                refusal = Refusal(
-                    code="unplayable",
-                    message=f"This recording cannot be played: {error}.",
-                    next_step="Teach the motion again, within the range and more slowly.",
-                )
-        self._commands.append(Taken(request.id, request.command, trajectory, refusal))
-
-    def _trajectory(self, load: Load) -> Trajectory:
-        """Built and checked here, so that a long recording costs the control thread nothing."""
-        try:
-            times = np.frombuffer(load.times_s, dtype="<f8")
-            angles = np.frombuffer(load.angles_deg, dtype="<f8").reshape(-1, len(self._config.axes))
-        except ValueError as error:
-            raise TrajectoryError("its samples are cut short") from error
-        trajectory = Trajectory(times, angles)
-        if not 1 <= load.load_level <= LOAD_LEVELS:
-            raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
-        if load.limits_deg and len(load.limits_deg) != len(self._config.axes):
-            raise TrajectoryError("it has limits for some axes only")
-        limits = [
-            AxisLimits(axis.min_deg, axis.max_deg, axis.max_speed_deg_s, axis.max_acceleration_deg_s2)
-            for axis in self._config.axes
-        ]
-        # Half of what a measured angle may be beyond: what was taught at the end of the range must be playable.
-        trajectory.check(limits, self._config.limit_tolerance_deg / 2)
-        if load.limits_deg:
-            patients = [
-                AxisLimits(low, high, axis.max_speed_deg_s)
-                for axis, (low, high) in zip(self._config.axes, load.limits_deg, strict=True)
-            ]
-            trajectory.check(patients, 0.0)
-        return trajectory
+        self._commands.append(checked(request, self._config))
 
     def _sync_journals(self) -> None:
         for path in self._journals.sync():
@@ -271,3 +286,67 @@ class Exchange:
         except OSError:
             self.closing = True
             outgoing.clear()
+
+
+def checked(request: Request, config: StationConfig) -> Taken:
+    """A command with all that can be worked out before the control thread has it: a long recording costs that nothing."""
+    trajectory: Trajectory | None = None
+    correction: Correction | None = None
+    refusal: Refusal | None = None
+    if isinstance(request.command, Load):
+        try:
+            trajectory = _trajectory(request.command, config)
+            correction = _correction(request.command, trajectory)
+        except TrajectoryError as error:
+            refusal = Refusal(
+                code="unplayable",
+                message=f"This recording cannot be played: {error}.",
+                next_step="Teach the motion again, within the range and more slowly.",
+            )
+        except _UnusableError as error:
+            refusal = Refusal(
+                code="unusable", message=f"This cannot be played so: {error}.", next_step="Choose another method."
+            )
+    return Taken(request.id, request.command, trajectory, refusal, correction)
+
+
+def _trajectory(load: Load, config: StationConfig) -> Trajectory:
+    try:
+        times = np.frombuffer(load.times_s, dtype="<f8")
+        angles = np.frombuffer(load.angles_deg, dtype="<f8").reshape(-1, len(config.axes))
+    except ValueError as error:
+        raise TrajectoryError("its samples are cut short") from error
+    if config.cycle_hz % rate_hz(load.method, config.rate_hz):
+        raise _UnusableError("this station's cycles do not divide into the paper's 10 Hz")
+    trajectory = reference(load.method, times, angles)
+    if not 1 <= load.load_level <= LOAD_LEVELS:
+        raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
+    if load.limits_deg and len(load.limits_deg) != len(config.axes):
+        raise TrajectoryError("it has limits for some axes only")
+    config.check_reference(load.method, trajectory)
+    if load.limits_deg:
+        patients = [
+            AxisLimits(low, high, axis.max_speed_deg_s)
+            for axis, (low, high) in zip(config.axes, load.limits_deg, strict=True)
+        ]
+        trajectory.check(patients, 0.0)
+    return trajectory
+
+
+def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
+    """What was learned, whole and bounded, or nothing."""
+    if not load.correction_deg:
+        return None
+    if load.method != "learned":
+        raise _UnusableError("a correction belongs to the learned method only")
+    if len(load.correction_deg) % (N_AXES * 8):
+        raise _UnusableError("what was learned is cut short")
+    angles = np.frombuffer(load.correction_deg, dtype="<f8").reshape(-1, N_AXES)
+    step_s = load.correction_step_s
+    # Its last row lies within a step of the recording's end. What is no number is within no limit.
+    lasts_s = trajectory.duration_s
+    if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
+        raise _UnusableError("what was learned is as long as another recording")
+    if not np.all(np.abs(angles) <= LARGEST_DEG):
+        raise _UnusableError(f"what was learned is more than {LARGEST_DEG:g} deg somewhere")
+    return Correction(step_s, angles)

@@ -31,6 +31,8 @@ class Situation:
     journal_ok: bool
     limits_deg: Limits
     """The tightest of mechanism and run."""
+    rate_hz: int
+    """Setpoints a second: the run's own, without one the station's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +146,7 @@ class Observer:
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
         answered = [drive.t_ns for drive in replies.drives if drive]
         axes = range(len(self._drives))
-        reported = tuple(self._torque_reported(status) for status in self._status)
+        reported = tuple([self._torque_reported(status) for status in self._status])
         return Facts(
             t_ns=t_ns,
             situation=situation,
@@ -152,24 +154,24 @@ class Observer:
             complete=inputs_known and all(self._drives) and all(torque is False for torque in reported),
             estop="unknown" if not inputs_known or inputs is None else "open" if inputs.estop_open else "closed",
             pedal_down=self._pedal_down if inputs_known else None,
-            measured_deg=tuple(drive.position_deg if drive else math.nan for drive in self._drives),
-            speed_deg_s=tuple(drive.speed_deg_s if drive else 0.0 for drive in self._drives),
-            torque_nm=tuple(drive.torque_nm if drive else 0.0 for drive in self._drives),
-            drive_age_ms=tuple(_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives),
-            status_age_ms=tuple(_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status),
+            measured_deg=tuple([drive.position_deg if drive else math.nan for drive in self._drives]),
+            speed_deg_s=tuple([drive.speed_deg_s if drive else 0.0 for drive in self._drives]),
+            torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
+            drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
+            status_age_ms=tuple([_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status]),
             garbled=tuple(self._garbled),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
-            hardware_error=tuple(status.hardware_error if status else 0 for status in self._status),
-            watchdog_tripped=tuple(bool(status and status.watchdog_tripped) for status in self._status),
+            hardware_error=tuple([status.hardware_error if status else 0 for status in self._status]),
+            watchdog_tripped=tuple([bool(status and status.watchdog_tripped) for status in self._status]),
             torque_reported=reported,
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
             setpoint_cycles=self._setpoint_cycles,
-            following_ms=tuple(self._following.ms(n, t_ns, self._behind(n)) for n in axes),
-            overtorque_ms=tuple(self._overtorque.ms(n, t_ns, self._too_strong(n)) for n in axes),
-            accelerating_ms=tuple(self._accelerating.ms(n, t_ns, self._too_abrupt(n)) for n in axes),
-            jump_deg=tuple(self._jump_deg(n) for n in axes),
-            frozen_deg=tuple(self._frozen_deg(n) for n in axes),
+            following_ms=tuple([self._following.ms(n, t_ns, self._behind(n)) for n in axes]),
+            overtorque_ms=tuple([self._overtorque.ms(n, t_ns, self._too_strong(n)) for n in axes]),
+            accelerating_ms=tuple([self._accelerating.ms(n, t_ns, self._too_abrupt(n)) for n in axes]),
+            jump_deg=tuple([self._jump_deg(n) for n in axes]),
+            frozen_deg=tuple([self._frozen_deg(n) for n in axes]),
         )
 
     def _take(self, replies: Reading, *, bus_ok: bool) -> None:

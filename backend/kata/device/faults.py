@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from kata.device.config import StationConfig
+from kata.device.config import Axis, StationConfig
 from kata.device.facts import Facts, Limits
 
 OVERRUN_LIMIT_MS: Final = 250.0
@@ -21,7 +21,8 @@ _ROUNDING_DEG: Final = 1e-6
 _OVERTORQUE_MS: Final = 100.0
 _ACCELERATING_MS: Final = 30.0
 _JUMP_DEG: Final = 5.0
-_FROZEN_DEG: Final = 8.0
+FROZEN_DEG: Final = 8.0
+"""So far a setpoint may go before the drive has answered to it with a single count of its encoder."""
 _SETPOINT_PERIODS: Final = 3
 _STATUS_SILENCE_MS: Final = 1000.0
 _DISAGREEMENTS: Final = 3
@@ -127,11 +128,11 @@ def _position_jump(facts: Facts, config: StationConfig) -> Iterable[int]:
 
 
 def _position_frozen(facts: Facts, config: StationConfig) -> Iterable[int]:
-    return (n for n, gone in enumerate(facts.frozen_deg) if gone > _FROZEN_DEG)
+    return (n for n, gone in enumerate(facts.frozen_deg) if gone > FROZEN_DEG)
 
 
 def _setpoint_frozen(facts: Facts, config: StationConfig) -> Iterable[None]:
-    limit = _SETPOINT_PERIODS * config.cycle_hz // config.rate_hz
+    limit = _SETPOINT_PERIODS * config.cycle_hz // facts.situation.rate_hz
     return (None,) if facts.torque_on and facts.setpoint_cycles > limit else ()
 
 
@@ -315,22 +316,32 @@ FAULTS: Final = (
 FAULT_BY_CODE: Final = {fault.code: fault for fault in FAULTS}
 
 
+def largest_step_deg(axis: Axis, rate_hz: int) -> float:
+    """From one setpoint to the next, of so many a second."""
+    return _STEP * axis.max_speed_deg_s / rate_hz + _STEP_TOLERANCE_DEG
+
+
 def refused_setpoints(
-    last_deg: Sequence[Sequence[float]], next_deg: Sequence[float], limits_deg: Limits, config: StationConfig
+    last_deg: Sequence[Sequence[float]],
+    next_deg: Sequence[float],
+    limits_deg: Limits,
+    config: StationConfig,
+    rate_hz: int,
 ) -> list[Key]:
     """The last look at a setpoint before it is sent: beyond a limit, too far from the last one, or too abrupt.
 
-    ``last_deg``: the one or two that went before, the newest last. Not a number is further than any limit.
+    ``last_deg``: the one or two that went before, the newest last. ``rate_hz``: setpoints a second. Not a number is
+    further than any limit.
     """
     newest = last_deg[-1]
     found: list[Key] = []
     for n, (axis, angle, (low, high)) in enumerate(zip(config.axes, next_deg, limits_deg, strict=True)):
         if not low - _ROUNDING_DEG <= angle <= high + _ROUNDING_DEG:
             found.append(("setpoint_limit", n))
-        if not abs(angle - newest[n]) <= _STEP * axis.max_speed_deg_s / config.rate_hz + _STEP_TOLERANCE_DEG:
+        if not abs(angle - newest[n]) <= largest_step_deg(axis, rate_hz):
             found.append(("setpoint_step", n))
         elif len(last_deg) > 1:
-            bend = abs(angle - 2 * newest[n] + last_deg[-2][n]) * config.rate_hz**2
+            bend = abs(angle - 2 * newest[n] + last_deg[-2][n]) * rate_hz**2
             if bend > axis.max_acceleration_deg_s2:
                 found.append(("setpoint_acceleration", n))
     return found

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kata.motion.axes import N_AXES
+from kata.motion.learning import Repetition
 
 PHASE_APPROACHING: Final = 1
 PHASE_PLAYING: Final = 2
@@ -31,6 +32,8 @@ PHASE_PAUSED: Final = 3
 PHASE_RETURNING: Final = 4
 PHASE_STOPPING: Final = 5
 PHASE_REVERSING: Final = 6
+PHASE_LESSENED: Final = 7
+"""Playing with less range than was asked for at load."""
 
 SUFFIX: Final = ".journal"
 _RING_RECORDS: Final = 6000
@@ -138,6 +141,16 @@ class Journal:
     end: JournalEnd | None
     truncated: bool
     """Something followed the last good record."""
+
+    @property
+    def repetition(self) -> Repetition:
+        """A run as something to learn from."""
+        return Repetition(
+            self.path_s,
+            self.measured_deg.astype(np.float64),
+            self.torque_nm.astype(np.float64),
+            self.phase == PHASE_PLAYING,
+        )
 
 
 class Files:
@@ -264,15 +277,22 @@ def read(path: Path) -> Journal:
     :raises JournalError: when its header is not one of ours.
     :raises OSError: when the file cannot be read.
     """
-    data = path.read_bytes()
+    return parse(path.read_bytes(), path.name)
+
+
+def parse(data: bytes, name: str) -> Journal:
+    """Read a journal's bytes; see :func:`read`.
+
+    :raises JournalError: when its header is not one of ours.
+    """
     line, newline, body = data.partition(b"\n")
     if not newline:
         # The header is written with or before everything else: nothing was kept.
-        raise JournalError(f"{path.name} is not a journal: it ends before its header does")
+        raise JournalError(f"{name} is not a journal: it ends before its header does")
     try:
         header = msgspec.json.decode(line, type=JournalHeader)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise JournalError(f"{path.name} is not a journal: {error}") from error
+        raise JournalError(f"{name} is not a journal: {error}") from error
     samples = bytearray()
     end: JournalEnd | None = None
     good = 0

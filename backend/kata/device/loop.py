@@ -17,7 +17,7 @@ from typing import Final
 from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.ceiling import ceiling_hz
 from kata.device.config import StationConfig
-from kata.device.exchange import Exchange
+from kata.device.exchange import Counterpart
 from kata.device.facts import Facts, Observer, Situation
 from kata.device.faults import refused_setpoints
 from kata.device.lateness import Lateness
@@ -29,7 +29,7 @@ from kata.device.supervisor import judge
 log = logging.getLogger(__name__)
 
 SNAPSHOT_HZ: Final = 10
-_REOPEN_NS: Final = 1_000_000_000
+_REOPEN_NS: Final = 250_000_000
 
 
 class ControlLoop:
@@ -39,18 +39,21 @@ class ControlLoop:
         self,
         config: StationConfig,
         bus: Bus,
-        exchange: Exchange,
+        exchange: Counterpart,
         *,
         real_time: bool,
         memory_locked: bool,
         now_ns: Callable[[], int],
+        sleep: Callable[[float], None] = time.sleep,
     ) -> None:
+        """``now_ns`` and ``sleep``: the clock, real or stepped."""
         self._config = config
         self._bus = bus
         self._exchange = exchange
         self._real_time = real_time
         self._memory_locked = memory_locked
         self._now_ns = now_ns
+        self._sleep = sleep
         self._observer = Observer(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
@@ -58,6 +61,7 @@ class ControlLoop:
         self._connected = False
         self._connection_problem = ""
         self._try_open_at_ns = 0
+        self._deadline_ns = now_ns()
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._glances = ceiling_hz(config) >= 2 * config.cycle_hz
         """The bus has time to spare."""
@@ -73,27 +77,32 @@ class ControlLoop:
 
     def run(self) -> None:
         """Until the service is gone and nothing is left to end. Torque is off when it returns."""
-        deadline_ns = self._now_ns()
+        self._deadline_ns = self._now_ns()
         try:
-            while True:
-                opened = not self._connected and self._open()
-                now_ns = self._now_ns()
-                if opened:
-                    # Setting the drives up takes many cycles; torque is off, and none of them was due.
-                    deadline_ns = now_ns
-                late_ns = now_ns - deadline_ns
-                missed = max(0, late_ns // self._period_ns)
-                self._overruns += missed
-                deadline_ns += missed * self._period_ns
-                if not self.cycle(deadline_ns, late_ns / 1e6):
-                    return
-                deadline_ns += self._period_ns
-                if self._glances and self._sleep_until(deadline_ns - self._period_ns // 2):
-                    self.glance()
-                self._sleep_until(deadline_ns)
-                self._lateness.add(self._now_ns() - deadline_ns)
+            while self.turn():
+                pass
         finally:
             self._torque_off_at_last()
+
+    def turn(self) -> bool:
+        """One cycle at its deadline, a glance halfway, and sleep until the next is due; False as :meth:`cycle` says."""
+        opened = not self._connected and self._open()
+        now_ns = self._now_ns()
+        if opened:
+            # Setting the drives up takes many cycles; torque is off, and none of them was due.
+            self._deadline_ns = now_ns
+        late_ns = now_ns - self._deadline_ns
+        missed = max(0, late_ns // self._period_ns)
+        self._overruns += missed
+        self._deadline_ns += missed * self._period_ns
+        if not self.cycle(self._deadline_ns, late_ns / 1e6):
+            return False
+        self._deadline_ns += self._period_ns
+        if self._glances and self._sleep_until(self._deadline_ns - self._period_ns // 2):
+            self.glance()
+        self._sleep_until(self._deadline_ns)
+        self._lateness.add(self._now_ns() - self._deadline_ns)
+        return True
 
     def cycle(self, t_ns: int, late_ms: float) -> bool:
         """One cycle; False when the service is gone and everything has come to its end."""
@@ -134,7 +143,7 @@ class ControlLoop:
     def _sleep_until(self, t_ns: int) -> bool:
         """Whether there was any time left."""
         left_ns = t_ns - self._now_ns()
-        time.sleep(max(0, left_ns) / 1e9)
+        self._sleep(max(0, left_ns) / 1e9)
         return left_ns > 0
 
     def _situation(self, t_ns: int, late_ms: float) -> Situation:
@@ -149,6 +158,7 @@ class ControlLoop:
             disagreements=self._disagreements,
             journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
             limits_deg=self._machine.limits_deg,
+            rate_hz=self._machine.rate_hz,
         )
 
     def _look_once_more(self, facts: Facts) -> None:
@@ -158,7 +168,7 @@ class ControlLoop:
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
             before = self._sent_deg or [facts.measured_deg]
-            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, self._config)
+            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, self._config, machine.rate_hz)
             if refused:
                 machine.abort(facts, refused)
             self._sent_deg = [*before[-1:], machine.setpoint_deg]
@@ -234,7 +244,7 @@ class ControlLoop:
         taken = self._exchange.take_command()
         if taken is None:
             return
-        refusal = taken.refusal or self._machine.command(taken.command, taken.trajectory, facts)
+        refusal = taken.refusal or self._machine.command(taken.command, taken.trajectory, facts, taken.correction)
         self._exchange.reply(Reply(id=taken.id, refusal=refusal))
 
     def _publish(self, facts: Facts) -> None:

@@ -11,6 +11,9 @@ from typing import Final, Literal
 
 import msgspec
 
+from kata.motion.axes import CANONICAL_SIDE, Side
+from kata.motion.method import Method
+
 Mode = Literal["offline", "idle", "teaching", "ready", "approaching", "playing", "paused", "returning", "stopped"]
 """offline: no bus or drives missing. idle: torque off, nothing loaded. teaching: torque off, the pedal records.
 ready: a recording is loaded and checked, torque off. approaching: slowly to the recording's start. paused: torque
@@ -26,7 +29,7 @@ PedalState = Literal["up", "down", "stuck", "unknown"]
 """stuck: was down when teaching began and has not been up since; records nothing."""
 
 CommandName = Literal[
-    "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "return", "stop", "acknowledge"
+    "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return", "stop", "acknowledge"
 ]
 LOAD_LEVELS: Final = 25
 
@@ -38,6 +41,7 @@ COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
     "approach",
     "play",
     "pause",
+    "less",
     "return",
     "stop",
     "acknowledge",
@@ -63,6 +67,8 @@ class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
     """Begin teaching: torque off, record while the pedal is down. From idle."""
 
     teaching_id: str
+    side: Side = CANONICAL_SIDE
+    """Whose shoulder: refused unless the apparatus stands for it."""
 
 
 class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching"):
@@ -79,10 +85,20 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     recording_id: str
     times_s: bytes
     angles_deg: bytes
+    side: Side = CANONICAL_SIDE
+    """Of the recording: refused unless the apparatus stands for it."""
     load_level: int = LOAD_LEVELS
     """1 (turns back at the lightest touch) to 25 (at the motors' rated torque): the patient's."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """The patient's and the session's: lowest and highest angle of each axis, or none at all."""
+    method: Method = "smooth"
+    """How it is played. The run's setpoints and samples go at the station's ``rate_hz``; at 10 Hz in ``paper``."""
+    correction_deg: bytes = b""
+    """What was learned of this recording on this station, for ``learned`` only: ``(m, 5)``, little-endian float64 in C order, one
+    row every ``correction_step_s`` from its start to its end. Empty: nothing yet, which plays as ``smooth``."""
+    correction_step_s: float = 0.0
+    repetition_s: float = 0.0
+    """After so much of the recording the same comes again; 0: it is played once."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
@@ -101,6 +117,10 @@ class Pause(_Message, frozen=True, kw_only=True, tag="pause"):
     """Slow down on the path and hold. From playing."""
 
 
+class Less(_Message, frozen=True, kw_only=True, tag="less"):
+    """A step less range, towards the middle; it comes back slowly. From playing, and from paused for when it goes on."""
+
+
 class Return(_Message, frozen=True, kw_only=True, tag="return"):
     """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
@@ -113,7 +133,7 @@ class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):
     """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
 
 
-Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Return | Stop | Acknowledge
+Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Less | Return | Stop | Acknowledge
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
@@ -187,6 +207,8 @@ class RunState(_Message, frozen=True, kw_only=True, tag="run"):
     """How often the arm met resistance and was taken back."""
     reversing: bool
     """It is being taken back just now, or waits there."""
+    range_percent: float
+    """How much of its range is played: below 100 after somebody has asked for less."""
 
 
 class TeachingState(_Message, frozen=True, kw_only=True, tag="teaching_state"):
@@ -244,7 +266,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     number: int
     t_ns: int
     code: str
-    """mode, take_started, take_ended, fault, load_reversal, torque."""
+    """mode, take_started, take_ended, fault, load_reversal, less, torque."""
     message: str
 
 

@@ -25,6 +25,7 @@ from kata.device.messages import (
     CommandName,
     Event,
     FinishTeaching,
+    Less,
     Load,
     Mode,
     Pause,
@@ -38,11 +39,21 @@ from kata.device.messages import (
     Unload,
 )
 from kata.device.movement import RAMP_S, Movement
-from kata.device.refusals import not_in_this_mode, not_yet_cleared, outside_range
+from kata.device.refusals import (
+    no_less,
+    not_in_this_mode,
+    not_yet_cleared,
+    other_side,
+    outside_range,
+    too_far_from_start,
+)
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
 from kata.motion import approach
+from kata.motion.learning import Correction
+from kata.motion.linkage import Floats
+from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
@@ -55,6 +66,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Approach: "approach",
     Play: "play",
     Pause: "pause",
+    Less: "less",
     Return: "return",
     Acknowledge: "acknowledge",
 }
@@ -131,11 +143,8 @@ class Machine:
         self._raised: list[Key] = []
         """Faults that a step has found by itself; they count in the next cycle."""
         self._period_s = 1.0 / config.cycle_hz
-        self._divider = config.cycle_hz // config.rate_hz
-        self._lead_s = 0.5 / config.rate_hz + config.setpoint_delay_s
-        """A setpoint holds until the next one: it aims at the middle of that time."""
         self._grid: int
-        """Cycles since torque is on."""
+        """Cycles since torque is on, or since the paper's way of playing began."""
         self._mechanism_deg = config.mechanism_deg
 
     # -- one cycle ------------------------------------------------------------------------------------------------
@@ -198,10 +207,10 @@ class Machine:
             self._tell_take_ended(teaching)
 
     def _step_moving(self, facts: Facts) -> None:
-        before_deg = self.setpoint_deg
-        self._move(facts)
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
+        before_deg = run.reference_deg
+        self._move(facts)
         if self.setpoint_due:
             self._feel(run, movement, facts, before_deg)
         if self.mode == "approaching" and movement.ended:
@@ -226,9 +235,9 @@ class Machine:
         elif movement.stands:
             self._enter("paused")
 
-    def _feel(self, run: Run, movement: Movement, facts: Facts, before_deg: tuple[float, ...]) -> None:
+    def _feel(self, run: Run, movement: Movement, facts: Facts, before_deg: Floats) -> None:
         """Resistance over the patient's level: back along the path, or, where there is none to go back on, a stand."""
-        axis = run.resisted(facts, before_deg, self.setpoint_deg)
+        axis = run.resisted(facts, before_deg.tolist(), run.reference_deg.tolist())
         if axis is None or movement.course != 1:
             return
         if self.mode == "playing":
@@ -264,7 +273,12 @@ class Machine:
             held = self.stop.category == 2 and self._stands
             return not_yet_cleared(self.stop, still_stopping=self.torque_on and not held)
         if name == "approach":
-            return outside_range(facts, self._config)
+            assert self._run is not None
+            start = tuple(self._run.trajectory.start_deg) if self._run.as_in_paper else facts.measured_deg
+            return outside_range(facts, self._config) or too_far_from_start(facts, start)
+        if name == "less":
+            assert self._run is not None
+            return no_less(self._run.comfort)
         if name == "pause" and self._movement and self._movement.course == 0:
             return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
         return None
@@ -274,23 +288,30 @@ class Machine:
         found = {name: self.refusal(name, facts) for name in COMMAND_NAMES}
         return {name: refusal for name, refusal in found.items() if refusal}
 
-    def command(self, command: Command, trajectory: Trajectory | None, facts: Facts) -> Refusal | None:
-        """Carry out a command other than Stop, or refuse it. ``trajectory`` belongs to Load."""
+    def command(
+        self, command: Command, trajectory: Trajectory | None, facts: Facts, correction: Correction | None = None
+    ) -> Refusal | None:
+        """Carry out a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
         refusal = self.refusal(_COMMAND_OF[type(command)], facts)
+        if refusal is None and isinstance(command, Teach | Load):
+            refusal = other_side(command.side, self._config.side)
         if refusal:
             return refusal
         match command:
             case Teach():
-                header = self._header("teaching", command.teaching_id, None)
-                self._teaching = Teaching(command.teaching_id, self._open_journal(header), self._divider)
+                header = self._header("teaching", command.teaching_id, None, self._config.rate_hz)
+                every = self._config.cycle_hz // self._config.rate_hz
+                self._teaching = Teaching(command.teaching_id, self._open_journal(header), every)
                 self._enter("teaching")
             case FinishTeaching():
                 self._end_teaching()
                 self._enter("idle")
             case Load():
                 assert trajectory is not None
-                header = self._header("run", command.run_id, command.recording_id)
-                self._run = Run(command, trajectory, self._open_journal(header), self._config)
+                header = self._header(
+                    "run", command.run_id, command.recording_id, rate_hz(command.method, self._config.rate_hz)
+                )
+                self._run = Run(command, trajectory, self._open_journal(header), self._config, correction)
                 self._enter("ready")
             case Unload():
                 self._end_run(JournalEnd(reason="unloaded"))
@@ -301,10 +322,17 @@ class Machine:
                 assert self._movement is not None and self._run is not None
                 self._run.forget_resistance()
                 self._movement.course, self._movement.ramp_s = 1, RAMP_S
+                if self._run.as_in_paper:
+                    # The first sample with the next cycle, and another every tenth of a second.
+                    self._movement.pace, self._grid = 1.0, -1
                 self._enter("playing")
             case Pause():
                 assert self._movement is not None
                 self._movement.course = 0
+            case Less():
+                assert self._run is not None
+                self._run.comfort.less()
+                self._emit("less", f"Less range was asked for at {self._run.position_s:.1f} s.")
             case Return():
                 self._begin_return()
             case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
@@ -367,7 +395,13 @@ class Machine:
     @property
     def setpoint_due(self) -> bool:
         """With torque on: a setpoint is sent and a sample recorded in this cycle."""
-        return self._grid % self._divider == 0
+        assert self._run is not None
+        return self._grid % self._run.every == 0
+
+    @property
+    def rate_hz(self) -> int:
+        """Setpoints a second."""
+        return self._run.rate_hz if self._run else self._config.rate_hz
 
     @property
     def journal_ok(self) -> bool:
@@ -382,8 +416,9 @@ class Machine:
         assert run is not None
         here = np.array(facts.measured_deg)
         run.begin(here)
-        way = approach.Approach(here, run.trajectory.angles_deg[0], self._config.approach_speed_deg_s)
-        self._movement = Movement(way)
+        # The paper goes to the start when it plays; until then the arm is held.
+        goal = here if run.as_in_paper else run.trajectory.start_deg
+        self._movement = Movement(approach.Approach(here, goal, self._config.approach_speed_deg_s))
         self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")
@@ -393,6 +428,7 @@ class Machine:
         assert self._run is not None and self._run.came_from is not None
         self._run.forget_resistance()
         here = np.array(self.setpoint_deg)
+        self._run.set_out(here)
         self._movement = Movement(approach.Approach(here, self._run.came_from, self._config.approach_speed_deg_s))
         self._enter("returning")
 
@@ -406,14 +442,21 @@ class Machine:
             if facts.measured_t_ns is not None:
                 since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
                 place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
-                reversing = self.mode == "playing" and run.resisting_axis is not None
-                phase = journal.PHASE_REVERSING if reversing else _PHASES[self.mode]
-                run.record(facts.measured_t_ns, facts, phase, place, self.setpoint_deg)
-            self.setpoint_deg = tuple(float(angle) for angle in movement.setpoint(self._lead_s))
+                run.record(facts.measured_t_ns, facts, self._phase(run), place, self.setpoint_deg)
+            if not (run.as_in_paper and movement.stands):
+                self.setpoint_deg = run.setpoint(movement)
             self.setpoint_t_ns = facts.t_ns
         movement.advance(self._period_s)
         if on_recording:
             run.position_s = movement.position_s
+
+    def _phase(self, run: Run) -> int:
+        """What a sample is part of. Played with less range, or taken back, it is not what was asked for."""
+        if self.mode == "playing" and run.resisting_axis is not None:
+            return journal.PHASE_REVERSING
+        if self.mode == "playing" and not run.comfort.whole:
+            return journal.PHASE_LESSENED
+        return _PHASES[self.mode]
 
     @property
     def _stands(self) -> bool:
@@ -445,13 +488,13 @@ class Machine:
         self._run = None
         self._movement = None
 
-    def _header(self, kind: str, identity: str, recording_id: str | None) -> JournalHeader:
+    def _header(self, kind: str, identity: str, recording_id: str | None, rate_hz: int) -> JournalHeader:
         return JournalHeader(
             kind="teaching" if kind == "teaching" else "run",
             id=identity,
             recording_id=recording_id,
             station=self._config.name,
-            rate_hz=self._config.rate_hz,
+            rate_hz=rate_hz,
             started_at=datetime.now(UTC),
             started_ns=self._t_ns,
         )

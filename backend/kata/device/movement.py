@@ -3,7 +3,10 @@
 from dataclasses import dataclass
 from typing import Final, Literal, Protocol
 
+import numpy as np
+
 from kata.motion.linkage import Floats
+from kata.motion.trajectory import Motion
 
 RAMP_S: Final = 0.2
 """From standing to the path's own pace, and back: starting, pausing, turning round, and a category 1 stop."""
@@ -11,15 +14,24 @@ _CREEP: Final = 0.1
 """The pace at which an end is met: slowing down must not come to a stand just before it."""
 
 
+def longest_step(left: Floats | float, bend: Floats | float) -> Floats:
+    """The longest step towards what is left that can still be slowed down from, each step shorter than the last by ``bend`` at most.
+
+    Both in the same unit, of any shape.
+    """
+    step: Floats = np.sqrt(bend * (bend / 4 + 2 * left)) - bend / 2
+    return step
+
+
 class Path(Protocol):
-    """Angles ``(5,)`` in degrees for any time from 0 to its duration."""
+    """Angles ``(5,)`` in degrees for any time from 0 to its duration, and how they change."""
 
     @property
     def duration_s(self) -> float:
         """Time at its end."""
 
-    def at(self, time_s: float) -> Floats:
-        """Angles at a time."""
+    def motion_at(self, time_s: float) -> Motion:
+        """Angles, speed and acceleration at a time, along the path's own clock."""
 
 
 @dataclass
@@ -35,6 +47,8 @@ class Movement:
     """Where going back ends."""
     ramp_s: float = RAMP_S
     """From standing to full pace, and back."""
+    quickening: float = 0.0
+    """How the pace changes at present, a second."""
 
     def advance(self, dt_s: float) -> None:
         """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
@@ -42,12 +56,19 @@ class Movement:
         if self.course and self._left_s <= self.pace**2 * self.ramp_s / 2 + abs(self.pace) * dt_s:
             wanted *= _CREEP
         change = dt_s / self.ramp_s
-        self.pace += min(max(wanted - self.pace, -change), change)
+        changed = min(max(wanted - self.pace, -change), change)
+        self.pace += changed
+        self.quickening = changed / dt_s
         self.position_s = min(max(self.position_s + self.pace * dt_s, self._lowest_s), self.path.duration_s)
 
-    def setpoint(self, lead_s: float) -> Floats:
-        """Where the arm should be ``lead_s`` from now."""
-        return self.path.at(self.position_s + self.pace * lead_s)
+    def place_s(self, lead_s: float) -> float:
+        """Where on the path it will be ``lead_s`` from now."""
+        return self.position_s + self.pace * lead_s
+
+    def motion(self, lead_s: float) -> Motion:
+        """Where the arm should be ``lead_s`` from now, and how it should move there by everybody's clock."""
+        angles, speed, acceleration = self.path.motion_at(self.place_s(lead_s))
+        return Motion(angles, self.pace * speed, self.pace**2 * acceleration + self.quickening * speed)
 
     @property
     def ended(self) -> bool:

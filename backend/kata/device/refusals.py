@@ -1,11 +1,15 @@
 """Which commands are not accepted when, and in which words that is said."""
 
+from collections.abc import Sequence
 from typing import Final
 
+from kata.device.comfort import LEAST, Comfort
 from kata.device.config import StationConfig
 from kata.device.facts import Facts
+from kata.device.faults import FROZEN_DEG
 from kata.device.messages import CommandName, Mode, Refusal
 from kata.device.supervisor import LatchedStop
+from kata.motion.axes import Side
 
 _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "teach": ("idle",),
@@ -15,6 +19,7 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "approach": ("ready",),
     "play": ("paused",),
     "pause": ("playing",),
+    "less": ("playing", "paused"),
     "return": ("paused",),
     "acknowledge": ("stopped",),
 }
@@ -57,6 +62,28 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
     return None
 
 
+def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
+    """On the other shoulder motors 3 and 4 turn the other way: what lifts one arm would pull the other down."""
+    if wanted == stands_for:
+        return None
+    return Refusal(
+        code="other_side",
+        message=f"This is for the {wanted} shoulder, and the apparatus stands for the {stands_for} one.",
+        next_step="Turn the apparatus and say so, or choose what was taught on its side.",
+    )
+
+
+def no_less(comfort: Comfort) -> Refusal | None:
+    """Less and less comes to an end."""
+    if not comfort.at_least:
+        return None
+    return Refusal(
+        code="is_at_least",
+        message=f"{100 * LEAST:.0f} % of the range is the least there is.",
+        next_step="Pause, or stop.",
+    )
+
+
 def outside_range(facts: Facts, config: StationConfig) -> Refusal | None:
     """Torque is not switched on where the first measurement would be a fault."""
     tolerance = config.limit_tolerance_deg
@@ -66,5 +93,17 @@ def outside_range(facts: Facts, config: StationConfig) -> Refusal | None:
                 code="outside_range",
                 message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
                 next_step="Move the arm back by hand.",
+            )
+    return None
+
+
+def too_far_from_start(facts: Facts, start_deg: Sequence[float]) -> Refusal | None:
+    """Nobody goes in a single step further than what a frozen drive is known by. ``start_deg``: where that step would lead."""
+    for motor, (start, angle) in enumerate(zip(start_deg, facts.measured_deg, strict=True), start=1):
+        if abs(start - angle) > FROZEN_DEG:
+            return Refusal(
+                code="too_far_from_start",
+                message=f"Motor {motor} stands {abs(start - angle):.0f} deg from where the recording begins; this method goes there in one step.",
+                next_step=f"Move the arm to within {FROZEN_DEG:g} deg by hand, or choose another method.",
             )
     return None

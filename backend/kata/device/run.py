@@ -6,14 +6,22 @@ from typing import Final
 
 import numpy as np
 
-from kata.device.config import StationConfig
+from kata.device.comfort import Comfort
+from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.facts import Facts, Limits
+from kata.device.faults import largest_step_deg
 from kata.device.journal import JournalWriter
 from kata.device.messages import LOAD_LEVELS, Load, RunState
-from kata.device.movement import Movement
+from kata.device.movement import Movement, longest_step
+from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
+from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
+AHEAD_SHARE: Final = 0.98 - REFERENCE_SHARE
+"""Of what an axis may be bent: what the reference leaves, but for a little that less range bends it more."""
+_STEP_SHARE: Final = 0.8
+"""Of what the longest step leaves above an axis' highest speed: that is judged over a tenth of a second, and may be more in between."""
 _RESISTS_NS: Final = 100_000_000
 """A push shorter than this is none."""
 _MOVING_DEG_S: Final = 2.0
@@ -34,6 +42,7 @@ class Run:
     trajectory: Trajectory
     journal: JournalWriter
     config: StationConfig
+    correction: Correction | None = None
     came_from: Floats | None = None
     """Where the approach began, and where the arm is taken back to."""
     position_s: float = 0.0
@@ -42,9 +51,34 @@ class Run:
     """Where strokes were broken off, on the recording's clock."""
     resisting_axis: int | None = None
     """Whose resistance the arm is being taken back from."""
+    reference_deg: Floats = field(init=False)
+    """Where the arm was last to be; its setpoint may be ahead of that. With torque on."""
+    _ahead_deg: Floats = field(init=False)
+    _ahead_change_deg: Floats = field(init=False)
+    """With the last setpoint."""
     _resists_since_ns: list[int | None] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self.as_in_paper = self.load.method == "paper"
+        """Nothing is led ahead, and where the arm stands it is told nothing new."""
+        self.rate_hz = rate_hz(self.load.method, self.config.rate_hz)
+        """Setpoints and samples a second."""
+        self.every = self.config.cycle_hz // self.rate_hz
+        """So many cycles."""
+        # A setpoint holds until the next one: it aims at the middle of that time.
+        self._lead_s = 0.0 if self.as_in_paper else 0.5 / self.rate_hz + self.config.setpoint_delay_s
+        self._lag = self.config.lag
+        acceleration = np.array([axis.max_acceleration_deg_s2 for axis in self.config.axes])
+        self._ahead_bend_deg = AHEAD_SHARE * acceleration / self.rate_hz**2
+        steps = [
+            largest_step_deg(axis, self.rate_hz) - axis.max_speed_deg_s / self.rate_hz for axis in self.config.axes
+        ]
+        self._ahead_step_deg = np.minimum(self._ahead_bend_deg, _STEP_SHARE * np.array(steps))
+        self.comfort = Comfort(
+            self.trajectory,
+            self.load.repetition_s or self.trajectory.duration_s,
+            np.array([axis.max_speed_deg_s for axis in self.config.axes]),
+        )
         level = self.load.load_level / LOAD_LEVELS * _AT_FULL_TORQUE
         self._threshold_nm = [axis.max_torque_nm * level for axis in self.config.axes]
         self.forget_resistance()
@@ -54,10 +88,48 @@ class Run:
     def begin(self, came_from: Floats) -> None:
         """Torque is about to go on, with the arm at ``came_from``: wherever that is, on the way from there and back it may be."""
         self.came_from = came_from
+        self.set_out(came_from)
         self.limits_deg = tuple(
             (min(low, float(angle)), max(high, float(angle)))
             for (low, high), angle in zip(self.limits_deg, came_from, strict=True)
         )
+
+    def set_out(self, here_deg: Floats) -> None:
+        """Another path begins where the last setpoint was."""
+        self.reference_deg = here_deg
+        self._ahead_deg = np.zeros(len(here_deg))
+        self._ahead_change_deg = np.zeros(len(here_deg))
+
+    def setpoint(self, movement: Movement) -> tuple[float, ...]:
+        """What the drives are to be told now: the reference, and ahead of it as much as they will lag behind.
+
+        The reference is left as it is, for the last look to refuse; what is added stays within the limits and never jumps.
+        """
+        motion = movement.motion(self._lead_s)
+        if movement.path is self.trajectory:
+            motion = self.comfort.apply(motion, movement.pace, 1.0 / self.rate_hz)
+        self.reference_deg = motion.angles_deg
+        if not self.as_in_paper:
+            wanted = self._lag.ahead(motion)
+            if self.correction and movement.path is self.trajectory:
+                # Learned at the path's own pace and range; where the arm stands or goes back, something else would be right.
+                wanted = wanted + max(movement.pace, 0.0) * self.comfort.share * self.correction.at(
+                    movement.place_s(self._lead_s)
+                )
+            self._go_ahead(wanted)
+        low, high = np.array(self.limits_deg).T
+        lowest, highest = np.minimum(low, self.reference_deg), np.maximum(high, self.reference_deg)
+        return tuple(_within(self.reference_deg + self._ahead_deg, lowest, highest).tolist())
+
+    def _go_ahead(self, wanted_deg: Floats) -> None:
+        """Towards what is wanted: never bent by more than its share, no further in a step than the last look leaves it, and no
+        faster than it can still be slowed down from.
+        """
+        bend = self._ahead_bend_deg
+        left = wanted_deg - self._ahead_deg
+        fastest = np.minimum(self._ahead_step_deg, longest_step(np.abs(left), bend))
+        change = _within(_within(left, -fastest, fastest), self._ahead_change_deg - bend, self._ahead_change_deg + bend)
+        self._ahead_deg, self._ahead_change_deg = self._ahead_deg + change, change
 
     def _tightest(self) -> Limits:
         limits = self.config.mechanism_deg
@@ -75,10 +147,10 @@ class Run:
         self.resisting_axis = None
         self._resists_since_ns = [None] * len(self.config.axes)
 
-    def resisted(self, facts: Facts, before_deg: Sequence[float], setpoint_deg: Sequence[float]) -> int | None:
+    def resisted(self, facts: Facts, before_deg: Sequence[float], reference_deg: Sequence[float]) -> int | None:
         """The axis that has pushed forward harder than the patient's level for a tenth of a second, if there is one."""
         for n, threshold in enumerate(self._threshold_nm):
-            speed = (setpoint_deg[n] - before_deg[n]) * self.config.rate_hz
+            speed = (reference_deg[n] - before_deg[n]) * self.rate_hz
             pushes = facts.torque_nm[n] * np.sign(speed) >= threshold and abs(speed) >= _MOVING_DEG_S
             since = self._resists_since_ns[n]
             if not pushes:
@@ -133,4 +205,11 @@ class Run:
             load_level=self.load.load_level,
             reversals=len(self.resisted_at_s),
             reversing=self.resisting_axis is not None,
+            range_percent=100.0 * self.comfort.share,
         )
+
+
+def _within(values: Floats, lowest: Floats, highest: Floats) -> Floats:
+    """As np.clip would, in a fifth of its time."""
+    bounded: Floats = np.minimum(np.maximum(values, lowest), highest)
+    return bounded

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from kata.motion.linkage import Floats
+from kata.motion.trajectory import Motion
 
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
@@ -35,5 +36,14 @@ class Approach:
 
     def at(self, time_s: float) -> Floats:
         """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
+        return self.motion_at(time_s).angles_deg
+
+    def motion_at(self, time_s: float) -> Motion:
+        """Angles and how they change; before the start and after the end it stands still."""
         t = min(max(time_s / self.duration_s, 0.0), 1.0)
-        return self.start_deg + (self.goal_deg - self.start_deg) * (t**3 * (10 - 15 * t + 6 * t * t))
+        way = self.goal_deg - self.start_deg
+        return Motion(
+            self.start_deg + way * (t**3 * (10 - 15 * t + 6 * t * t)),
+            way * (30 * t * t * (1 - t) ** 2 / self.duration_s),
+            way * (60 * t * (1 - t) * (1 - 2 * t) / self.duration_s**2),
+        )

@@ -9,7 +9,7 @@ Two sets of five numbers describe an arm, both in degrees and both in axis order
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 N_AXES: Final = 5
 AXES: Final = (1, 2, 3, 4, 5)
@@ -27,23 +27,40 @@ POSE_COLUMNS: Final = (
 POSE_RANGE_DEG: Final = ((-20.0, 20.0), (-20.0, 20.0), (0.0, 120.0), (-20.0, 190.0), (-90.0, 40.0))
 """The apparatus' range of motion for each angle of a pose (Table 2). Axis 4 serves motions 3 and 5; the wider counts."""
 
+Side = Literal["left", "right"]
+"""The shoulder that is treated."""
+
+CANONICAL_SIDE: Final[Side] = "right"
+"""The side that the apparatus serves unturned.
+
+Ours: which one it is the paper leaves to its references [12, 13]. Its frame is a right shoulder's, though: X points
+forward, Z up, and the arm lifted sideways lies along -Y (Section 2.1), which is to the patient's right.
+"""
+
+APPARATUS_SIGNS: Final[dict[Side, tuple[int, ...]]] = {"right": (1, 1, 1, 1, 1), "left": (1, -1, -1, -1, 1)}
+"""How each angle of a pose looks to the apparatus that serves this side (:mod:`kata.motion.sides` derives it)."""
+
 
 @dataclass(frozen=True)
 class BasicMotion:
-    """One row of Table 2: a basic motion, the pose angle it moves, its motors and its ROM in degrees."""
+    """One row of Table 2: a basic motion, the pose angle it moves, its motors and its ROM in degrees.
+
+    ``range_deg`` is what the apparatus can do, ``reference_deg`` what a healthy shoulder does.
+    """
 
     number: int
     name: str
     axis: int
     motors: tuple[int, ...]
     range_deg: tuple[float, float]
+    reference_deg: tuple[float, float]
 
 
 BASIC_MOTIONS: Final = (
-    BasicMotion(1, "Abduction / adduction of the scapula", 1, (1, 2), (-20.0, 20.0)),
-    BasicMotion(2, "Upward / downward rotation of the scapula", 2, (1, 2), (-20.0, 20.0)),
-    BasicMotion(3, "Horizontal flexion / extension of the shoulder", 4, (4,), (-20.0, 130.0)),
-    BasicMotion(4, "Abduction / adduction of the shoulder", 3, (3,), (0.0, 120.0)),
-    BasicMotion(5, "Flexion / extension of the shoulder", 4, (4,), (-20.0, 190.0)),
-    BasicMotion(6, "External / internal rotation of the shoulder", 5, (5,), (-90.0, 40.0)),
+    BasicMotion(1, "Abduction / adduction of the scapula", 1, (1, 2), (-20.0, 20.0), (-20.0, 20.0)),
+    BasicMotion(2, "Upward / downward rotation of the scapula", 2, (1, 2), (-20.0, 20.0), (-10.0, 20.0)),
+    BasicMotion(3, "Horizontal flexion / extension of the shoulder", 4, (4,), (-20.0, 130.0), (-30.0, 135.0)),
+    BasicMotion(4, "Abduction / adduction of the shoulder", 3, (3,), (0.0, 120.0), (0.0, 180.0)),
+    BasicMotion(5, "Flexion / extension of the shoulder", 4, (4,), (-20.0, 190.0), (-50.0, 180.0)),
+    BasicMotion(6, "External / internal rotation of the shoulder", 5, (5,), (-90.0, 40.0), (-80.0, 25.0)),
 )

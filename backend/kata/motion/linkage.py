@@ -1,42 +1,116 @@
-"""Inverse kinematics of the scapula's parallel links (Section 3.2, Eqs. 1-20, two misprints mended).
+"""Kinematics of the scapula's parallel links (Section 3.2, Eqs. 1-20, two misprints mended).
 
 The printed Eqs. (1) and (2) contradict the paper's own Eqs. (15)-(20); what is built here is the reading that
-agrees with the latter:
+agrees with the latter, for each of the two legs i = 1, 2:
 
     OQi  = |OQi| (sin(psi+wi) cos phi, sin(psi+wi) sin phi, cos(psi+wi))
     O1P1 = |O1P1| (sin t1, cos t1, 0)        O2P2 = |O2P2| (0, sin t2, -cos t2)
     |OOi - OQi + OiPi| = |QiPi|
 
-which gives ``A sin t1 + B cos t1 + C = 0`` and ``D sin t2 + E cos t2 + F = 0``, closed by
-``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the assembled one over the whole region.
+*Inverse*: with V = OOi - OQi this is ``A sin t + B cos t + C = 0`` (Eqs. 13-20), closed by
+``t = atan2(A, B) + acos(-C / hypot(A, B))``. The + branch is the assembled one.
+
+*Forward*: t2 says where P2 is, and leg 2 then gives psi for each phi in one line, of the same form. What is left is how
+far leg 1 stays open, a function of phi alone, which scipy's bracketing root finder brings to zero for all rows at once.
+
+Within +-45 deg of phi and psi, wherever the links close, det d(theta)/d(phi, psi) > 0: the assembled linkage meets no
+singularity, no two poses share their motor angles there, and a path of motor angles has one pose path, without jumps.
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, Side
+
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Vector = tuple[Floats, Floats, Floats]
+"""x, y, z as arrays of their own: a million rows are faster so than as ``(n, 3)``."""
+MotorRanges = tuple[tuple[float, float], tuple[float, float]]
+"""Lowest and highest theta1, theta2, degrees."""
+
+WITHIN_DEG: Final = 45.0
+"""How far from the middle phi and psi are looked for. Table 2 needs 20; beyond some 50 singular poses begin."""
+_CLOSED_DEG: Final = 1e-7
+"""A pose found must give its motor angles back to this; it tells the assembled branch from the other."""
+_OUTLINE_RAYS: Final = 180
+_OUTLINE_STEP_DEG: Final = 0.1
 
 
 class OutOfReachError(ValueError):
-    """The links cannot close at this pose. ``index`` is the first offending row, ``motor`` is 1 or 2."""
+    """The links cannot close here. ``index`` is the first such row; ``motor`` is 1 or 2, None for both together."""
 
-    def __init__(self, index: int, motor: int, phi_deg: float, psi_deg: float) -> None:
-        super().__init__(
-            f"motor {motor} cannot reach scapular abduction {phi_deg:.1f} deg with upward rotation "
-            f"{psi_deg:.1f} deg (row {index})"
-        )
+    def __init__(self, message: str, index: int, motor: int | None = None) -> None:
+        super().__init__(f"{message} (row {index})")
         self.index = index
         self.motor = motor
+
+
+class _Leg(NamedTuple):
+    """One motor's crank OiPi and rod PiQi. The crank turns in the plane of ``sine`` and ``cosine`` (axis 0-2, sign)."""
+
+    oq_mm: float
+    w_rad: float
+    op_mm: float
+    qp_mm: float
+    oo_mm: tuple[float, float, float]
+    sine: tuple[int, float]
+    cosine: tuple[int, float]
+
+    def board(self, phi: Floats, psi: Floats) -> Vector:
+        """OQi."""
+        out = self.oq_mm * np.sin(psi + self.w_rad)
+        return out * np.cos(phi), out * np.sin(phi), self.oq_mm * np.cos(psi + self.w_rad)
+
+    def crank(self, theta: Floats) -> Vector:
+        """OPi."""
+        point = [np.full_like(theta, along) for along in self.oo_mm]
+        for (axis, sign), part in ((self.sine, np.sin(theta)), (self.cosine, np.cos(theta))):
+            point[axis] += sign * self.op_mm * part
+        return point[0], point[1], point[2]
+
+    def close(self, phi: Floats, psi: Floats) -> Floats:
+        """Theta in radians on the + branch, continuous over the whole region; not a number where it is out of reach."""
+        x, y, z = self.board(phi, psi)
+        v = (self.oo_mm[0] - x, self.oo_mm[1] - y, self.oo_mm[2] - z)
+        a = self.sine[1] * v[self.sine[0]]
+        b = self.cosine[1] * v[self.cosine[0]]
+        c = (v[0] ** 2 + v[1] ** 2 + v[2] ** 2 + self.op_mm**2 - self.qp_mm**2) / (2 * self.op_mm)
+        angle: Floats = np.arctan2(a, b) + np.arccos(-c / np.hypot(a, b))
+        # One continuous representative over the whole region; atan2 alone may differ by a turn.
+        return np.where(angle > np.pi, angle - 2 * np.pi, angle)
+
+    def gradient(self, phi: Floats, psi: Floats, theta: Floats) -> tuple[Floats, Floats]:
+        """d(theta)/d(phi) and d(theta)/d(psi): the rod keeps its length, so both its ends move alike along it."""
+        x, y, z = self.board(phi, psi)
+        rod = np.stack(self.crank(theta)) - np.stack([x, y, z])
+        up = self.oq_mm * np.cos(psi + self.w_rad)
+        by_phi = np.stack([-y, x, np.zeros_like(z)])
+        by_psi = np.stack([up * np.cos(phi), up * np.sin(phi), -self.oq_mm * np.sin(psi + self.w_rad)])
+        by_theta = np.zeros_like(rod)
+        by_theta[self.sine[0]] = self.sine[1] * self.op_mm * np.cos(theta)
+        by_theta[self.cosine[0]] = -self.cosine[1] * self.op_mm * np.sin(theta)
+        lever = np.sum(rod * by_theta, axis=0)
+        return np.sum(rod * by_phi, axis=0) / lever, np.sum(rod * by_psi, axis=0) / lever
+
+    def reach(self, point: Vector) -> float | Floats:
+        """The part of OP along OQ's direction when the rod joins them: (|OP|^2 + |OQ|^2 - |PQ|^2) / 2 |OQ|."""
+        x, y, z = point
+        return (x * x + y * y + z * z + self.oq_mm**2 - self.qp_mm**2) / (2 * self.oq_mm)
 
 
 @dataclass(frozen=True)
 class Linkage:
     """Lengths in mm, offsets in degrees.
 
+    Phi and psi are counted as the body is, on both sides; a turned apparatus sees psi the other way round
+    (:mod:`kata.motion.sides`).
+
     The paper does not publish them; these are ours, checked by a sweep of phi and psi over +-24 deg.
+    The ball joints' swing limit (+-30 deg, Table 1) is not modelled: how their housings point is not published either.
     """
 
     oq1_mm: float = 96.0
@@ -50,7 +124,14 @@ class Linkage:
     q2p2_mm: float = 93.0
     oo2_mm: tuple[float, float, float] = (50.0, -47.0, -55.0)
 
-    def inverse_deg(self, scapula_deg: ArrayLike) -> Floats:
+    @property
+    def _legs(self) -> tuple[_Leg, _Leg]:
+        return (
+            _Leg(self.oq1_mm, np.radians(self.w1_deg), self.o1p1_mm, self.q1p1_mm, self.oo1_mm, (0, 1.0), (1, 1.0)),
+            _Leg(self.oq2_mm, np.radians(self.w2_deg), self.o2p2_mm, self.q2p2_mm, self.oo2_mm, (1, 1.0), (2, -1.0)),
+        )
+
+    def inverse_deg(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
         """Motor angles theta1, theta2 that hold the scapula at phi, psi.
 
         :param scapula_deg: shape ``(..., 2)``, columns phi (yaw, motion 1) and psi (roll, motion 2).
@@ -58,56 +139,156 @@ class Linkage:
         :raises OutOfReachError: where the links cannot close (Eqs. 13 and 14 have no solution).
         """
         scapula = np.asarray(scapula_deg, dtype=np.float64)
-        phi, psi = np.radians(scapula[..., 0]), np.radians(scapula[..., 1])
+        theta = self._closed_deg(scapula, side)
+        open_ = np.isnan(theta)
+        if np.any(open_):
+            index, (phi, psi) = _first(np.any(open_, axis=-1), scapula)
+            motor = 1 if open_.reshape(-1, 2)[index, 0] else 2
+            raise OutOfReachError(
+                f"motor {motor} cannot reach scapular abduction {phi:.1f} deg with upward rotation {psi:.1f} deg",
+                index,
+                motor,
+            )
+        return theta
 
-        s1, c1 = np.sin(psi + np.radians(self.w1_deg)), np.cos(psi + np.radians(self.w1_deg))
-        x1, y1, z1 = self.oo1_mm
-        a = 2 * self.o1p1_mm * (x1 - self.oq1_mm * s1 * np.cos(phi))
-        b = 2 * self.o1p1_mm * (y1 - self.oq1_mm * s1 * np.sin(phi))
-        c = (
-            _squares(self.oo1_mm, self.oq1_mm, self.o1p1_mm, self.q1p1_mm)
-            - 2 * self.oq1_mm * (x1 * s1 * np.cos(phi) + y1 * s1 * np.sin(phi) + z1 * c1)
-        )  # fmt: skip
+    def forward_deg(self, theta_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
+        """Scapula's phi, psi at which the linkage stands when its motors stand at theta1, theta2.
 
-        s2, c2 = np.sin(psi + np.radians(self.w2_deg)), np.cos(psi + np.radians(self.w2_deg))
-        x2, y2, z2 = self.oo2_mm
-        d = 2 * self.o2p2_mm * (y2 - self.oq2_mm * s2 * np.sin(phi))
-        e = 2 * self.o2p2_mm * (-z2 + self.oq2_mm * c2)
-        f = (
-            _squares(self.oo2_mm, self.oq2_mm, self.o2p2_mm, self.q2p2_mm)
-            - 2 * self.oq2_mm * (x2 * s2 * np.cos(phi) + y2 * s2 * np.sin(phi) + z2 * c2)
-        )  # fmt: skip
+        :param theta_deg: shape ``(..., 2)``, columns theta1 and theta2.
+        :returns: shape ``(..., 2)``, columns phi and psi, degrees, both within ``WITHIN_DEG``; the only such pose.
+        :raises OutOfReachError: where no such pose has these motor angles.
+        """
+        theta = np.asarray(theta_deg, dtype=np.float64)
+        with np.errstate(invalid="ignore"):
+            seen = np.degrees(self._standing(np.radians(theta[..., 0]), np.radians(theta[..., 1])))
+        scapula = seen * _scapula_signs(side)
+        # The far side of a dead point closes too, with other motor angles on the assembled branch: not this linkage.
+        back = self._closed_deg(scapula, side)
+        closed = (np.abs(back - theta) < _CLOSED_DEG) & (np.abs(scapula) < WITHIN_DEG + _CLOSED_DEG)
+        lost = ~np.all(closed, axis=-1)
+        if np.any(lost):
+            index, (theta1, theta2) = _first(lost, theta)
+            raise OutOfReachError(
+                f"no position of the scapula has motor 1 at {theta1:.1f} deg and motor 2 at {theta2:.1f} deg", index
+            )
+        return scapula
 
-        theta = np.stack([self._close(1, scapula, a, b, c), self._close(2, scapula, d, e, f)], axis=-1)
-        return np.degrees(theta)
+    def jacobian(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
+        """d(theta1, theta2) / d(phi, psi), how fast the motors turn for a moving scapula.
 
-    @staticmethod
-    def _close(motor: int, scapula: Floats, sine: Floats, cosine: Floats, constant: Floats) -> Floats:
-        """Solve ``sine sin t + cosine cos t + constant = 0`` for t in radians, + branch."""
-        ratio = -constant / np.hypot(sine, cosine)
-        beyond = np.abs(ratio) > 1.0
-        if np.any(beyond):
-            index = int(np.argmax(np.ravel(beyond)))
-            phi, psi = np.reshape(scapula, (-1, 2))[index]
-            raise OutOfReachError(index, motor, float(phi), float(psi))
-        angle: Floats = np.arctan2(sine, cosine) + np.arccos(ratio)
-        # One continuous representative over the whole region; atan2 alone may differ by a turn.
-        return (angle + np.pi) % (2 * np.pi) - np.pi
+        :param scapula_deg: shape ``(..., 2)``.
+        :returns: shape ``(..., 2, 2)``, rows theta1 and theta2, columns phi and psi; no unit.
+        :raises OutOfReachError: as :meth:`inverse_deg`.
+        """
+        scapula = np.asarray(scapula_deg, dtype=np.float64)
+        theta = np.radians(self.inverse_deg(scapula, side))
+        phi, psi = _seen_rad(scapula, side)
+        rows = [np.stack(leg.gradient(phi, psi, theta[..., n]), axis=-1) for n, leg in enumerate(self._legs)]
+        return np.stack(rows, axis=-2) * _scapula_signs(side)
+
+    def reachable(self, scapula_deg: ArrayLike, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Bools:
+        """Whether the links close at each pose, within ``WITHIN_DEG`` and with both motors inside their ranges.
+
+        :param scapula_deg: shape ``(..., 2)``.
+        :param motor_ranges_deg: of a station's motors 1 and 2, ends included.
+        :returns: shape ``(...)``.
+        """
+        scapula = np.asarray(scapula_deg, dtype=np.float64)
+        theta = self._closed_deg(scapula, side)
+        lowest, highest = np.transpose(motor_ranges_deg)
+        inside = (lowest <= theta) & (theta <= highest) & (np.abs(scapula) <= WITHIN_DEG)
+        return np.asarray(np.all(inside, axis=-1))
+
+    def outline_deg(self, motor_ranges_deg: MotorRanges, side: Side = CANONICAL_SIDE) -> Floats:
+        """Outline of the reachable region as seen from the scapula's middle position, for display and limits.
+
+        Along each ray from (0, 0) it is the last of a grid of poses before the first that cannot be reached, so that
+        all on the way there can.
+
+        :returns: shape ``(180, 2)``, phi and psi in degrees, against the clock from +phi; ``(0, 2)`` when the middle
+            itself is out of reach.
+        """
+        bearing = np.linspace(0.0, 2 * np.pi, _OUTLINE_RAYS, endpoint=False)
+        # The corner of the square is the farthest that anything is looked for.
+        radius = np.arange(0.0, np.sqrt(2) * WITHIN_DEG + _OUTLINE_STEP_DEG, _OUTLINE_STEP_DEG)
+        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        reached = self.reachable(radius[:, np.newaxis, np.newaxis] * direction, motor_ranges_deg, side)
+        if not np.all(reached[0]):
+            return np.empty((0, 2))
+        last = np.argmin(reached, axis=0) - 1
+        outline: Floats = radius[last, np.newaxis] * direction
+        return outline
+
+    def _standing(self, theta1: Floats, theta2: Floats) -> Floats:
+        """Scapula (..., 2), radians, where both legs close, by either branch; somewhere, when they do not."""
+        # The simulator never asks for it, and would be ready most of a second later for the import.
+        from scipy.optimize.elementwise import find_root
+
+        one, two = self._legs
+        p1, p2 = one.crank(theta1), two.crank(theta2)
+        reach1, reach2 = one.reach(p1), two.reach(p2)
+
+        def leg2_psi(phi: Floats, x: Floats, y: Floats, z: Floats, reach: Floats) -> Floats:
+            """P2 . OQ2 / |OQ2| = reach, solved for psi; at the end of leg 2's stroke it stays there."""
+            out = x * np.cos(phi) + y * np.sin(phi)
+            stroke = np.arccos(np.clip(reach / np.hypot(out, z), -1.0, 1.0))
+            psi: Floats = np.arctan2(out, z) - stroke - two.w_rad
+            return psi
+
+        def leg1_open_mm(phi: Floats, *points: Floats) -> Floats:
+            x, y, z, reach, *leg2 = points
+            qx, qy, qz = one.board(phi, leg2_psi(phi, *leg2))
+            gap: Floats = (x * qx + y * qy + z * qz) / one.oq_mm - reach
+            return gap
+
+        # A little more than is asked for: at its very end a root may lie on either side of the bracket's bound.
+        end = np.radians(WITHIN_DEG + 1.0)
+        found = find_root(leg1_open_mm, (-end, end), args=(*p1, reach1, *p2, reach2))
+        phi = np.asarray(found.x)
+        return np.stack([phi, leg2_psi(phi, *p2, np.asarray(reach2))], axis=-1)
+
+    def _closed_deg(self, scapula: Floats, side: Side) -> Floats:
+        """Theta (..., 2), not a number where a leg does not close."""
+        phi, psi = _seen_rad(scapula, side)
+        with np.errstate(invalid="ignore"):
+            return np.degrees(np.stack([leg.close(phi, psi) for leg in self._legs], axis=-1))
 
 
-def _squares(oo: tuple[float, float, float], oq: float, op: float, qp: float) -> float:
-    return sum(x * x for x in oo) + oq * oq + op * op - qp * qp
+def _scapula_signs(side: Side) -> Floats:
+    return np.array(APPARATUS_SIGNS[side][:2], dtype=np.float64)
+
+
+def _seen_rad(scapula_deg: Floats, side: Side) -> tuple[Floats, Floats]:
+    """Phi and psi as the apparatus sees them, radians."""
+    phi_sign, psi_sign = _scapula_signs(side)
+    return np.radians(phi_sign * scapula_deg[..., 0]), np.radians(psi_sign * scapula_deg[..., 1])
+
+
+def _first(bad: Bools, rows: Floats) -> tuple[int, Floats]:
+    """Index of the first bad row, counted through, and what stands in it."""
+    index = int(np.argmax(np.ravel(bad)))
+    row: Floats = np.reshape(rows, (-1, 2))[index]
+    return index, row
 
 
 LINKAGE: Final = Linkage()
 
 
-def motor_angles_deg(pose_deg: ArrayLike) -> Floats:
+def motor_angles_deg(pose_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
     """Motor angles theta for poses, both shape ``(..., 5)`` in degrees and axis order.
 
-    Motors 3-5 turn with the body; 1 and 2 through the linkage.
+    Motors 3-5 turn with the body and are counted as the body is, on both sides; 1 and 2 move through the linkage.
 
     :raises OutOfReachError: where the scapula's links cannot close.
     """
     pose = np.asarray(pose_deg, dtype=np.float64)
-    return np.concatenate([LINKAGE.inverse_deg(pose[..., :2]), pose[..., 2:]], axis=-1)
+    return np.concatenate([LINKAGE.inverse_deg(pose[..., :2], side), pose[..., 2:]], axis=-1)
+
+
+def pose_deg(theta_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:
+    """The poses that these motor angles hold: the inverse of :func:`motor_angles_deg`; both ``(..., 5)``, degrees.
+
+    :raises OutOfReachError: where no pose of the scapula has these angles of motors 1 and 2.
+    """
+    angles = np.asarray(theta_deg, dtype=np.float64)
+    return np.concatenate([LINKAGE.forward_deg(angles[..., :2], side), angles[..., 2:]], axis=-1)

@@ -4,9 +4,7 @@ The file is a CSV with a header row: ``time_s`` and the five columns of
 :data:`~kata.motion.axes.POSE_COLUMNS` in degrees, in any order; other columns are left alone.
 """
 
-import csv
-import io
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,14 +12,17 @@ from typing import Final
 import numpy as np
 
 from kata.motion.axes import POSE_COLUMNS, POSE_RANGE_DEG
+from kata.motion.csv_table import Table, TableError, read_table
 from kata.motion.linkage import Floats
 
 RANGE_TOLERANCE_DEG: Final = 2.0
 """A recorded pose may lie this far outside the apparatus' ROM: cuffs and encoders are no better than that."""
 MIN_DURATION_S: Final = 0.5
+POSE_LAYOUT: Final = ("time_s", *POSE_COLUMNS)
+"""The columns of a file of poses."""
 
 
-class TaughtError(ValueError):
+class TaughtError(TableError):
     """The motion cannot be used; the message says in one sentence what is wrong and where."""
 
 
@@ -59,45 +60,42 @@ def parse_csv(text: str, name: str) -> Taught:
     :raises TaughtError: naming line and column of the first thing that is wrong: a missing column, something that is
         no finite number, time that does not increase, an angle outside the apparatus' range, too short a motion.
     """
-    reader = csv.reader(io.StringIO(text.removeprefix("\ufeff")))
-    header = [cell.strip() for cell in next(reader, [])]
-    wanted = ("time_s", *POSE_COLUMNS)
-    missing = [column for column in wanted if column not in header]
-    if missing:
-        raise TaughtError(f"the first line must name the columns {', '.join(wanted)}; missing: {', '.join(missing)}")
-    places = [header.index(column) for column in wanted]
-
-    rows: list[list[float]] = []
-    for cells in reader:
-        if not any(cell.strip() for cell in cells):
-            continue
-        rows.append(
-            [_number(cells, place, column, reader.line_num) for place, column in zip(places, wanted, strict=True)]
-        )
-        _check(rows, reader.line_num)
-    if len(rows) < 2 or rows[-1][0] - rows[0][0] < MIN_DURATION_S:
-        raise TaughtError(f"the motion is too short: {MIN_DURATION_S} s and two rows are the least")
-    table = np.array(rows)
-    return Taught(name, table[:, 0] - table[0, 0], table[:, 1:])
-
-
-def _number(cells: list[str], place: int, column: str, line: int) -> float:
-    cell = cells[place].strip() if place < len(cells) else ""
     try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise TaughtError(f"line {line}, column {column}: {cell!r} is not a number")
-    return value
+        table = read_table(text, POSE_LAYOUT)
+        check_time(table)
+        check_poses(table)
+    except TableError as error:
+        raise TaughtError(str(error), error.complaints) from error
+    times_s = table.values[:, 0]
+    return Taught(name, times_s - times_s[0], table.values[:, 1:])
 
 
-def _check(rows: list[list[float]], line: int) -> None:
-    row = rows[-1]
-    if len(rows) > 1 and row[0] <= rows[-2][0]:
-        raise TaughtError(f"line {line}, column time_s: time must increase, {row[0]:g} follows {rows[-2][0]:g}")
-    for column, angle, (low, high) in zip(POSE_COLUMNS, row[1:], POSE_RANGE_DEG, strict=True):
-        if not low - RANGE_TOLERANCE_DEG <= angle <= high + RANGE_TOLERANCE_DEG:
-            raise TaughtError(
-                f"line {line}, column {column}: {angle:g} deg is outside the apparatus' range of {low:g} to {high:g} deg"
-            )
+def check_time(table: Table) -> None:
+    """The first column is time: it must increase, and last long enough to be a motion.
+
+    :raises TableError: naming line and column.
+    """
+    times_s = table.values[:, 0]
+    table.complain(
+        (row, 0, f"time must increase, {times_s[row]:g} follows {times_s[row - 1]:g}")
+        for row in (np.flatnonzero(np.diff(times_s) <= 0) + 1).tolist()
+    )
+    if len(times_s) < 2 or times_s[-1] - times_s[0] < MIN_DURATION_S:
+        raise TableError(f"the motion is too short: {MIN_DURATION_S} s and two rows are the least")
+
+
+def check_poses(table: Table) -> None:
+    """The other five columns are a pose: they must be within what the apparatus can do.
+
+    :raises TableError: naming line and column.
+    """
+    low, high = np.array(POSE_RANGE_DEG).T
+    poses = table.values[:, 1:]
+    outside = (poses < low - RANGE_TOLERANCE_DEG) | (poses > high + RANGE_TOLERANCE_DEG)
+
+    def wrong() -> Iterator[tuple[int, int, str]]:
+        for row, axis in np.argwhere(outside).tolist():
+            span = f"{low[axis]:g} to {high[axis]:g} deg"
+            yield row, axis + 1, f"{poses[row, axis]:g} deg is outside the apparatus' range of {span}"
+
+    table.complain(wrong())

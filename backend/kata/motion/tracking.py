@@ -1,37 +1,105 @@
-"""Playback against teaching: the paper's error (Section 4), for every motor.
+"""Playback against teaching: the paper's error (Section 4) and what else tells a good playback, for every motor and motion.
 
 The error is playback minus teaching at the same place on the path. The path's own clock is compared, not wall time,
-so that a pause in a playback is not an error.
+so that a pause in a playback is not an error. Nothing is warped: a playback that lags has the error of its lag.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import minimize_scalar
 
+from kata.motion.axes import BASIC_MOTIONS, BasicMotion
 from kata.motion.linkage import Floats
+from kata.motion.shoulder import motion_of_motor_4
+from kata.motion.smoothness import smoothness
+
+MOVES_DEG: Final = 2.0
+"""An axis that goes through less than this hardly moves: lag and smoothness would be those of its noise."""
+_LARGEST_LAG_S: Final = 0.5
+"""Five samples of the paper's 10 Hz. What lags more does not follow at all."""
+_LAG_STEP_S: Final = 0.02
+"""Tried out in such steps before it is refined: far less than the period of a tremor."""
+_LAG_EXACT_S: Final = 1e-5
+_LAG_SAMPLES: Final = 20_000
+"""More would not make it more exact."""
+_SAME_PLACE_S: Final = 1e-3
+"""Places on the recording that are closer are one."""
 
 
-@dataclass(frozen=True)
-class MotorTracking:
-    """One motor's errors in degrees, playback minus teaching; ``peak_deg`` keeps its sign."""
+class Range(NamedTuple):
+    """Lowest and highest angle, degrees."""
 
-    motor: int
+    min_deg: float
+    max_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tracking:
+    """One angle's figures, playback minus teaching."""
+
     peak_deg: float
+    """Largest error, with its sign."""
     peak_at_s: float
     rmse_deg: float
     start_deg: float
+    """Error of the first sample."""
+    lag_ms: float | None
+    """The shift of the clock that lays playback best over teaching: positive where the playback is late. None where
+    the angle hardly moves."""
+    taught: Range
+    """Of the whole recording."""
+    played: Range
+    """What of it was reached."""
+    taught_smoothness: float | None
+    """SPARC (:mod:`kata.motion.smoothness`) of the part that was played."""
+    played_smoothness: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
+class MotorTracking(Tracking):
+    """One motor's figures."""
+
+    motor: int
+    torque_peak_nm: float | None
+    """Largest torque while playing, with its sign; None where no torque was given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionTracking(Tracking):
+    """One basic motion's figures, in the body's angle instead of the motors'."""
+
+    motion: BasicMotion
+    """Its row of Table 2, with the apparatus' ROM and a healthy shoulder's."""
+
+
 class Comparison:
     """Teaching and playback laid over each other: ``times_s`` is ``(m,)``, the angles are ``(m, 5)`` in degrees."""
 
-    times_s: Floats
-    taught_deg: Floats
-    played_deg: Floats
-    motors: tuple[MotorTracking, ...]
+    def __init__(self, laid: "_Laid", torque_nm: Floats | None) -> None:
+        self._laid = laid
+        self._torque_nm = torque_nm
+        self.times_s = laid.path
+        self.taught_deg = laid.taught_there
+        self.played_deg = laid.played
+
+    @cached_property
+    def motors(self) -> tuple[MotorTracking, ...]:
+        """Every motor's figures. Worked out when they are asked for: a plot of an hour does without them."""
+        torque = self._torque_nm
+        return tuple(
+            MotorTracking(
+                motor=axis + 1,
+                torque_peak_nm=None if torque is None else _peak(torque[:, axis]),
+                **vars(self._laid.figures(axis)),
+            )
+            for axis in range(self.played_deg.shape[1])
+        )
 
     @property
     def error_deg(self) -> Floats:
@@ -45,35 +113,120 @@ class Comparison:
 
 
 def compare(
-    taught_times_s: ArrayLike, taught_deg: ArrayLike, played_path_s: ArrayLike, played_deg: ArrayLike
+    taught_times_s: ArrayLike,
+    taught_deg: ArrayLike,
+    played_path_s: ArrayLike,
+    played_deg: ArrayLike,
+    torque_nm: ArrayLike | None = None,
 ) -> Comparison:
-    """Lay a playback over its teaching.
+    """Lay a playback over its teaching, motor by motor.
 
     :param taught_times_s: ``(n,)`` times of the recording, increasing; counted from its first sample.
     :param taught_deg: ``(n, 5)`` motor angles taught.
     :param played_path_s: ``(m,)`` places on the recording's clock at which the playback was measured.
     :param played_deg: ``(m, 5)`` motor angles measured there.
+    :param torque_nm: ``(m, 5)`` torque measured there.
     :raises ValueError: when there is nothing to compare.
     """
-    taught_times = np.asarray(taught_times_s, dtype=np.float64)
-    path = np.asarray(played_path_s, dtype=np.float64)
-    played = np.asarray(played_deg, dtype=np.float64)
-    if len(path) == 0:
-        raise ValueError("the playback holds no samples")
-    taught_times = taught_times - taught_times[0]
-    taught: Floats = PchipInterpolator(taught_times, np.asarray(taught_deg, dtype=np.float64))(
-        np.clip(path, 0.0, taught_times[-1])
+    laid = _Laid(taught_times_s, taught_deg, played_path_s, played_deg)
+    return Comparison(laid, None if torque_nm is None else np.asarray(torque_nm, dtype=np.float64))
+
+
+def compare_motions(
+    taught_times_s: ArrayLike,
+    taught_deg: ArrayLike,
+    played_path_s: ArrayLike,
+    played_deg: ArrayLike,
+    pose_deg: Callable[[Floats], Floats],
+) -> tuple[MotionTracking, ...]:
+    """The same, in the body's angles: one for each basic motion that the recording moves, in the order of Table 2.
+
+    Motor 4 flexes the arm forward or horizontally by how far it is lifted meanwhile: one of the two, for the whole
+    recording.
+
+    :param pose_deg: motor angles ``(k, 5)`` to poses ``(k, 5)``; the other parameters are those of :func:`compare`.
+    :raises ValueError: when there is nothing to compare.
+    """
+    taught_pose = pose_deg(np.asarray(taught_deg, dtype=np.float64))
+    played_pose = pose_deg(np.asarray(played_deg, dtype=np.float64))
+    laid = _Laid(taught_times_s, taught_pose, played_path_s, played_pose)
+    not_this_one = _other_of_motor_4(taught_pose)
+    moved = np.ptp(taught_pose, axis=0) >= MOVES_DEG
+    return tuple(
+        MotionTracking(motion=motion, **vars(laid.figures(motion.axis - 1)))
+        for motion in BASIC_MOTIONS
+        if motion.number != not_this_one and moved[motion.axis - 1]
     )
-    error = played - taught
-    peaks = np.argmax(np.abs(error), axis=0)
-    motors = tuple(
-        MotorTracking(
-            motor=axis + 1,
-            peak_deg=float(error[peak, axis]),
-            peak_at_s=float(path[peak]),
-            rmse_deg=float(np.sqrt(np.mean(error[:, axis] ** 2))),
-            start_deg=float(error[0, axis]),
+
+
+class _Laid:
+    """The two on one clock, with five angles of either kind."""
+
+    def __init__(self, times_s: ArrayLike, taught: ArrayLike, path_s: ArrayLike, played: ArrayLike) -> None:
+        self.path: Floats = np.asarray(path_s, dtype=np.float64)
+        self.played: Floats = np.asarray(played, dtype=np.float64)
+        if len(self.path) == 0:
+            raise ValueError("the playback holds no samples")
+        self.taught: Floats = np.asarray(taught, dtype=np.float64)
+        times = np.asarray(times_s, dtype=np.float64)
+        self._times: Floats = times - times[0]
+        self.taught_there = self._taught_at(slice(None), self.path)
+        # Where the arm was taken back, the same places were played twice: a speed can be told of the first time only.
+        forward = np.diff(np.maximum.accumulate(self.path), prepend=-np.inf) > _SAME_PLACE_S
+        self._once: Floats = self.path[forward]
+        self._played_once: Floats = self.played[forward]
+
+    def figures(self, axis: int) -> Tracking:
+        """Everything that motors and motions have in common."""
+        error = self.played[:, axis] - self.taught_there[:, axis]
+        peak = int(np.argmax(np.abs(error)))
+        moves = bool(np.ptp(self.taught_there[:, axis]) >= MOVES_DEG)
+        return Tracking(
+            peak_deg=float(error[peak]),
+            peak_at_s=float(self.path[peak]),
+            rmse_deg=float(np.sqrt(np.mean(error**2))),
+            start_deg=float(error[0]),
+            lag_ms=self._lag_ms(axis) if moves else None,
+            taught=_range(self.taught[:, axis]),
+            played=_range(self.played[:, axis]),
+            taught_smoothness=self._taught_smoothness(axis) if moves else None,
+            played_smoothness=smoothness(self._once, self._played_once[:, axis]) if moves else None,
         )
-        for axis, peak in enumerate(peaks)
-    )
-    return Comparison(path, taught, played, motors)
+
+    def _taught_at(self, axis: int | slice, path: Floats) -> Floats:
+        """It stands before its start and after its end."""
+        angles: Floats = PchipInterpolator(self._times, self.taught[:, axis])(np.clip(path, 0.0, self._times[-1]))
+        return angles
+
+    def _taught_smoothness(self, axis: int) -> float | None:
+        there = (self._times >= self._once[0]) & (self._times <= self._once[-1])
+        return smoothness(self._times[there], self.taught[there, axis])
+
+    def _lag_ms(self, axis: int) -> float:
+        """The shift whose remaining error varies least; what is constant in the error is no lag."""
+        curve = PchipInterpolator(self._times, self.taught[:, axis])
+        every = -(-len(self.path) // _LAG_SAMPLES)
+        played, path = self.played[::every, axis], self.path[::every]
+
+        def left(lag_s: float) -> float:
+            return float(np.var(played - curve(np.clip(path - lag_s, 0.0, self._times[-1]))))
+
+        tried = np.arange(-_LARGEST_LAG_S, _LARGEST_LAG_S + _LAG_STEP_S / 2, _LAG_STEP_S)
+        near = float(tried[int(np.argmin([left(lag_s) for lag_s in tried]))])
+        within = (near - _LAG_STEP_S, near + _LAG_STEP_S)
+        return float(minimize_scalar(left, bounds=within, method="bounded", options={"xatol": _LAG_EXACT_S}).x) * 1000
+
+
+def _range(angles: Floats) -> Range:
+    return Range(float(angles.min()), float(angles.max()))
+
+
+def _peak(values: Floats) -> float:
+    return float(values[int(np.argmax(np.abs(values)))])
+
+
+def _other_of_motor_4(pose_deg: Floats) -> int:
+    """The one of motions 3 and 5 that motor 4 does not make: by how far the arm is lifted, averaged over motor 4's way."""
+    way = np.abs(np.diff(pose_deg[:, 3]))
+    lifted = np.average(pose_deg[1:, 2], weights=way) if np.any(way > 0) else pose_deg[0, 2]
+    return 8 - int(motion_of_motor_4(lifted))

@@ -5,20 +5,31 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
+from kata.motion.smoothing import rmse, smoothed_recording
 
+HOLD_S: Final = 0.1
+"""How long a sample is held in the paper's way of playing: 10 Hz (Section 4)."""
 _SPEED_WINDOW_S: Final = 0.1
 """Speed is judged over this long: between neighbouring samples an encoder's single count is already 9 deg/s."""
 _LONGEST_GAP_S: Final = 1.0
+_SHORTEST_STEP_S: Final = 1e-4
+"""No bus is asked so often. Closer together, an encoder's count would be a speed of 880 deg/s that has to be smoothed away."""
 _BEND_S: Final = 0.01
 """Acceleration is judged between setpoints so far apart: those of 100 Hz."""
+_ROUNDING: Final = 1e-6
 
 
 class TrajectoryError(ValueError):
-    """The recording must not be played; the message names the motor and the time."""
+    """The recording must not be played; the message names the motor and the time, and so do ``motor`` and ``at_s`` where one is meant."""
+
+    def __init__(self, message: str, motor: int | None = None, at_s: float | None = None) -> None:
+        super().__init__(message)
+        self.motor = motor
+        self.at_s = at_s
 
 
 class AxisLimits(NamedTuple):
@@ -30,11 +41,19 @@ class AxisLimits(NamedTuple):
     max_acceleration_deg_s2: float = float("inf")
 
 
-class Trajectory:
-    """A recording's motor angles as a smooth function of time.
+class Motion(NamedTuple):
+    """Where a path is at one time, and how it moves there: ``(5,)`` each, in deg, deg/s and deg/s2."""
 
-    Between samples it is the monotone cubic of Fritsch and Carlson (PCHIP): smooth in speed, and never outside the
-    range of the two neighbouring samples, so that a limit which holds at the samples holds everywhere.
+    angles_deg: Floats
+    speed_deg_s: Floats
+    acceleration_deg_s2: Floats
+
+
+class Trajectory:
+    """A recording's motor angles as a smooth function of time: the ``smooth`` reference.
+
+    The spline of :mod:`kata.motion.smoothing`: continuous up to its second derivative. It follows what was recorded and does
+    not go through it; :attr:`rmse_deg` says how far it keeps away. A gap between samples is bridged by the same cubic.
     """
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
@@ -43,30 +62,39 @@ class Trajectory:
         :param angles_deg: shape ``(n, 5)``.
         :raises TrajectoryError: when shapes disagree, numbers are not finite, time does not increase or has a gap.
         """
-        times = np.asarray(times_s, dtype=np.float64)
-        angles = np.asarray(angles_deg, dtype=np.float64)
-        if times.ndim != 1 or len(times) < 2 or angles.shape != (len(times), N_AXES):
-            raise TrajectoryError("a recording needs at least two samples of five angles each")
-        if not (np.all(np.isfinite(times)) and np.all(np.isfinite(angles))):
-            raise TrajectoryError("the recording holds values that are not numbers")
-        steps = np.diff(times)
-        if np.any(steps <= 0):
-            raise TrajectoryError("the recording's time does not increase")
-        if np.any(steps > _LONGEST_GAP_S):
-            at = times[int(np.argmax(steps))] - times[0]
-            raise TrajectoryError(f"samples are missing for {np.max(steps):.1f} s after {at:.1f} s")
-        self.times_s: Floats = times - times[0]
-        self.angles_deg: Floats = angles
-        self._curve = PchipInterpolator(self.times_s, angles)
+        times, angles = _checked(times_s, angles_deg)
+        smooth = smoothed_recording(times, angles)
+        self.rmse_deg: Floats = rmse(smooth, angles)
+        """``(5,)``: of what is played against what was recorded."""
+        self._times_s = times
+        self._curve = CubicSpline(times, smooth, bc_type="natural")
+        self._keep_range(smooth)
 
     @property
     def duration_s(self) -> float:
         """Time of the last sample."""
-        return float(self.times_s[-1])
+        return float(self._times_s[-1])
+
+    @property
+    def start_deg(self) -> Floats:
+        """Angles ``(5,)`` at its beginning."""
+        return self.at(0.0)
 
     def at(self, time_s: float) -> Floats:
         """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
-        angles: Floats = self._curve(min(max(time_s, 0.0), self.duration_s))
+        return self.motion_at(time_s).angles_deg
+
+    def motion_at(self, time_s: float) -> Motion:
+        """Angles and how they change; before the start and after the end as there."""
+        time_s = min(max(time_s, 0.0), self.duration_s)
+        piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
+        d = time_s - self._times_s[piece]
+        c3, c2, c1, c0 = self._curve.c[:, piece]
+        return Motion(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
+
+    def along(self, times_s: Floats) -> Floats:
+        """Angles ``(m, 5)`` at many times ``(m,)``, as :meth:`at` has them."""
+        angles: Floats = self._curve(np.clip(times_s, 0.0, self.duration_s))
         return angles
 
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
@@ -77,25 +105,110 @@ class Trajectory:
         :raises TrajectoryError: naming motor, time, value and limit of the worst violation of the first such motor.
         """
         window = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
-        speeds = np.abs(np.diff(self._curve(np.minimum(window, self.duration_s)), axis=0)) / _SPEED_WINDOW_S
-        # Wherever between two of them the setpoints come to lie.
-        grid = self._curve(np.arange(0.0, self.duration_s, _BEND_S / 2))
-        bends = np.abs(grid[4:] - 2 * grid[2:-2] + grid[:-4]) / _BEND_S**2
+        speeds = np.abs(np.diff(self.along(window), axis=0)) / _SPEED_WINDOW_S
+        places, extremes = self._extremes()
+        bend_times, bends = self._bends()
         for axis, limit in enumerate(limits):
-            angles = self.angles_deg[:, axis]
+            angles = extremes[:, axis]
             beyond = np.maximum(limit.min_deg - angles, angles - limit.max_deg)
             worst = int(np.argmax(beyond))
             if beyond[worst] > tolerance_deg:
                 raise TrajectoryError(
-                    f"motor {axis + 1} would go to {angles[worst]:.1f} deg at {self.times_s[worst]:.1f} s; "
-                    f"its range is {limit.min_deg:g} to {limit.max_deg:g} deg"
+                    f"motor {axis + 1} would go to {angles[worst]:.1f} deg at {places[worst, axis]:.1f} s; "
+                    f"its range is {limit.min_deg:g} to {limit.max_deg:g} deg",
+                    axis + 1,
+                    float(places[worst, axis]),
                 )
             fastest = int(np.argmax(speeds[:, axis]))
             if speeds[fastest, axis] > limit.max_speed_deg_s:
                 raise TrajectoryError(
                     f"motor {axis + 1} would move at {speeds[fastest, axis]:.0f} deg/s at {window[fastest]:.1f} s; "
-                    f"{limit.max_speed_deg_s:g} deg/s is its limit"
+                    f"{limit.max_speed_deg_s:g} deg/s is its limit",
+                    axis + 1,
+                    float(window[fastest]),
                 )
-            sharpest = int(np.argmax(bends[:, axis])) if len(bends) else 0
-            if len(bends) and bends[sharpest, axis] > limit.max_acceleration_deg_s2:
-                raise TrajectoryError(f"motor {axis + 1} would jerk at {(sharpest + 2) * _BEND_S / 2:.1f} s")
+            sharp = bends[:, axis] > limit.max_acceleration_deg_s2
+            if np.any(sharp):
+                at_s = float(bend_times[int(np.argmax(bends[:, axis]))])
+                raise TrajectoryError(f"motor {axis + 1} would jerk at {at_s:.1f} s", axis + 1, at_s)
+
+    def _keep_range(self, angles_deg: Floats) -> None:
+        low, high = angles_deg.min(axis=0), angles_deg.max(axis=0)
+        self.middle_deg: Floats = (low + high) / 2
+        """``(5,)``: of what each motor goes through, to the sample."""
+        self.reach_deg: Floats = high - low
+        """``(5,)``"""
+
+    def _extremes(self) -> tuple[Floats, Floats]:
+        """Times and angles, ``(m, 5)`` each, among which are each axis' highest and lowest: a cubic has two such places a piece."""
+        c3, c2, c1, _ = self._curve.c
+        steps = np.diff(self._times_s)[:, None]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            # The quadratic formula in the form that does not cancel.
+            q = -(c2 + np.copysign(np.sqrt(c2 * c2 - 3 * c3 * c1), c2))
+            inside = np.stack([q / (3 * c3), c1 / q])
+            inside = np.where((inside > 0) & (inside < steps), inside, 0.0)
+        times = np.concatenate([*(self._times_s[:-1, None] + inside), np.full((1, N_AXES), self.duration_s)])
+        c = self._curve.c[:, None]
+        angles = (((c[0] * inside + c[1]) * inside + c[2]) * inside + c[3]).reshape(-1, N_AXES)
+        return times, np.concatenate([angles, self._curve(self.duration_s)[None]])
+
+    def _bends(self) -> tuple[Floats, Floats]:
+        """Times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
+        # Wherever between two of them the setpoints come to lie.
+        times = np.arange(0.0, self.duration_s, _BEND_S / 2)
+        grid = self.along(times)
+        return times[2:-2], np.abs(grid[4:] - 2 * grid[2:-2] + grid[:-4]) / _BEND_S**2
+
+
+class Held(Trajectory):
+    """A recording at 10 Hz, each sample held until the next: the ``paper`` reference (Section 4).
+
+    It has neither speed nor acceleration.
+    """
+
+    def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
+        """As :class:`Trajectory`."""
+        times, angles = _checked(times_s, angles_deg)
+        self._times_s = times
+        # A recording of another rate has samples in between: the value there, without an overshoot.
+        places = np.arange(int(self.duration_s / HOLD_S + _ROUNDING) + 1) * HOLD_S
+        self._samples: Floats = PchipInterpolator(times, angles)(np.minimum(places, self.duration_s))
+        self._keep_range(self._samples)
+        self.rmse_deg = rmse(self.along(times), angles)
+
+    def motion_at(self, time_s: float) -> Motion:
+        """The sample that is held at this time."""
+        return Motion(self.along(np.array([time_s]))[0], np.zeros(N_AXES), np.zeros(N_AXES))
+
+    def along(self, times_s: Floats) -> Floats:
+        """The samples that are held at many times."""
+        held: Floats = self._samples[(np.clip(times_s, 0.0, self.duration_s) / HOLD_S + _ROUNDING).astype(int)]
+        return held
+
+    def _extremes(self) -> tuple[Floats, Floats]:
+        times = np.arange(len(self._samples)) * HOLD_S
+        return np.tile(times[:, None], N_AXES), self._samples
+
+    def _bends(self) -> tuple[Floats, Floats]:
+        bends = np.abs(np.diff(self._samples, 2, axis=0)) / HOLD_S**2
+        times = np.arange(len(bends), dtype=np.float64)
+        return (times + 1) * HOLD_S, bends
+
+
+def _checked(times_s: ArrayLike, angles_deg: ArrayLike) -> tuple[Floats, Floats]:
+    times = np.asarray(times_s, dtype=np.float64)
+    angles = np.asarray(angles_deg, dtype=np.float64)
+    if times.ndim != 1 or len(times) < 2 or angles.shape != (len(times), N_AXES):
+        raise TrajectoryError("a recording needs at least two samples of five angles each")
+    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(angles))):
+        raise TrajectoryError("the recording holds values that are not numbers")
+    steps = np.diff(times)
+    if np.any(steps <= 0):
+        raise TrajectoryError("the recording's time does not increase")
+    if np.any(steps < _SHORTEST_STEP_S):
+        raise TrajectoryError(f"two samples are closer together than {_SHORTEST_STEP_S * 1000:g} ms")
+    if np.any(steps > _LONGEST_GAP_S):
+        at = times[int(np.argmax(steps))] - times[0]
+        raise TrajectoryError(f"samples are missing for {np.max(steps):.1f} s after {at:.1f} s")
+    return times - times[0], angles

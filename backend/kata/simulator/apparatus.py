@@ -7,14 +7,15 @@ nothing but the control software cuts the torque here. The pedal is normally ope
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final, Literal
 
 import msgspec
 
-from kata.simulator.drive import Drive, Noticed
-from kata.simulator.hand import Hand, HandRefusedError, Motion
-from kata.simulator.plant import STEP_S, Plant
+from kata.simulator.drive import Drive, Noticed, share_supply
+from kata.simulator.hand import STRIDE_S, Hand, HandRefusedError, Motion
+from kata.simulator.parameters import DRIVES, SLOW_STEPS, STEP_S, SUPPLIES
+from kata.simulator.plant import Plant, turn
 
 _STEP_NS: Final = int(STEP_S * 1e9)
 _CATCH_UP_NS: Final = 500_000_000
@@ -23,7 +24,6 @@ ESTOP_PORT: Final = 1
 PEDAL_PORT: Final = 2
 _EVENTS_KEPT: Final = 200
 _LINE_SILENT_NS: Final = 100_000_000
-_STRENGTHS: Final = (1.0, 1.0, 1.0, 1.0, 0.8)
 
 What = Literal[
     "estop_pressed",
@@ -48,7 +48,7 @@ class Happening(msgspec.Struct, frozen=True):
 
 
 class AxisNow(msgspec.Struct, frozen=True):
-    """One axis as it really is, whatever its drive reports."""
+    """One axis' shaft as it really is, whatever its drive reports; the arm may be off it by the gear's play."""
 
     motor: int
     angle_deg: float
@@ -90,14 +90,18 @@ class Apparatus:
         *,
         witness: Witness | None = None,
         still: bool = False,
+        turned: bool = False,
     ) -> None:
-        """``now_ns``: where a stepped clock begins; without it time is real. ``still``: without mechanics."""
+        """``seed``: another patient, other gears, another therapist. ``now_ns``: where a stepped clock begins; without it time is
+        real. ``still``: without mechanics. ``turned``: by 180 deg about X, for the other shoulder.
+        """
         self.seed = seed
-        self.drives = [Drive(n + 1, strength, self._told) for n, strength in enumerate(_STRENGTHS)]
+        self._turned = turned
+        self.drives = [Drive(n + 1, parameters, self._told) for n, parameters in enumerate(DRIVES)]
         self._witness = witness
         self._still = still
-        self._plant = Plant(seed)
-        self._hand = Hand()
+        self._supplied = tuple([self.drives[n] for n in axes] for axes in SUPPLIES)
+        self._set_up()
         self._foot_down = False
         self._estop_pressed = False
         self._estop_wire_broken = False
@@ -105,10 +109,19 @@ class Apparatus:
         self._catch_up_ns = _CATCH_UP_NS if now_ns is None else None
         self._now_ns = time.monotonic_ns() if now_ns is None else now_ns
         self._stepped_ns = self._now_ns
+        self._until_slow = 0
+        """Steps until what changes slowly is due."""
         self._heard_ns: int | None = None
         self._pedal_down = False
         self._set_contacts()
-        self._feel()
+
+    def _set_up(self) -> None:
+        """Mechanics, patient and therapist, as the apparatus stands."""
+        self._plant = Plant(self.seed, turned=self._turned)
+        self._moved = tuple(zip(self.drives, self._plant.joints, strict=True))
+        for drive, joint in self._moved:
+            drive.angle = joint.angle
+        self._hand = Hand(self.seed, turned=self._turned)
 
     # -- time -----------------------------------------------------------------------------------------------------
 
@@ -119,36 +132,53 @@ class Apparatus:
             return
         if self._catch_up_ns is not None:
             self._stepped_ns = max(self._stepped_ns, now_ns - self._catch_up_ns)
-        if self._stepped_ns + _STEP_NS > now_ns:
-            return
-        while self._stepped_ns + _STEP_NS <= now_ns:
-            self._stepped_ns += _STEP_NS
-            self._step()
-        self._feel()
+        while (steps := (now_ns - self._stepped_ns) // _STEP_NS) > 0:
+            if self._until_slow == 0:
+                self._go_on_slowly()
+                self._until_slow = SLOW_STEPS
+            self._go_on(min(steps, self._until_slow))
 
-    def _step(self) -> None:
-        plant = self._plant
-        for drive, angle, speed in zip(self.drives, plant.angle, plant.speed, strict=True):
-            was_tripped = drive.tripped
-            drive.control(angle, speed, STEP_S)
-            if drive.tripped and not was_tripped:
+    def _go_on(self, steps: int) -> None:
+        """Some milliseconds, in which nothing comes from outside."""
+        watching = [drive for drive in self.drives if drive.watching]
+        for drive in watching:
+            steps = min(steps, drive.steps_to_trip)
+        for drive, joint in self._moved:
+            turn(drive, joint, steps)
+        self._stepped_ns += steps * _STEP_NS
+        self._until_slow -= steps
+        for drive in watching:
+            if drive.pass_steps(steps):
                 self._events.append(Happening(self._stepped_ns, "watchdog_tripped", drive.motor))
-        torques: Sequence[float] = [drive.torque_nm for drive in self.drives]
-        if self._hand.phase != "away":
-            pull = self._hand.torques_nm(plant.angle, plant.speed, STEP_S)
-            if pull is None:
-                self._happened("hand_left", self._stepped_ns)
-            else:
-                torques = [motor + hand for motor, hand in zip(torques, pull, strict=True)]
-            self._settle_pedal(self._stepped_ns)
-        plant.step(torques)
         if self._heard_ns is not None and self._stepped_ns - self._heard_ns > _LINE_SILENT_NS:
             self._happened("line_silent", self._heard_ns)
             self._heard_ns = None
 
-    def _feel(self) -> None:
-        for drive, angle, speed in zip(self.drives, self._plant.angle, self._plant.speed, strict=True):
-            drive.feel(angle, speed)
+    def _go_on_slowly(self) -> None:
+        """What need not be looked at every millisecond."""
+        self._plant.settle()
+        for drives in self._supplied:
+            share_supply(drives, STRIDE_S)
+        if self._hand.phase != "away":
+            aims = self._hand.stride()
+            if aims is None:
+                self._take_hand_off()
+                self._happened("hand_left", self._stepped_ns)
+            else:
+                self._lead(aims)
+            self._settle_pedal(self._stepped_ns)
+
+    def _lead(self, aims: list[float]) -> None:
+        """Let the hand draw the arm from where it wanted it so far to where it wants it next."""
+        ways = self._hand.parameters
+        for n, (joint, aim) in enumerate(zip(self._plant.joints, aims, strict=True)):
+            begins = joint.hand[0] if joint.hand else joint.arm_angle
+            step = (aim - begins) / SLOW_STEPS
+            joint.hand = (begins, step, ways.stiffness_nm_rad[n], ways.damping_nm_s[n], ways.strength_nm)
+
+    def _take_hand_off(self) -> None:
+        for joint in self._plant.joints:
+            joint.hand = None
 
     # -- the drives -----------------------------------------------------------------------------------------------
 
@@ -186,6 +216,20 @@ class Apparatus:
             self._happened("estop_pressed" if pressed else "estop_released")
             self._set_contacts()
 
+    def turn(self, *, turned: bool) -> None:
+        """By 180 deg about X, for the other shoulder, or back; the patient takes the arm out and puts the other one in.
+
+        :raises HandRefusedError: while torque is on, or while the hand is busy.
+        """
+        if turned == self._turned:
+            return
+        if any(drive.torque_on for drive in self.drives):
+            raise HandRefusedError("the motors hold the arm: the apparatus is turned only while torque is off")
+        if self._hand.phase != "away":
+            raise HandRefusedError("the hand is still guiding the arm")
+        self._turned = turned
+        self._set_up()
+
     def guide(self, name: str, motion: Motion, pedal: bool) -> None:
         """Let the hand take the arm along a motion.
 
@@ -197,13 +241,19 @@ class Apparatus:
             raise HandRefusedError("the hand is still guiding the arm")
         if motion.rows < 2:
             raise HandRefusedError("a motion needs two or more rows")
-        self._hand.guide(name, motion, [math.degrees(angle) for angle in self._plant.angle], pedal)
+        self._hand.guide(name, motion, [math.degrees(joint.arm_angle) for joint in self._plant.joints], pedal)
         self._happened("hand_started")
+
+    @property
+    def hand_is_away(self) -> bool:
+        """Nobody guides the arm."""
+        return self._hand.phase == "away"
 
     def let_go(self) -> None:
         """The hand leaves the arm where it is."""
         if self._hand.phase != "away":
             self._hand.let_go()
+            self._take_hand_off()
             self._happened("hand_left")
         self._foot_down = False
         self._settle_pedal()
@@ -216,10 +266,14 @@ class Apparatus:
             estop_pressed=self._estop_pressed,
             hand=HandNow(self._hand.phase, self._hand.motion, self._hand.left_s),
             axes=tuple(
-                AxisNow(n + 1, math.degrees(angle), math.degrees(speed), drive.torque_on, drive.torque_nm)
-                for n, (drive, angle, speed) in enumerate(
-                    zip(self.drives, self._plant.angle, self._plant.speed, strict=True)
+                AxisNow(
+                    drive.motor,
+                    math.degrees(joint.angle),
+                    math.degrees(joint.speed),
+                    drive.torque_on,
+                    drive.torque_nm,
                 )
+                for drive, joint in self._moved
             ),
             events=tuple(self._events),
         )

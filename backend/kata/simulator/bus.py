@@ -32,11 +32,8 @@ class ServoBus:
     def carry_out(self, instruction: Instruction, baud: int, now_ns: int) -> list[Answer]:
         """What the drives that listen at this baud rate do and answer."""
         self._apparatus.advance(now_ns)
-        listening = {
-            servo.id: servo
-            for servo in self.servos
-            if servo.baud == baud and not self.script.has("off", servo.drive.motor)
-        }
+        off = self.script.off
+        listening = {servo.id: servo for servo in self.servos if servo.baud == baud and servo.drive.motor not in off}
         if not instruction.sound:
             addressed = listening.get(instruction.drive_id)
             if addressed is None or not self.script.answers(addressed.drive.motor):

@@ -8,7 +8,7 @@ import msgspec
 
 from kata.motion.taught import Taught
 from kata.simulator.apparatus import State
-from kata.simulator.control import Break, Estop, Guide, Look, Mend, Outcome, Pedal, Release, Rows, Wish
+from kata.simulator.control import Break, Estop, Guide, Look, Mend, Outcome, Pedal, Release, Rows, Turn, Wish
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.script import Fault, Kind
 
@@ -51,6 +51,13 @@ class SimulatorClient:
     def release(self) -> State:
         """Let go of arm and pedal."""
         return self._ask(Release())
+
+    def turn(self, *, turned: bool) -> State:
+        """Turn the apparatus for the other shoulder, or back.
+
+        :raises HandRefusedError: while torque is on or the hand is busy.
+        """
+        return self._ask(Turn(turned))
 
     def fault(self, kind: Kind, motor: int | None = None, value: float | None = None) -> State:
         """Let something be broken from now on: see :class:`~kata.simulator.script.Fault`.

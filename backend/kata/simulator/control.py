@@ -46,6 +46,12 @@ class Release(msgspec.Struct, frozen=True, tag_field="do", tag="release"):
     """Let go of arm and pedal."""
 
 
+class Turn(msgspec.Struct, frozen=True, tag_field="do", tag="turn"):
+    """Turn the apparatus for the other shoulder, or back."""
+
+    turned: bool
+
+
 class Break(msgspec.Struct, frozen=True, tag_field="do", tag="fault"):
     """Let something be broken from now on."""
 
@@ -60,7 +66,7 @@ class Look(msgspec.Struct, frozen=True, tag_field="do", tag="state"):
     """Change nothing."""
 
 
-Wish = Pedal | Estop | Rows | Guide | Release | Break | Mend | Look
+Wish = Pedal | Estop | Rows | Guide | Release | Turn | Break | Mend | Look
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -152,6 +158,8 @@ class ControlServer:
                 self._apparatus.guide(wish.name, motion, wish.pedal)
             case Release():
                 self._apparatus.let_go()
+            case Turn(turned=turned):
+                self._apparatus.turn(turned=turned)
             case Break(fault=fault):
                 self._script.fault(fault)
             case Mend():

@@ -1,4 +1,7 @@
-"""The therapist's hand: takes the arm, presses the pedal, traces a motion, lets go. Radians inside."""
+"""The therapist's hand: takes the arm, presses the pedal, traces a motion, lets go. Radians inside.
+
+It means to trace the motion exactly, and trembles and strays a little, as hands do.
+"""
 
 import math
 from collections.abc import Sequence
@@ -10,14 +13,15 @@ import numpy as np
 from kata.motion.approach import Approach
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import motor_angles_deg
+from kata.simulator import parameters
+from kata.simulator.parameters import SLOW_STEPS, STEP_S, TURNED, Waves
 
 Phase = Literal["away", "reaching", "tracing", "leaving"]
 
-_STIFFNESS_NM: Final = 500.0
-_DAMPING_NM_S: Final = 25.0
-_STRENGTH_NM: Final = 15.0
-_REACH_DEG_S: Final = 30.0
-_REST_S: Final = 0.3
+STRIDE_S: Final = SLOW_STEPS * STEP_S
+"""The hand's wish is known so far ahead; in between it goes straight on."""
+_STEADIES_S: Final = 1.0
+"""Over this long after it has taken hold, the hand begins to stray."""
 
 
 class HandRefusedError(Exception):
@@ -32,6 +36,8 @@ class Motion:
         self.times_s: list[float] = []
         self.angles: list[list[float]] = []
         """Motor angles in radians, one row for each time."""
+        self.turned_angles: list[list[float]] = []
+        """The same motion of the other shoulder, as the drives of the turned apparatus see it."""
 
     @property
     def rows(self) -> int:
@@ -50,64 +56,75 @@ class Motion:
         if not times_s:
             return
         try:
-            angles = np.radians(motor_angles_deg(np.array(poses_deg)))
+            angles = np.radians(motor_angles_deg(poses_deg))
+            turned = np.radians(motor_angles_deg(poses_deg, "left")) * TURNED
         except ValueError as error:
             raise HandRefusedError(f"{error}, counted from the one at {times_s[0]:g} s") from error
         self.times_s += times_s
         self.angles += angles.tolist()
+        self.turned_angles += turned.tolist()
 
 
 class Hand:
     """Pulls the arm along a motion like a spring with a damper, as strongly as a hand is."""
 
-    def __init__(self) -> None:
+    def __init__(self, seed: int | None = None, *, turned: bool = False) -> None:
+        """``seed``: another therapist, who also strays otherwise. ``turned``: the apparatus stands for the other side."""
+        self.parameters = parameters.hand(seed)
         self.phase: Phase = "away"
         self.motion: str | None = None
         self.wants_pedal = False
         """Whether the therapist's foot is on the pedal for this motion now."""
+        self._turned = turned
         self._with_pedal = False
         self._time_s = 0.0
         self._reach: Approach | None = None
         self._times_s: list[float] = []
         self._angles: list[list[float]] = []
         self._row = 0
-        self._last: list[float] | None = None
+        self._held_s = 0.0
+        """Altogether, so that no two motions are strayed from in the same way."""
+        chance, ways = parameters.stream("hand", seed), self.parameters
+        self._strays = tuple(
+            (
+                Waves.drawn(chance, math.radians(ways.tremor_deg), ways.tremor_hz),
+                Waves.drawn(chance, math.radians(ways.wander_deg), ways.wander_hz),
+            )
+            for _ in range(N_AXES)
+        )
 
     def guide(self, name: str, motion: Motion, here_deg: Sequence[float], pedal: bool) -> None:
         """Begin with a motion of two rows or more; the arm's motor angles are ``here_deg``."""
         self.phase, self.motion, self._with_pedal = "reaching", name, pedal
-        self._time_s, self._row, self._last = 0.0, 0, None
-        self._times_s, self._angles = motion.times_s, motion.angles
-        self._reach = Approach(np.array(here_deg), np.degrees(self._angles[0]), _REACH_DEG_S)
+        self._time_s, self._row = 0.0, 0
+        self._times_s, self._angles = motion.times_s, motion.turned_angles if self._turned else motion.angles
+        self._reach = Approach(np.array(here_deg), np.degrees(self._angles[0]), self.parameters.reach_deg_s)
 
     def let_go(self) -> None:
         """At once, and lift the foot."""
-        self.phase, self.motion, self.wants_pedal, self._last = "away", None, False, None
+        self.phase, self.motion, self.wants_pedal = "away", None, False
 
     @property
     def left_s(self) -> float:
         """Until the hand has let go."""
         return max(0.0, self._ends_s - self._time_s) if self.phase != "away" else 0.0
 
-    def torques_nm(self, angle: Sequence[float], speed: Sequence[float], dt_s: float) -> Sequence[float] | None:
-        """What the hand does to the five axes in this step; None when it is away."""
-        if self.phase == "away":
-            return None
-        target = self._target(dt_s)
+    def stride(self) -> list[float] | None:
+        """Where the hand wants the arm :data:`STRIDE_S` from now, radians; None when it is done, and has let go."""
+        target = self._target(STRIDE_S)
         if target is None:
             self.let_go()
             return None
-        last = self._last or target
-        self._last = target
-        torques = []
-        for n, wanted in enumerate(target):
-            torque = _STIFFNESS_NM * (wanted - angle[n]) + _DAMPING_NM_S * ((wanted - last[n]) / dt_s - speed[n])
-            torques.append(min(max(torque, -_STRENGTH_NM), _STRENGTH_NM))
-        return torques
+        self._held_s += STRIDE_S
+        share = min(self._time_s / _STEADIES_S, 1.0)
+        return [
+            wanted + share * (tremor.at(self._held_s) + wander.at(self._held_s))
+            for wanted, (tremor, wander) in zip(target, self._strays, strict=True)
+        ]
 
     @property
     def _traces_s(self) -> float:
-        return (self._reach.duration_s if self._reach else 0.0) + _REST_S
+        return (self._reach.duration_s if self._reach else 0.0) + self.parameters.rest_s
 
     @property
     def _duration_s(self) -> float:
@@ -115,7 +132,7 @@ class Hand:
 
     @property
     def _ends_s(self) -> float:
-        return self._traces_s + self._duration_s + 2 * _REST_S
+        return self._traces_s + self._duration_s + 2 * self.parameters.rest_s
 
     def _target(self, dt_s: float) -> list[float] | None:
         """Where the hand wants the arm next, radians; None when it is done."""
@@ -124,14 +141,14 @@ class Hand:
         since_s = self._time_s - self._traces_s
         if since_s < 0:
             # The foot goes down a little before the motion begins, and comes up a little after its end.
-            self.wants_pedal = self._with_pedal and since_s > -_REST_S / 3
+            self.wants_pedal = self._with_pedal and since_s > -self.parameters.rest_s / 3
             return [math.radians(angle) for angle in self._reach.at(self._time_s).tolist()]
         if since_s <= self._duration_s:
             self.phase = "tracing"
             self.wants_pedal = self._with_pedal
             return self._along(self._times_s[0] + since_s)
         self.phase = "leaving"
-        self.wants_pedal = self._with_pedal and since_s < self._duration_s + _REST_S / 3
+        self.wants_pedal = self._with_pedal and since_s < self._duration_s + self.parameters.rest_s / 3
         return self._angles[-1] if self._time_s < self._ends_s else None
 
     def _along(self, time_s: float) -> list[float]:

@@ -9,6 +9,7 @@ from typing import Final
 
 from kata.simulator.drive import Drive
 from kata.simulator.modbus import DEVICE_FAILURE, ILLEGAL_ADDRESS, ILLEGAL_VALUE, RefusedError
+from kata.simulator.parameters import DRIVES
 
 TORQUE_ENABLE, CLEAR, WATCHDOG_MS, TORQUE_LIMIT = 0x0000, 0x0001, 0x0002, 0x0003
 MIN_POSITION, MAX_POSITION, RESPONSE_DELAY_US = 0x0004, 0x0006, 0x0008
@@ -24,8 +25,6 @@ _RATED_TORQUE: Final = 1_000
 _RESPONSE_DELAY_US: Final = 500
 _WATCHDOG_STEP_MS: Final = 20
 _WATCHDOG_STEPS: Final = 127
-_TUNED: Final = (160.0, 300.0, 7.8)
-"""P in Nm/rad, I in Nm/(rad s), D in Nm s/rad: the drive's own, the same as the servos' after tuning."""
 
 
 class ModbusDrive:
@@ -114,7 +113,9 @@ class ModbusDrive:
             drive.aim(math.radians(goal / 100))
 
     def _tune(self) -> None:
-        self.drive.tune(*_TUNED, self._torque_limit / 100)
+        """With the drive's own gains, the same as the servos' after tuning."""
+        own = DRIVES[self.drive.motor - 1]
+        self.drive.tune(own.p_nm_rad, own.i_nm_rad_s, own.d_nm_s_rad, self._torque_limit / 100)
 
     def _registers(self) -> dict[int, int]:
         """As they are now."""

@@ -39,7 +39,9 @@ def main() -> int:
     """Entry of ``python -m kata.simulator``."""
     parser = argparse.ArgumentParser(prog="python -m kata.simulator", description=__doc__)
     parser.add_argument("--control", type=Path, required=True, help="path of the control socket")
-    parser.add_argument("--seed", type=int, default=None, help="vary inertia, friction and weight by up to 30 %%")
+    parser.add_argument(
+        "--seed", type=int, default=None, help="another patient, other gears, another hand: up to 30 %% off"
+    )
     parser.add_argument(
         "--protocol", choices=get_args(ServoProtocol), default="dynamixel", help="what the drives speak"
     )

@@ -3,8 +3,10 @@
 Written apart from the device's own codec on purpose: two readings of one specification have to agree.
 """
 
+import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 HEADER: Final = b"\xff\xff\xfd\x00"
@@ -57,13 +59,19 @@ def crc(data: bytes) -> int:
 
 
 _CRC_OF_BYTE: Final = tuple(crc(bytes([byte])) for byte in range(256))
+_CRC_OF_PAIR: Final = tuple(
+    ((first << 8) & 0xFF00) ^ _CRC_OF_BYTE[(first >> 8) ^ byte] for first in _CRC_OF_BYTE for byte in range(256)
+)
 
 
-def fast_crc(data: bytes) -> int:
-    """:func:`crc` by table."""
-    remainder = 0
-    for byte in data:
-        remainder = ((remainder << 8) & 0xFF00) ^ _CRC_OF_BYTE[(remainder >> 8) ^ byte]
+def fast_crc(data: bytes, remainder: int = 0) -> int:
+    """:func:`crc` by table, two bytes at a time. ``remainder``: of what came before ``data``."""
+    table = _CRC_OF_PAIR
+    pairs = len(data) // 2
+    for pair in struct.unpack_from(f">{pairs}H", data):
+        remainder = table[remainder ^ pair]
+    if len(data) % 2:
+        remainder = ((remainder << 8) & 0xFF00) ^ _CRC_OF_BYTE[(remainder >> 8) ^ data[-1]]
     return remainder
 
 
@@ -93,13 +101,23 @@ def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length
     size = 1 + promised * (length + 4)
     sent = HEADER + bytes([BROADCAST]) + size.to_bytes(2, "little") + bytes([STATUS])
     blocks = []
-    before = 0
+    before = remainder = 0
     for drive_id, error, data in answers:
+        unchecked = max(0, before - 2)
         sent += bytes([error, drive_id]) + data
-        sent += fast_crc(sent).to_bytes(2, "little")
+        remainder = fast_crc(sent[unchecked:], remainder)
+        sent += remainder.to_bytes(2, "little")
         blocks.append(sent[before:])
         before = len(sent)
     return blocks
+
+
+@lru_cache(maxsize=256)
+def _understood(packet: bytes) -> Instruction:
+    """Those that read are sent over and over."""
+    body = unstuff(packet[7:-2])
+    sound = fast_crc(packet[:-2]) == int.from_bytes(packet[-2:], "little")
+    return Instruction(packet[4], body[0], body[1:], len(packet), sound)
 
 
 class InstructionParser:
@@ -126,9 +144,7 @@ class InstructionParser:
                 continue
             if len(heard) < size:
                 return
-            packet = bytes(heard[:size])
-            sound = fast_crc(packet[:-2]) == int.from_bytes(packet[-2:], "little")
-            del heard[: size if sound else 4]
-            body = unstuff(packet[7:-2])
-            yield Instruction(packet[4], body[0], body[1:], size, sound)
+            instruction = _understood(bytes(heard[:size]))
+            del heard[: size if instruction.sound else 4]
+            yield instruction
         del heard[: max(0, len(heard) - 3)]

@@ -120,8 +120,15 @@ class Script:
         """Whether it is broken so."""
         return (kind, motor) in self._faults
 
+    @property
+    def off(self) -> set[int | None]:
+        """The motors whose drives have lost their power."""
+        return {motor for kind, motor in self._faults if kind == "off"}
+
     def answers(self, motor: int, *, inputs: bool = False) -> bool:
         """Whether this drive answers this time; ``inputs``: when it is asked for the contacts."""
+        if not self._faults:
+            return True
         if self.has("silent", motor) or (inputs and self.has("inputs_silent")):
             return False
         rarely = self._faults.get(("intermittent", motor))

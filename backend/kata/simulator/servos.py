@@ -1,6 +1,7 @@
 """One servo's control table (XH540-W270, robotis e-manual) on the drive inside it.
 
-Scale factors turn the gains in the table into torque; they are chosen for the plant.
+Scale factors turn the gains in the table into torque; they are chosen so that the registers' steps are fine enough for
+the gains in :mod:`~kata.simulator.parameters`.
 """
 
 import math
@@ -9,15 +10,17 @@ from typing import Final
 
 from kata.simulator import protocol
 from kata.simulator.drive import COUNTS_A_RAD, Drive
+from kata.simulator.parameters import NM_AN_AMPERE
 
 ZERO_COUNT: Final = 2048
-_NM_A_UNIT: Final = 0.00269 * 2.0
-"""Current unit of 2.69 mA, 2 Nm an ampere (10 Nm at 5 A)."""
+_NM_A_UNIT: Final = 0.00269 * NM_AN_AMPERE
+"""Current unit of 2.69 mA."""
 _RAD_S_A_UNIT: Final = 0.229 * math.tau / 60
 
-_P_NM_RAD: Final = 0.10
-_I_NM_RAD_S: Final = 0.75
-_D_NM_S_RAD: Final = 0.13
+P_NM_RAD: Final = 0.10
+I_NM_RAD_S: Final = 0.50
+D_NM_S_RAD: Final = 0.01
+"""Of one unit in the registers of the gains."""
 _WATCHDOG_STEP_S: Final = 0.02
 
 ID, BAUD, RETURN_DELAY, OPERATING_MODE = 7, 8, 9, 11
@@ -25,6 +28,7 @@ CURRENT_LIMIT, PORT_MODE, TORQUE_ENABLE, STATUS_LEVEL = 38, 55, 64, 68
 HARDWARE_ERROR, D_GAIN, I_GAIN, P_GAIN, BUS_WATCHDOG = 70, 80, 82, 84, 98
 MAX_POSITION, MIN_POSITION = 48, 52
 GOAL_CURRENT, GOAL_POSITION, PRESENT_CURRENT, PRESENT_VELOCITY, PRESENT_POSITION = 102, 116, 126, 128, 132
+_PRESENT_END: Final = PRESENT_POSITION + 4
 SHUTDOWN, REALTIME_TICK, MOVING, MOVING_THRESHOLD, PORT_DATA, END = 63, 120, 122, 24, 150, 158
 _EEPROM_END: Final = 64
 _GOALS: Final = frozenset((*range(100, 106), *range(116, 120)))
@@ -110,7 +114,7 @@ class Servo:
         """Error byte and data."""
         if address + length > END:
             return protocol.DATA_RANGE_ERROR, b""
-        self._show(now_ns)
+        self._show(address, address + length, now_ns)
         return 0, bytes(self.table[address : address + length])
 
     def write(self, address: int, data: bytes) -> int:
@@ -175,7 +179,7 @@ class Servo:
         limit = struct.unpack_from("<H", table, CURRENT_LIMIT)[0]
         if table[OPERATING_MODE] == _CURRENT_BASED_POSITION:
             limit = min(limit, abs(struct.unpack_from("<h", table, GOAL_CURRENT)[0]))
-        drive.tune(p * _P_NM_RAD, i * _I_NM_RAD_S, d * _D_NM_S_RAD, limit * _NM_A_UNIT)
+        drive.tune(p * P_NM_RAD, i * I_NM_RAD_S, d * D_NM_S_RAD, limit * _NM_A_UNIT)
         drive.heard()
         if BUS_WATCHDOG in touched:
             drive.watchdog_s = table[BUS_WATCHDOG] * _WATCHDOG_STEP_S
@@ -186,28 +190,31 @@ class Servo:
         if TORQUE_ENABLE in touched:
             drive.switch(table[TORQUE_ENABLE] != 0 and not self._shut_down)
 
-    def _show(self, now_ns: int) -> None:
-        """Bring what changes by itself in the table up to date."""
-        table, drive, report = self.table, self.drive, self.drive.report
+    def _show(self, begin: int, end: int, now_ns: int) -> None:
+        """Bring what changes by itself among these registers up to date."""
+        table, drive = self.table, self.drive
         table[TORQUE_ENABLE] = drive.torque_on
         if drive.tripped:
             table[BUS_WATCHDOG] = _TRIPPED
-        self._show_goal()
-        unit_speed = round(report.speed / _RAD_S_A_UNIT)
-        (threshold,) = struct.unpack_from("<I", table, MOVING_THRESHOLD)
-        struct.pack_into("<H", table, REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
-        table[MOVING] = abs(unit_speed) > threshold
-        struct.pack_into(
-            "<hii",
-            table,
-            PRESENT_CURRENT,
-            round(report.torque_nm / _NM_A_UNIT),
-            unit_speed,
-            ZERO_COUNT + round(report.angle * COUNTS_A_RAD),
-        )
-        for port in (1, 2, 3):
-            pulled_up = table[PORT_MODE + port] == 2
-            table[PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
+        if begin < PRESENT_CURRENT and end > GOAL_POSITION:
+            self._show_goal()
+            struct.pack_into("<H", table, REALTIME_TICK, now_ns // 1_000_000 & 0x7FFF)
+            (threshold,) = struct.unpack_from("<I", table, MOVING_THRESHOLD)
+            table[MOVING] = abs(round(drive.report.speed / _RAD_S_A_UNIT)) > threshold
+        if begin < _PRESENT_END and end > PRESENT_CURRENT:
+            report = drive.report
+            struct.pack_into(
+                "<hii",
+                table,
+                PRESENT_CURRENT,
+                round(report.torque_nm / _NM_A_UNIT),
+                round(report.speed / _RAD_S_A_UNIT),
+                ZERO_COUNT + round(report.angle * COUNTS_A_RAD),
+            )
+        if end > PORT_DATA:
+            for port in (1, 2, 3):
+                pulled_up = table[PORT_MODE + port] == 2
+                table[PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
 
     def _show_goal(self) -> None:
         struct.pack_into("<i", self.table, GOAL_POSITION, ZERO_COUNT + round(self.drive.goal * COUNTS_A_RAD))

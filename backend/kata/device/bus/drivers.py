@@ -10,7 +10,8 @@ from kata.device.config import StationConfig
 
 
 def make_bus(config: StationConfig, open_line: Callable[[str, int], Line] = SerialLine) -> Bus:
-    """The driver, whose port is not opened yet. Tests give it a line of their own."""
+    """The driver, whose port is not opened yet, for the apparatus as it stands. Tests give it a line of their own."""
+    config = config.as_it_stands
     if config.protocol == "modbus":
         return ModbusBus(config, open_line)
     return DynamixelBus(config, open_line)

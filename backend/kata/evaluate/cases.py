@@ -1,0 +1,60 @@
+"""What is taught and played back: the paper's fourteen cases, or every motion of a folder on both sides."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Final, get_args
+
+import numpy as np
+
+from kata.motion.axes import AXES, BASIC_MOTIONS, POSE_RANGE_DEG, Side
+from kata.motion.builtin import built_in_motions
+from kata.motion.taught import Taught, TaughtError, read_csv
+
+BY_EYE_DEG: Final = 3.0
+"""So well does somebody put an arm back into a posture without a goniometer. The paper excepts the start from errors of 4 deg and more."""
+_HELD_S: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Case:
+    """One motion on one shoulder."""
+
+    name: str
+    side: Side
+    motion: Taught
+    motors: tuple[int, ...]
+    """Those that the paper's figure shows."""
+    number: int | None = None
+    """Of the paper's motions, 1 to 6, and 7 for the arbitrary one."""
+
+    def laid_down(self, seed: int | None, repetition: int) -> Taught:
+        """How the arm is put back before a playback: by eye, to about where the motion begins; every time a little otherwise."""
+        chance = Random(f"{self.name}, {self.side}, {seed}, {repetition}")
+        pose = [
+            min(max(angle + chance.uniform(-BY_EYE_DEG, BY_EYE_DEG), low), high)
+            for angle, (low, high) in zip(self.motion.poses_deg[0], POSE_RANGE_DEG, strict=True)
+        ]
+        return Taught("put back", np.array([0.0, _HELD_S]), np.array([pose, pose]))
+
+
+def paper_cases() -> list[Case]:
+    """The six basic motions and the arbitrary one (Sections 4.2 to 4.8), left and right."""
+    shown = [basic.motors for basic in BASIC_MOTIONS] + [AXES]
+    pairs = list(zip(built_in_motions(), shown, strict=True))
+    return [
+        Case(motion.name, side, motion, motors, number)
+        for number, (motion, motors) in enumerate(pairs, start=1)
+        for side in get_args(Side)
+    ]
+
+
+def recorded_cases(folder: Path) -> list[Case]:
+    """Every CSV file of a folder, left and right; all five motors count.
+
+    :raises TaughtError: when one cannot be used, or there is none.
+    """
+    motions = [read_csv(path) for path in sorted(folder.glob("*.csv"))]
+    if not motions:
+        raise TaughtError(f"{folder} holds no CSV files")
+    return [Case(motion.name, side, motion, AXES) for motion in motions for side in get_args(Side)]

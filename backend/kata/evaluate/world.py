@@ -1,0 +1,132 @@
+"""The simulated apparatus without its process: drives, mechanics and wire under a stepped clock, in one hand.
+
+A driver is given a :class:`MemoryLine` instead of a serial port; bytes take their time on it, and waiting for them moves the
+clock on.
+"""
+
+import heapq
+
+from kata.device.bus.port import BusError
+from kata.device.config import StationConfig
+from kata.simulator.apparatus import Apparatus, Witness
+from kata.simulator.bus import ServoBus
+from kata.simulator.lines import DynamixelLine, Line, ModbusLine
+from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.script import Script
+
+
+class MemoryLine:
+    """A :class:`kata.device.bus.line.Line` to a world."""
+
+    def __init__(self, world: "World", baud: int) -> None:
+        self._world = world
+        self._baud = baud
+        self._waiting: list[tuple[int, int, bytes]] = []
+        self._number = 0
+        self._busy_until_ns = 0
+        self.carried = 0
+        """Bytes both ways."""
+
+    def now_ns(self) -> int:
+        """See :class:`~kata.device.bus.line.Line`."""
+        return self._world.t_ns
+
+    def send(self, data: bytes) -> None:
+        """See :class:`~kata.device.bus.line.Line`."""
+        self._check()
+        world = self._world
+        self.pump(world.t_ns)
+        while self._waiting and self._waiting[0][0] <= world.t_ns:
+            heapq.heappop(self._waiting)
+        self.carried += len(data)
+        self._busy_until_ns = max(self._busy_until_ns, world.t_ns) + len(data) * 10_000_000_000 // self._baud
+        if world.script.has("echo"):
+            self._arrives(self._busy_until_ns, data)
+        world.line.hear(data, world.t_ns, self._baud)
+
+    def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
+        """See :class:`~kata.device.bus.line.Line`."""
+        self._check()
+        world = self._world
+        # A line may sleep until then, and need not.
+        until_ns = max(world.t_ns, 0 if world.in_pieces else min(earliest_ns, deadline_ns))
+        self.pump(until_ns)
+        if not (self._waiting and self._waiting[0][0] <= until_ns):
+            while (due_ns := world.line.due_ns) is not None and due_ns <= deadline_ns:
+                self.pump(due_ns)
+            first_ns = self._waiting[0][0] if self._waiting else deadline_ns
+            until_ns = max(world.t_ns, min(first_ns, deadline_ns))
+        world.t_ns = until_ns
+        came = b""
+        while self._waiting and self._waiting[0][0] <= until_ns:
+            came += heapq.heappop(self._waiting)[2]
+        self.carried += len(came)
+        return came
+
+    def close(self) -> None:
+        """See :class:`~kata.device.bus.line.Line`."""
+        self._waiting.clear()
+
+    def pump(self, until_ns: int) -> None:
+        """What was sent reaches the drives in its time."""
+        while (due_ns := self._world.line.due_ns) is not None and due_ns <= until_ns:
+            for at_ns, answer in self._world.line.carry_out(due_ns):
+                self._arrives(at_ns + int(answer.after_s * 1e9), answer.data)
+
+    def _arrives(self, at_ns: int, data: bytes) -> None:
+        """``at_ns``: the last byte. A real adapter hands them over as they come."""
+        size = 1 if self._world.in_pieces else len(data)
+        byte_ns = 10_000_000_000 // self._baud
+        for end in range(size, len(data) + 1, size):
+            self._number += 1
+            heapq.heappush(self._waiting, (at_ns - (len(data) - end) * byte_ns, self._number, data[end - size : end]))
+
+    def _check(self) -> None:
+        if self._world.script.has("gone"):
+            raise BusError("the port is gone")
+
+
+class World:
+    """Everything beyond the serial port."""
+
+    def __init__(
+        self,
+        config: StationConfig,
+        seed: int | None = None,
+        witness: Witness | None = None,
+        *,
+        turned: bool = False,
+    ) -> None:
+        """``seed``, ``witness`` and ``turned``: see :class:`~kata.simulator.apparatus.Apparatus`."""
+        self.config = config
+        self.t_ns = 1_000_000_000_000
+        self.apparatus = Apparatus(seed, self.t_ns, witness=witness, turned=turned)
+        self.line: Line
+        self.script: Script
+        if config.protocol == "modbus":
+            modbus = ModbusBus(self.apparatus, config.baud)
+            self.line, self.script = ModbusLine(modbus), modbus.script
+        else:
+            servos = ServoBus(self.apparatus, config.baud)
+            self.line, self.script = DynamixelLine(servos), servos.script
+        self.opened: MemoryLine | None = None
+        self.in_pieces = False
+        """Answers arrive byte by byte, and not each at once."""
+
+    def open_line(self, port: str, baud: int) -> MemoryLine:
+        """As a serial port would be opened."""
+        if self.script.has("gone"):
+            raise BusError(f"{port} cannot be opened")
+        self.opened = MemoryLine(self, baud)
+        return self.opened
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass in which nobody sends or listens. The mechanics follow when they are next asked."""
+        self.t_ns += round(seconds * 1e9)
+        if self.opened:
+            self.opened.pump(self.t_ns)
+
+    def wait(self, seconds: float) -> None:
+        """:meth:`sleep`, and the mechanics follow at once."""
+        self.sleep(seconds)
+        self.apparatus.advance(self.t_ns)

@@ -1,0 +1,192 @@
+"""A table of numbers from a CSV file: quick where it is right, and line by line where it is not."""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from operator import itemgetter
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kata.motion.linkage import Floats
+
+SEPARATORS: Final = (",", ";", "\t")
+MOST_COMPLAINTS: Final = 20
+"""More at once help nobody to mend a file."""
+_CHUNK: Final = 8192
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """What is wrong in one place."""
+
+    line: int
+    column: str
+    what: str
+
+    def __str__(self) -> str:
+        return f"line {self.line}, column {self.column}: {self.what}"
+
+
+class TableError(ValueError):
+    """The file cannot be used. The message tells the first thing that is wrong; ``complaints`` those that have a place."""
+
+    def __init__(self, message: str, complaints: Sequence[Complaint] = ()) -> None:
+        super().__init__(message)
+        self.complaints = tuple(complaints)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns that were asked for, ``values`` is ``(n, k)`` in the order of ``columns``; ``lines`` is ``(n,)``, from 1."""
+
+    columns: tuple[str, ...]
+    others: tuple[str, ...]
+    """Columns that were left alone."""
+    separator: str
+    values: Floats
+    lines: NDArray[np.int64]
+
+    def complain(self, wrong: Iterable[tuple[int, int, str]]) -> None:
+        """Refuse the table for what is found in it: row, column of ``values``, and what is wrong there.
+
+        :raises TableError: when anything is.
+        """
+        found = [
+            Complaint(int(self.lines[row]), self.columns[column], what)
+            for (row, column, what), _ in zip(wrong, range(MOST_COMPLAINTS), strict=False)
+        ]
+        if found:
+            raise TableError(str(found[0]), found)
+
+
+def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
+    """Read the columns of the first layout of which the header names them all; they may stand in any order among others.
+
+    :raises TableError: naming line and column of what is wrong: a missing column, a cell too many, no finite number.
+    """
+    text = text.removeprefix("\ufeff")
+    separator = max(SEPARATORS, key=text.partition("\n")[0].count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+    try:
+        header = [cell.strip() for cell in next(reader, [])]
+        wanted = _layout(header, layouts)
+        table = _Rows(header, wanted)
+        body_at = text.find("\n")
+        # Python reads 1_000 as a number. Nobody else does.
+        careful = body_at >= 0 and "_" in text[body_at:]
+        values, lines = table.read(_numbered(reader), careful=careful)
+    except csv.Error as error:
+        raise TableError(f"line {reader.line_num} cannot be read as CSV: {error}") from error
+    others = tuple(name for name in header if name and name not in wanted)
+    return Table(wanted, others, separator, values, lines)
+
+
+def _numbered(reader: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
+    for cells in reader:
+        if any(cells):
+            yield reader.line_num, cells  # type: ignore[attr-defined]
+
+
+def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    for layout in layouts:
+        if all(column in header for column in layout):
+            _twice(header, layout)
+            return layout
+    # The one of which most is there is what was meant.
+    layout = max(layouts, key=lambda names: sum(name in header for name in names))
+    missing = [column for column in layout if column not in header]
+    units = [
+        Complaint(1, name, f"the unit is not the one that is needed; {column} is what the column must be called")
+        for column in missing
+        for name in header
+        if _in_another_unit(name, column)
+    ]
+    message = f"the first line must name the columns {', '.join(layout)}; missing: {', '.join(missing)}"
+    if units:
+        message = f"{units[0]} (missing: {', '.join(missing)})"
+    raise TableError(message, units or [Complaint(1, column, "this column is missing") for column in missing])
+
+
+def _twice(header: list[str], layout: tuple[str, ...]) -> None:
+    twice = [Complaint(1, column, "this column is there twice") for column in layout if header.count(column) > 1]
+    if twice:
+        raise TableError(str(twice[0]), twice)
+
+
+def _in_another_unit(name: str, column: str) -> bool:
+    """``time_ms`` for ``time_s``, ``shoulder_flexion_rad`` or ``Shoulder_flexion (rad)`` for ``shoulder_flexion``."""
+    stem = column.removesuffix("_s").removesuffix("_deg")
+    rest = name.lower().removeprefix(stem)
+    return len(rest) < len(name) and rest.strip("_ ()[]") in {
+        "rad",
+        "rads",
+        "radian",
+        "radians",
+        "ms",
+        "us",
+        "ns",
+        "min",
+    }
+
+
+class _Rows:
+    def __init__(self, header: list[str], wanted: tuple[str, ...]) -> None:
+        self._width = len(header)
+        self._wanted = wanted
+        self._places = [header.index(column) for column in wanted]
+        self._complaints: list[Complaint] = []
+
+    def read(self, numbered: Iterator[tuple[int, list[str]]], *, careful: bool) -> tuple[Floats, NDArray[np.int64]]:
+        """All of it; chunk by chunk, so that an hour's cells need not all be there as text."""
+        values: list[Floats] = []
+        lines: list[NDArray[np.int64]] = []
+        while chunk := [row for row, _ in zip(numbered, range(_CHUNK), strict=False)]:
+            good = None if careful else self._quickly([cells for _, cells in chunk])
+            if good is None:
+                chunk = [(line, cells) for line, cells in chunk if any(cell.strip() for cell in cells)]
+                good = self._slowly(chunk)
+            values.append(good)
+            lines.append(np.array([line for line, _ in chunk], dtype=np.int64))
+        if self._complaints:
+            raise TableError(str(self._complaints[0]), self._complaints)
+        if not values:
+            return np.empty((0, len(self._wanted))), np.empty(0, dtype=np.int64)
+        return np.concatenate(values), np.concatenate(lines)
+
+    def _quickly(self, rows: list[list[str]]) -> Floats | None:
+        """None where anything about them is not as it should be."""
+        if max(map(len, rows)) > self._width:
+            return None
+        try:
+            flat = np.fromiter(map(float, chain.from_iterable(map(itemgetter(*self._places), rows))), dtype=np.float64)
+        except (ValueError, IndexError):
+            return None
+        return flat.reshape(len(rows), -1) if np.all(np.isfinite(flat)) else None
+
+    def _slowly(self, rows: list[tuple[int, list[str]]]) -> Floats:
+        table = np.zeros((len(rows), len(self._places)))
+        for row, (line, cells) in enumerate(rows):
+            extra = next((cell for cell in cells[self._width :] if cell.strip()), None)
+            if extra is not None:
+                self._complain(
+                    line, f"after {self._wanted[-1]}", f"{extra!r} is more than the first line has names for"
+                )
+            for at, place in enumerate(self._places):
+                cell = cells[place].strip() if place < len(cells) else ""
+                try:
+                    value = math.nan if "_" in cell else float(cell)
+                except ValueError:
+                    value = math.nan
+                table[row, at] = value
+                if not math.isfinite(value):
+                    self._complain(line, self._wanted[at], f"{cell[:40]!r} is not a number")
+        return table
+
+    def _complain(self, line: int, column: str, what: str) -> None:
+        if len(self._complaints) < MOST_COMPLAINTS:
+            self._complaints.append(Complaint(line, column, what))

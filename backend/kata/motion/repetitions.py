@@ -1,0 +1,50 @@
+"""Where on its path each repetition of a motion ends, known without making them all."""
+
+from dataclasses import dataclass, replace
+
+from kata.motion.edit import LONGEST_S, Asked, EditError, Motion, as_asked, eased
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Repetitions end at ``first_s``, and then every ``period_s``: pauses and the way back lie between them."""
+
+    first_s: float
+    period_s: float
+    repetitions: int
+
+    @property
+    def duration_s(self) -> float:
+        """Of all of them: after the last there is nothing."""
+        return self.first_s + (self.repetitions - 1) * self.period_s
+
+    def done(self, reached_s: float) -> int:
+        """How many have ended where the path has been followed so far."""
+        if reached_s < self.first_s:
+            return 0
+        if self.repetitions == 1:
+            return 1
+        return min(self.repetitions, 1 + int((reached_s - self.first_s) / self.period_s))
+
+
+def pace(motion: Motion, asked: Asked) -> Pace:
+    """Of a recording that is played as it is asked for.
+
+    :raises EditError: when it cannot be played like that, or would last longer than an hour.
+    """
+    roughly_s = motion.duration_s * 100.0 / asked.speed_percent * asked.repetitions
+    _not_too_long(roughly_s + (asked.repetitions - 1) * asked.pause_s)
+    once = as_asked(motion, replace(asked, repetitions=1))
+    if asked.repetitions == 1:
+        return Pace(once.duration_s, 0.0, 1)
+    # What is repeated is brought to a stand at its ends first.
+    first_s = eased(once).duration_s
+    twice_s = as_asked(motion, replace(asked, repetitions=2)).duration_s
+    found = Pace(first_s, twice_s - first_s, asked.repetitions)
+    _not_too_long(found.duration_s)
+    return found
+
+
+def _not_too_long(duration_s: float) -> None:
+    if duration_s > LONGEST_S:
+        raise EditError(f"it would last {duration_s / 60:.0f} minutes, longer than an hour")

@@ -1,0 +1,66 @@
+"""How smooth a movement is: the spectral arc length of its speed (SPARC).
+
+Balasubramanian, Melendez-Calderon, Burdet, "A robust and sensitive metric for quantifying movement smoothness", IEEE
+Trans. Biomed. Eng. 59 (2012) 2126; with the adaptive cut-off of Balasubramanian et al., "On the analysis of movement
+smoothness", J. NeuroEng. Rehabil. 12:112 (2015), Eqs. (4)-(6):
+
+    SPARC = - integral from 0 to wc of sqrt( (1/wc)^2 + (dV/dw)^2 ) dw,    V(w) = |spectrum of the speed| / its largest
+    wc    = the highest frequency up to 10 Hz at which V(w) is still 0.05 or more
+
+It has no unit, and knows neither how large nor how long a movement is. One minimum-jerk movement has about -1.5; submovements,
+stops and tremor make it more negative.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import butter, sosfiltfilt
+
+from kata.motion.linkage import Floats
+
+HIGHEST_HZ: Final = 10.0
+"""Nothing above is the movement's (2015: 10 or 20 Hz; an arm that is led by a hand or motors stays below 10)."""
+LEAST_SHARE: Final = 0.05
+"""What is below this share of the largest amplitude is not counted, so that noise does not lengthen the arc."""
+_PADDING: Final = 4
+"""Zeros added make the signal 2^4 times as long: the arc is drawn finely enough, whatever the length of the signal."""
+_RATE_HZ: Final = 100.0
+_SHORTEST_S: Final = 0.5
+
+
+def spectral_arc_length(speed: ArrayLike, rate_hz: float) -> float:
+    """SPARC of a speed profile ``(n,)`` in any unit, sampled at ``rate_hz``; 0 or more everywhere, not 0 everywhere.
+
+    :raises ValueError: when there is no movement.
+    """
+    profile = np.asarray(speed, dtype=np.float64)
+    if not np.any(profile > 0):
+        raise ValueError("what stands has no smoothness")
+    length = 2 ** (math.ceil(math.log2(len(profile))) + _PADDING)
+    spectrum = np.abs(np.fft.rfft(profile, length))
+    spectrum = spectrum[: int(HIGHEST_HZ / rate_hz * length) + 1] / spectrum.max()
+    cut = int(np.flatnonzero(spectrum >= LEAST_SHARE)[-1])
+    return -float(np.sum(np.hypot(1.0 / max(cut, 1), np.diff(spectrum[: cut + 1]))))
+
+
+def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
+    """SPARC of one axis' movement, its speed taken from angles.
+
+    An encoder's counts, differentiated, are tens of degrees a second: what is above 10 Hz is taken away first, without
+    delay (Butterworth, second order, forwards and backwards), as it would not be counted afterwards.
+
+    :param times_s: ``(n,)``, increasing.
+    :param angles_deg: ``(n,)``.
+    :returns: None when it is shorter than half a second.
+    """
+    times = np.asarray(times_s, dtype=np.float64)
+    if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
+        return None
+    grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)
+    angles: Floats = PchipInterpolator(times, np.asarray(angles_deg, dtype=np.float64))(grid)
+    filtered = sosfiltfilt(butter(2, HIGHEST_HZ, fs=_RATE_HZ, output="sos"), angles)
+    speed = np.abs(np.gradient(filtered)) * _RATE_HZ
+    return spectral_arc_length(speed, _RATE_HZ) if np.any(speed > 0) else None

@@ -1,0 +1,74 @@
+"""The serial line itself, on a pseudo-terminal of the kernel's."""
+
+import os
+import select
+import time
+import tty
+from collections.abc import Iterator
+
+import pytest
+
+from kata.device.bus.line import SerialLine
+from kata.device.bus.port import BusError
+
+_SOON_NS = 2_000_000
+_LONG_NS = 5_000_000_000
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, str]]:
+    """The drives' end, and the port's name."""
+    drives, port = os.openpty()
+    tty.setraw(port)
+    yield drives, os.ttyname(port)
+    os.close(port)
+    os.close(drives)
+
+
+@pytest.fixture
+def line(terminal: tuple[int, str]) -> Iterator[SerialLine]:
+    line = SerialLine(terminal[1], 1_000_000)
+    yield line
+    line.close()
+
+
+def received(line: SerialLine, wait_ns: int = _LONG_NS) -> bytes:
+    now_ns = time.monotonic_ns()
+    return line.receive(now_ns, now_ns + wait_ns)
+
+
+def test_bytes_go_out_and_come_in_again_and_again(terminal: tuple[int, str], line: SerialLine) -> None:
+    for n in range(20):
+        line.send(bytes([n]) * 3)
+        assert os.read(terminal[0], 10) == bytes([n]) * 3
+        os.write(terminal[0], bytes([n]) * 30)
+        assert received(line) == bytes([n]) * 30
+
+
+def test_what_came_too_late_is_forgotten_and_hides_no_answer(terminal: tuple[int, str], line: SerialLine) -> None:
+    for _ in range(5):
+        os.write(terminal[0], b"too late")
+        select.select([line._fd], [], [])
+        line.send(b"?")
+        os.write(terminal[0], b"answer")
+        assert received(line) == b"answer"
+
+
+def test_nothing_comes_until_the_deadline(line: SerialLine) -> None:
+    for _ in range(20):
+        began_ns = time.monotonic_ns()
+        assert received(line, _SOON_NS) == b""
+        assert time.monotonic_ns() - began_ns >= _SOON_NS
+
+
+def test_a_port_that_was_hung_up_is_gone() -> None:
+    drives, port = os.openpty()
+    tty.setraw(port)
+    line = SerialLine(os.ttyname(port), 1_000_000)
+    os.close(port)
+    os.close(drives)
+    with pytest.raises(BusError, match="gone"):
+        received(line)
+    with pytest.raises(BusError, match="gone"):
+        line.send(b"?")
+    line.close()

@@ -1,0 +1,310 @@
+"""Less range while a recording plays, and its slow way back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.comfort import BACK_DEG, LEAST, Comfort
+from kata.device.messages import Approach, Less, Pause, Play, Return
+from kata.motion.learning import Correction
+from kata.motion.linkage import Floats
+from kata.motion.method import Method, reference
+from kata.motion.trajectory import Motion, Trajectory
+from tests.device.stepped import REST_DEG, Stepped
+from tests.device.test_methods import METHODS, MOVING, load, place_s, sent, station, until_place
+
+SECONDS = 4.0
+REPETITIONS = 8
+
+
+def strokes(repetitions: int = REPETITIONS) -> tuple[Floats, Floats]:
+    """From 0 to 60 deg and back, again and again."""
+    times = np.arange(0.0, repetitions * SECONDS + 0.001, 0.01)
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    angles[:, MOVING] = 30.0 * (1 - np.cos(2 * np.pi * times / SECONDS))
+    return times, angles
+
+
+def comfort(repetition_s: float = SECONDS, max_speed_deg_s: float = 120.0) -> Comfort:
+    return Comfort(reference("smooth", *strokes()), repetition_s, np.full(5, max_speed_deg_s))
+
+
+def standing(comfort: Comfort, angle_deg: float = 60.0, speed_deg_s: float = 0.0) -> Motion:
+    angles, speed = comfort.trajectory.middle_deg.copy(), np.zeros(5)
+    angles[MOVING], speed[MOVING] = angle_deg, speed_deg_s
+    return Motion(angles, speed, np.zeros(5))
+
+
+def reached(comfort: Comfort, seconds: float, pace: float = 1.0) -> list[float]:
+    """The moving axis, which would be held at 60 deg, in every hundredth of a second."""
+    at = standing(comfort)
+    return [float(comfort.apply(at, pace, 0.01).angles_deg[MOVING]) for _ in range(round(100 * seconds))]
+
+
+# -- how much ---------------------------------------------------------------------------------------------------------
+
+
+def test_until_somebody_asks_the_range_is_whole_and_nothing_is_touched() -> None:
+    whole = comfort()
+    at = standing(whole)
+    assert all(whole.apply(at, 1.0, 0.01) is at for _ in range(1000))
+    assert whole.whole
+    assert not whole.at_least
+
+
+def test_a_step_takes_a_tenth_of_the_range_towards_the_middle_within_a_second() -> None:
+    less = comfort()
+    less.less()
+    angles = reached(less, 1.0)
+    # 60 deg around 30: at the end of the range, a tenth of it is 3 deg.
+    assert angles[-1] == pytest.approx(57.0, abs=0.01)
+    assert less.share == pytest.approx(0.9)
+    assert not less.whole
+    assert np.all(np.diff(angles) <= 0)
+
+
+def test_it_neither_jumps_nor_jerks() -> None:
+    less = comfort()
+    less.less()
+    less.less()
+    angles = np.array([60.0, 60.0, *reached(less, 2.0)])
+    assert np.abs(np.diff(angles)).max() / 0.01 <= 0.25 * 30.1
+    assert np.abs(np.diff(angles, 2)).max() / 0.01**2 <= 1.0 * 30.1
+    assert angles[-1] == pytest.approx(54.0, abs=0.01)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_what_it_says_of_speed_and_acceleration_is_what_it_does(moving: bool) -> None:
+    less = comfort()
+    less.less()
+    at = [less.trajectory.motion_at(0.3 + n / 1000) if moving else standing(less) for n in range(900)]
+    motions = [less.apply(motion, 1.0, 0.001) for motion in at]
+    angles, speeds, accelerations = (np.array([part[MOVING] for part in parts]) for parts in zip(*motions, strict=True))
+    # A difference is the derivative half a step earlier.
+    assert speeds[1:] == pytest.approx(np.diff(angles) / 0.001, abs=0.1)
+    assert accelerations[1:] == pytest.approx(np.diff(speeds) / 0.001, abs=0.6)
+    assert np.abs(speeds).max() > 5.0
+
+
+def test_on_a_moving_path_its_speed_counts_with_the_range_that_is_left() -> None:
+    less = comfort()
+    less.less()
+    reached(less, 1.0)
+    moving = less.apply(standing(less, 30.0, 50.0), 1.0, 0.01)
+    assert moving.speed_deg_s[MOVING] == pytest.approx(0.9 * 50.0)
+    assert moving.angles_deg[MOVING] == pytest.approx(30.0, abs=0.01)
+
+
+def test_less_and_less_ends_at_a_fifth_of_the_range() -> None:
+    less = comfort(repetition_s=1000.0)
+    for _ in range(8):
+        assert not less.at_least
+        less.less()
+    assert less.at_least
+    less.less()
+    reached(less, 10.0)
+    assert less.share == pytest.approx(LEAST)
+
+
+def test_the_middle_of_a_motors_way_is_not_moved_and_a_motor_that_stands_stays() -> None:
+    less = comfort()
+    less.less()
+    for _ in range(200):
+        motion = less.apply(standing(less, 30.0), 1.0, 0.01)
+        assert motion.angles_deg == pytest.approx(standing(less, 30.0).angles_deg, abs=0.01)
+
+
+def test_a_motor_at_its_highest_speed_is_not_made_faster() -> None:
+    less = comfort(max_speed_deg_s=50.0)
+    less.less()
+    for _ in range(100):
+        motion = less.apply(standing(less, 60.0, -50.0), 1.0, 0.01)
+        assert abs(motion.speed_deg_s[MOVING]) <= 50.0 + 1e-9
+    # Near the middle, too.
+    for _ in range(50):
+        less.apply(standing(less, 30.5, -50.0), 1.0, 0.01)
+    assert less.whole
+    for _ in range(10):
+        less.apply(standing(less, 60.0, -60.0), 1.0, 0.01)
+        assert less.share == 1.0
+    for _ in range(30):
+        motion = less.apply(standing(less, 60.0, -46.0), 1.0, 0.01)
+        assert abs(motion.speed_deg_s[MOVING]) <= 50.0 + 1e-9
+    assert not less.whole
+    for _ in range(100):
+        less.apply(standing(less, 60.0, -20.0), 1.0, 0.01)
+    assert less.share == pytest.approx(0.9)
+
+
+# -- when -------------------------------------------------------------------------------------------------------------
+
+
+def test_where_the_arm_is_held_it_stays_held() -> None:
+    less = comfort()
+    less.less()
+    assert reached(less, 3.0, pace=0.0) == pytest.approx([60.0] * 300)
+    assert reached(less, 1.0)[-1] == pytest.approx(57.0, abs=0.01)
+
+
+def test_after_a_whole_repetition_it_comes_back_by_as_much_as_a_warm_up_widens() -> None:
+    less = comfort()
+    less.less()
+    reached(less, SECONDS - 0.05)
+    assert less.share == pytest.approx(0.9)
+    # The axis that goes farthest goes through 60 deg.
+    reached(less, SECONDS)
+    assert less.share == pytest.approx(0.9 + BACK_DEG / 60.0, abs=0.005)
+    reached(less, 2 * SECONDS)
+    assert less.whole
+    assert reached(less, 0.1)[-1] == 60.0
+
+
+def test_another_wish_is_from_where_it_has_come_back_to_and_waits_again() -> None:
+    less = comfort()
+    less.less()
+    reached(less, 2 * SECONDS)
+    less.less()
+    reached(less, SECONDS - 0.1)
+    assert less.share == pytest.approx(0.8 + BACK_DEG / 60.0, abs=0.005)
+
+
+def test_it_does_not_come_back_while_the_arm_is_taken_back() -> None:
+    less = comfort()
+    less.less()
+    reached(less, 3 * SECONDS, pace=-1.0)
+    assert less.share == pytest.approx(0.9)
+    reached(less, SECONDS - 0.1)
+    assert less.share == pytest.approx(0.9)
+
+
+def test_a_recording_in_which_nothing_moves_has_no_range_and_no_trouble() -> None:
+    times, angles = strokes(1)
+    still = Comfort(Trajectory(times, np.tile(angles[:1], (len(times), 1))), 4.0, np.full(5, 120.0))
+    still.less()
+    at = standing(still, 0.0)
+    for _ in range(1000):
+        motion = still.apply(at, 1.0, 0.01)
+    assert np.all(np.isfinite(motion.angles_deg))
+
+
+# -- in a run ---------------------------------------------------------------------------------------------------------
+
+
+def playing(folder: Path, method: Method = "smooth", **settings: float) -> Stepped:
+    stepped = Stepped(folder, station(**settings))
+    trajectory = reference(method, *strokes())
+    assert stepped.send(load(method, repetition_s=SECONDS), trajectory) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.send(Play()) is None
+    return stepped
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, method: Method) -> None:
+    stepped = playing(tmp_path, method)
+    until_place(stepped, 3.0)
+    assert stepped.send(Less()) is None
+    assert stepped.send(Less()) is None
+    peaks = []
+    for stroke in range(1, REPETITIONS):
+        first = len(sent(stepped))
+        until_place(stepped, (stroke + 1) * SECONDS - 0.02)
+        peaks.append(float(sent(stepped)[first:].max()))
+    assert stepped.causes() == []
+    assert peaks[0] == pytest.approx(54.0, abs=0.2)
+    # A fifth less of 60 deg around 30 is 6 deg at its end; half of what a repetition gives back is there.
+    assert np.diff(peaks[1:-1]) == pytest.approx(BACK_DEG / 2, abs=0.1)
+    stepped.until("idle", 60.0)
+    assert stepped.causes() == []
+    assert any("Less range was asked for at 3.0 s" in event.message for event in stepped.exchange.events)
+
+
+def test_the_snapshot_tells_how_much_of_the_range_is_played(tmp_path: Path) -> None:
+    stepped = playing(tmp_path)
+    until_place(stepped, 1.0)
+    run = stepped.snapshot.run
+    assert run is not None and run.range_percent == 100.0
+    stepped.send(Less())
+    until_place(stepped, 2.5)
+    run = stepped.snapshot.run
+    assert run is not None and run.range_percent == pytest.approx(90.0)
+
+
+def test_with_less_range_there_is_less_of_what_was_learned(tmp_path: Path) -> None:
+    times, angles = strokes()
+    learned = Correction(0.02, np.full((int(times[-1] / 0.02) + 1, 5), 2.0))
+    stepped = Stepped(tmp_path, station())
+    trajectory = reference("learned", times, angles)
+    assert stepped.send(load("learned", repetition_s=SECONDS), trajectory, learned) is None
+    stepped.send(Approach())
+    stepped.until("paused")
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    for _ in range(5):
+        stepped.send(Less())
+    # At 5 s the path is in its middle, where less range is no other angle; half of the range is left.
+    until_place(stepped, 5.0)
+    run = stepped.loop._machine._run
+    assert run is not None
+    assert run.comfort.share == pytest.approx(0.5, abs=0.02)
+    assert sent(stepped)[-1] - run.reference_deg[MOVING] == pytest.approx(2.0 * run.comfort.share, abs=0.05)
+
+
+def test_what_was_played_with_less_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
+    stepped = playing(tmp_path)
+    until_place(stepped, 3.0)
+    stepped.send(Less())
+    stepped.until("idle", 60.0)
+    kept = stepped.journal()
+    lessened = kept.path_s[kept.phase == journal.PHASE_LESSENED]
+    # From when it was asked for to when the range was whole again: a repetition, and 6 deg at 2.5 deg a repetition.
+    assert lessened.min() == pytest.approx(3.0, abs=0.05)
+    assert lessened.max() == pytest.approx(3.0 + SECONDS * (1 + 6.0 / BACK_DEG), abs=0.6)
+    assert not np.any(kept.repetition.playing[kept.phase == journal.PHASE_LESSENED])
+    assert np.any(kept.path_s[kept.phase == journal.PHASE_PLAYING] > lessened.max())
+
+
+def test_less_asked_for_in_a_pause_counts_when_it_goes_on(tmp_path: Path) -> None:
+    stepped = playing(tmp_path)
+    until_place(stepped, 2.0)
+    stepped.send(Pause())
+    stepped.until("paused")
+    stepped.forward(0.2)
+    before = sent(stepped)[-1]
+    assert stepped.send(Less()) is None
+    stepped.forward(1.0)
+    assert sent(stepped)[-1] == pytest.approx(before, abs=1e-9)
+    stepped.send(Play())
+    until_place(stepped, 6.0)
+    assert sent(stepped)[-1] == pytest.approx(57.0, abs=0.3)
+    assert stepped.causes() == []
+
+
+def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
+    stepped = playing(tmp_path, lag_s=0.08)
+    until_place(stepped, 1.9)
+    for _ in range(4):
+        stepped.send(Less())
+    until_place(stepped, 4.0)
+    stepped.send(Pause())
+    stepped.until("paused")
+    assert stepped.send(Return()) is None
+    stepped.until("idle", 60.0)
+    assert stepped.causes() == []
+    assert np.abs(np.diff(sent(stepped))).max() < 2.0
+
+
+def test_less_is_refused_where_nothing_plays_and_where_there_is_no_less(tmp_path: Path) -> None:
+    stepped = Stepped(tmp_path)
+    refusal = stepped.send(Less())
+    assert refusal is not None and refusal.code == "is_idle"
+    stepped = playing(tmp_path)
+    for _ in range(8):
+        assert stepped.send(Less()) is None
+    refusal = stepped.send(Less())
+    assert refusal is not None
+    assert (refusal.code, refusal.message) == ("is_at_least", "20 % of the range is the least there is.")
+    assert place_s(stepped) < 1.0

@@ -1,0 +1,471 @@
+"""A run in each of its ways: what is sent ahead of the reference, what was learned, and the paper's own way of playing."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.config import REFERENCE_SHARE, StationConfig
+from kata.device.messages import Approach, Load, Pause, Play, Return
+from kata.motion.learning import Correction
+from kata.motion.linkage import Floats
+from kata.motion.method import Method, reference
+from kata.motion.trajectory import Held, Trajectory
+from tests.device.conftest import LOAD
+from tests.device.stepped import REST_DEG, Stepped
+
+MOVING = 3
+"""The axis that goes from 0 to 60 deg and back in these recordings."""
+SECONDS = 4.0
+TIMES_S = np.arange(0.0, SECONDS + 0.001, 0.01)
+METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
+
+
+def rows(reach_deg: float = 30.0, from_deg: float = 0.0) -> Floats:
+    angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
+    angles[:, MOVING] = from_deg + reach_deg * (1 - np.cos(2 * np.pi * TIMES_S / SECONDS))
+    return angles
+
+
+def load(method: Method, **changes: object) -> Load:
+    return msgspec.structs.replace(LOAD, method=method, **changes)
+
+
+def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
+    config = StationConfig()
+    axes = tuple(
+        msgspec.structs.replace(axis, lag_s=lag_s, lag2_s2=lag2_s2, friction_deg=friction_deg) for axis in config.axes
+    )
+    return msgspec.structs.replace(config, axes=axes, **settings)
+
+
+def begin(
+    folder: Path,
+    config: StationConfig,
+    method: Method,
+    angles: Floats | None = None,
+    correction: Correction | None = None,
+    **changes: object,
+) -> tuple[Stepped, Trajectory]:
+    """A run whose approach has ended."""
+    stepped = Stepped(folder, config)
+    trajectory = reference(method, TIMES_S, rows() if angles is None else angles)
+    assert stepped.send(load(method, **changes), trajectory, correction) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    return stepped, trajectory
+
+
+def place_s(stepped: Stepped) -> float:
+    run = stepped.loop._machine._run
+    assert run is not None
+    return run.position_s
+
+
+def until_place(stepped: Stepped, at_s: float) -> None:
+    while place_s(stepped) < at_s - 1e-9:
+        stepped.cycle()
+
+
+def sent(stepped: Stepped) -> Floats:
+    """What the moving axis was told."""
+    return np.array(stepped.apparatus.written)[:, MOVING]
+
+
+# -- ahead of the drives ----------------------------------------------------------------------------------------------
+
+
+def test_setpoints_go_ahead_of_the_reference_by_what_the_drives_lag_behind(tmp_path: Path) -> None:
+    config = station(lag_s=0.08, lag2_s2=0.003, friction_deg=0.4)
+    stepped, trajectory = begin(tmp_path, config, "smooth")
+    stepped.send(Play())
+    for at_s in (0.5, 1.0, 1.5, 2.5, 3.2):
+        until_place(stepped, at_s)
+        # It aims at the middle of its own time; the place was moved on by a cycle since.
+        motion = trajectory.motion_at(place_s(stepped) - 0.01 + 0.005)
+        assert sent(stepped)[-1] == pytest.approx((motion.angles_deg + config.lag.ahead(motion))[MOVING], abs=1e-6)
+        assert abs(config.lag.ahead(motion)[MOVING]) > 0.5
+    stepped.until("idle")
+    assert stepped.causes() == []
+
+
+@pytest.mark.parametrize("method", ["smooth", "learned"])
+def test_what_is_kept_as_the_setpoint_is_what_was_sent(tmp_path: Path, method: Method) -> None:
+    """The drives here follow at once, and so are as far ahead as the setpoint."""
+    stepped, trajectory = begin(tmp_path, station(lag_s=0.08), method)
+    stepped.send(Play())
+    stepped.until("idle")
+    kept = stepped.journal()
+    playing = kept.phase == journal.PHASE_PLAYING
+    assert kept.setpoint_deg[playing][5:] == pytest.approx(kept.measured_deg[playing][5:], abs=1e-4)
+    ahead = kept.setpoint_deg[playing][:, MOVING] - trajectory.along(kept.path_s[playing])[:, MOVING]
+    assert np.abs(ahead).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
+
+
+def test_where_the_arm_stands_nothing_is_ahead_and_pausing_and_going_on_is_without_a_jump(tmp_path: Path) -> None:
+    config = station(lag_s=0.1, lag2_s2=0.004, friction_deg=0.5)
+    stepped, trajectory = begin(tmp_path, config, "smooth")
+    stepped.forward(0.1)
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    stepped.send(Pause())
+    stepped.until("paused")
+    stepped.forward(0.3)
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped))[MOVING], abs=1e-6)
+    stepped.send(Play())
+    stepped.until("idle")
+    assert stepped.causes() == []
+    # 47 deg/s is the recording's own highest speed; what is ahead changes by no more than its share of a bend.
+    bend = config.axes[MOVING].max_acceleration_deg_s2 / 100**2
+    assert np.abs(np.diff(sent(stepped))).max() < 0.47 + REFERENCE_SHARE * bend
+    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.9 * bend
+    assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
+
+
+def test_pace_counts_in_what_is_ahead(tmp_path: Path) -> None:
+    """On the ramp the arm is slower than the recording, and lags less."""
+    config = station(lag_s=0.1)
+    stepped, trajectory = begin(tmp_path, config, "smooth")
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    stepped.send(Pause())
+    stepped.forward(0.1)
+    movement = stepped.loop._machine._movement
+    assert movement is not None
+    assert 0.3 < movement.pace < 0.6
+    pace_then = movement.pace + 0.05
+    place = place_s(stepped) - movement.pace * 0.01 + pace_then * 0.005
+    ahead = sent(stepped)[-1] - trajectory.at(place)[MOVING]
+    assert ahead == pytest.approx(0.1 * pace_then * trajectory.motion_at(place).speed_deg_s[MOVING], abs=0.1)
+
+
+def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
+    limits = [(-180.0, 180.0)] * 5
+    limits[MOVING] = (-1.0, 60.1)
+    config = station(lag_s=0.1, friction_deg=2.0)
+    angles = rows()
+    # At full speed up to where it turns round.
+    angles[:, MOVING] = np.interp(TIMES_S, [0.0, 0.3, 1.7, 1.9, 2.1, 2.3, 4.0], [0.0, 0.0, 59.0, 60.0, 60.0, 59.0, 0.0])
+    stepped, _ = begin(tmp_path, config, "smooth", angles, limits_deg=tuple(limits))
+    stepped.send(Play())
+    stepped.until("idle")
+    assert stepped.causes() == []
+    assert sent(stepped).max() == 60.1
+    assert sent(stepped).min() == -1.0
+
+
+@pytest.mark.parametrize("rate_hz", [50, 100])
+def test_a_fast_arm_taken_back_is_not_dropped_for_a_jerk_of_our_own(tmp_path: Path, rate_hz: int) -> None:
+    """The slowest drives that may be configured, the highest speed, the quickest turn."""
+    config = station(lag_s=0.3, lag2_s2=0.02, friction_deg=5.0, rate_hz=rate_hz)
+    stepped, _ = begin(tmp_path, config, "smooth", rows(reach_deg=85.0), load_level=10)
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    stepped.apparatus.torques_nm[MOVING] = 2.0
+    stepped.forward(0.2)
+    stepped.apparatus.torques_nm[MOVING] = 0.0
+    stepped.until("paused")
+    assert stepped.causes() == []
+    stepped.send(Play())
+    stepped.forward(0.3)
+    stepped.exchange.stop = True
+    stepped.forward(0.5)
+    assert stepped.causes() == ["operator_stop"]
+
+
+def test_the_last_look_still_refuses_a_reference_that_jerks(tmp_path: Path) -> None:
+    """Only what is added is softened."""
+    angles = rows()
+    angles[TIMES_S >= 1.0, MOVING] += 12.0
+    stepped, _ = begin(tmp_path, station(lag_s=0.1), "smooth", angles)
+    stepped.send(Play())
+    stepped.until("stopped")
+    assert "setpoint_acceleration" in stepped.causes() or "setpoint_step" in stepped.causes()
+
+
+def test_the_way_there_and_back_is_led_ahead_too_and_ends_where_it_should(tmp_path: Path) -> None:
+    config = station(lag_s=0.1)
+    stepped, trajectory = begin(tmp_path, config, "smooth", rows(from_deg=20.0))
+    steps = np.diff(sent(stepped))
+    assert sent(stepped)[0] == 0.0
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
+    middle = len(steps) // 2
+    assert sent(stepped)[middle] > 10.5
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    stepped.send(Pause())
+    stepped.until("paused")
+    stepped.send(Return())
+    stepped.until("idle")
+    assert np.abs(np.diff(sent(stepped))).max() < 0.85
+    assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
+
+
+def test_a_recording_that_breaks_off_in_full_motion_goes_over_into_the_way_back_without_a_jump(tmp_path: Path) -> None:
+    """The setpoint is still ahead there: the way back begins where it is, with nothing added once more."""
+    angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
+    angles[:, MOVING] = 100.0 * np.clip(TIMES_S - 3.0, 0.0, None)
+    stepped, _ = begin(tmp_path, station(lag_s=0.3, friction_deg=3.0), "smooth", angles)
+    stepped.send(Play())
+    stepped.until("returning")
+    came = len(sent(stepped))
+    ahead_deg = sent(stepped)[-1] - 100.0
+    assert ahead_deg > 3.0
+    stepped.until("idle")
+    assert stepped.causes() == []
+    assert np.abs(np.diff(sent(stepped)[came - 1 :])).max() <= 0.151  # 15 deg/s
+    assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
+
+
+def test_resistance_is_felt_against_the_way_that_the_arm_goes_not_the_setpoint(tmp_path: Path) -> None:
+    """Before the arm turns round, what is sent already goes back."""
+    stepped, trajectory = begin(tmp_path, station(lag_s=0.3), "smooth", load_level=10)
+    stepped.send(Play())
+    until_place(stepped, 1.75)
+    assert np.diff(sent(stepped))[-1] < 0.0
+    assert trajectory.motion_at(place_s(stepped)).speed_deg_s[MOVING] > 5.0
+    stepped.apparatus.torques_nm[MOVING] = 2.0
+    stepped.forward(0.13)
+    run = stepped.loop._machine._run
+    assert run is not None
+    assert run.resisting_axis == MOVING
+
+
+# -- what was learned -------------------------------------------------------------------------------------------------
+
+
+def learned(deg: float) -> Correction:
+    """Some of it everywhere."""
+    return Correction(0.02, np.full((201, 5), deg))
+
+
+def test_what_was_learned_is_added_at_full_pace_and_not_where_the_arm_stands(tmp_path: Path) -> None:
+    stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5))
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
+    stepped.send(Play())
+    until_place(stepped, 1.0)
+    reference_deg = trajectory.at(place_s(stepped) - 0.005)[MOVING]
+    assert sent(stepped)[-1] - reference_deg == pytest.approx(1.5, abs=1e-6)
+    stepped.send(Pause())
+    stepped.until("paused")
+    stepped.forward(0.1)
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped))[MOVING], abs=1e-6)
+    stepped.send(Return())
+    stepped.until("idle")
+    assert stepped.causes() == []
+    assert np.abs(np.diff(sent(stepped))).max() < 0.8
+
+
+def test_what_was_learned_is_asked_for_at_the_place_that_the_setpoint_is_for(tmp_path: Path) -> None:
+    sloping = Correction(0.02, np.tile(np.linspace(0.0, 2.0, 201)[:, None], 5))
+    stepped, trajectory = begin(tmp_path, station(), "learned", correction=sloping)
+    stepped.send(Play())
+    until_place(stepped, 2.0)
+    place = place_s(stepped) - 0.005
+    assert sent(stepped)[-1] - trajectory.at(place)[MOVING] == pytest.approx(place * 2.0 / 4.0, abs=1e-6)
+
+
+def test_what_was_learned_forwards_is_not_added_on_the_way_back(tmp_path: Path) -> None:
+    stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), load_level=10)
+    stepped.send(Play())
+    until_place(stepped, 1.5)
+    stepped.apparatus.torques_nm[MOVING] = 2.0
+    stepped.forward(0.15)
+    stepped.apparatus.torques_nm[MOVING] = 0.0
+    stepped.forward(0.3)
+    movement = stepped.loop._machine._movement
+    assert movement is not None
+    assert movement.pace == -1.0
+    assert sent(stepped)[-1] == pytest.approx(trajectory.at(place_s(stepped) + 0.01 - 0.005)[MOVING], abs=1e-6)
+
+
+def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
+    """Its share of the highest acceleration: 0.96 deg more or less in a step than in the one before, at 100 Hz."""
+    jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 20 < 10, 3.0, -3.0)[:, None], 5))
+    stepped, trajectory = begin(tmp_path, station(), "learned", rows(reach_deg=0.0), correction=jumping)
+    stepped.send(Play())
+    stepped.until("returning")
+    assert stepped.causes() == []
+    steps = np.abs(np.diff(sent(stepped)))
+    assert steps.max() == pytest.approx(0.96)
+    assert np.abs(np.diff(sent(stepped), 2)).max() <= 1.0 + 1e-9
+    assert np.abs(sent(stepped) - trajectory.at(0.0)[MOVING]).max() == pytest.approx(3.0, abs=0.2)
+
+
+# -- as in the paper --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def paper(tmp_path: Path) -> Stepped:
+    """Held where it is, 5 deg away from where the recording begins."""
+    return begin(tmp_path, station(lag_s=0.1, friction_deg=1.0), "paper", rows(from_deg=5.0))[0]
+
+
+def test_the_paper_has_no_approach_and_steps_to_the_first_sample_at_once(paper: Stepped) -> None:
+    assert paper.torque
+    assert set(sent(paper)) == {0.0}
+    run = paper.snapshot.run
+    assert run is not None
+    assert (run.at_start, run.left_s) == (True, 4.0)
+    paper.forward(1.0)
+    assert set(sent(paper)) == {0.0}
+
+    paper.send(Play())
+    paper.cycle()
+    assert sent(paper)[-1] == 5.0
+    assert paper.causes() == []
+
+
+@pytest.mark.parametrize("cycles_before", [0, 3, 7])
+def test_the_paper_sends_one_sample_every_tenth_of_a_second_and_nothing_else(
+    paper: Stepped, cycles_before: int
+) -> None:
+    """As it was taught, whenever it is played: no lead, nothing ahead, nothing in between."""
+    for _ in range(cycles_before):
+        paper.cycle()
+    before = len(sent(paper))
+    paper.send(Play())
+    paper.until("returning")
+    kept = paper.journal()
+    playing = kept.phase == journal.PHASE_PLAYING
+    trajectory = reference("paper", TIMES_S, rows(from_deg=5.0))
+    assert isinstance(trajectory, Held)
+    told = sent(paper)[before:]
+    assert told[:39] == pytest.approx(trajectory._samples[:39, MOVING])
+    assert kept.rate_hz == 10
+    path_s = kept.path_s[playing]
+    assert path_s[1:39] == pytest.approx(0.1 * np.arange(1, 39))
+    assert np.diff(kept.t_ns[playing])[:38] == pytest.approx([100_000_000] * 38)
+    # What was measured beside a sample is what the one before led to: a tenth of a second late.
+    assert kept.setpoint_deg[playing][1:39, MOVING] == pytest.approx(trajectory._samples[:38, MOVING], abs=1e-4)
+    paper.until("idle")
+    assert paper.causes() == []
+
+
+def test_a_station_at_ten_hertz_plays_the_papers_way_at_its_own_rate(tmp_path: Path) -> None:
+    stepped, _ = begin(tmp_path, station(rate_hz=10), "paper")
+    stepped.send(Play())
+    stepped.until("idle")
+    assert stepped.journal().rate_hz == 10
+    assert stepped.causes() == []
+
+
+def test_a_pause_in_the_papers_way_holds_and_goes_on(paper: Stepped) -> None:
+    paper.send(Play())
+    until_place(paper, 1.0)
+    paper.send(Pause())
+    paper.until("paused")
+    held = sent(paper)[-1]
+    place = place_s(paper)
+    assert place == pytest.approx(1.1, abs=0.02)
+    paper.forward(2.0)
+    assert sent(paper)[-1] == held
+    assert paper.causes() == []
+    paper.send(Play())
+    paper.forward(0.1)
+    assert place_s(paper) == pytest.approx(place + 0.1, abs=0.011)
+    paper.until("idle")
+    end = paper.journal().end
+    assert end is not None
+    assert end.reason == "completed"
+    assert np.abs(np.diff(sent(paper))).max() < 5.1
+
+
+@pytest.mark.parametrize("before_playing", [True, False])
+def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing: bool) -> None:
+    if not before_playing:
+        paper.send(Play())
+        until_place(paper, 2.0)
+        paper.send(Pause())
+        paper.until("paused")
+    already = len(sent(paper))
+    assert paper.send(Return()) is None
+    paper.until("idle")
+    assert np.abs(np.diff(sent(paper)[already:])).max() <= 1.501  # 15 deg/s
+    assert paper.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.2)
+
+
+def test_a_stop_in_the_papers_way_ramps_down_before_the_torque_goes(paper: Stepped) -> None:
+    paper.send(Play())
+    until_place(paper, 1.0)
+    paper.exchange.stop = True
+    paper.forward(0.15)
+    assert paper.torque
+    paper.forward(0.1)
+    assert not paper.torque
+    assert paper.causes() == ["operator_stop"]
+
+
+def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None:
+    stepped, _ = begin(tmp_path, station(), "paper", load_level=10)
+    stepped.send(Play())
+    until_place(stepped, 1.5)
+    stepped.apparatus.torques_nm[MOVING] = 2.0
+    stepped.forward(0.25)
+    stepped.apparatus.torques_nm[MOVING] = 0.0
+    furthest = sent(stepped)[-1]
+    stepped.until("paused")
+    assert sent(stepped)[-1] < furthest - 20.0
+    assert stepped.causes() == []
+    stepped.send(Play())
+    stepped.until("idle")
+
+
+@pytest.mark.parametrize(("away_deg", "refused"), [(8.0, False), (-8.0, False), (8.1, True), (-8.1, True)])
+def test_a_start_too_far_away_for_one_step_is_refused_before_the_torque_goes_on(
+    tmp_path: Path, away_deg: float, refused: bool
+) -> None:
+    stepped = Stepped(tmp_path, station())
+    stepped.apparatus.angles_deg[MOVING] = 30.0 + away_deg
+    stepped.forward(0.1)
+    angles = rows(from_deg=30.0, reach_deg=20.0)
+    assert stepped.send(load("paper"), reference("paper", TIMES_S, angles)) is None
+    refusal = stepped.send(Approach())
+    if not refused:
+        assert refusal is None
+        stepped.until("paused")
+        stepped.send(Play())
+        stepped.forward(0.5)
+        assert stepped.mode == "playing"
+        return
+    assert refusal is not None
+    assert refusal.code == "too_far_from_start"
+    assert refusal.message.startswith("Motor 4 stands 8 deg from where the recording begins")
+    assert "8 deg" in refusal.next_step
+    assert not stepped.torque
+    stepped.forward(0.1)
+    assert stepped.snapshot.refusals["approach"] == refusal
+
+
+@pytest.mark.parametrize("method", ["smooth", "learned"])
+def test_other_methods_come_from_wherever_the_arm_is(tmp_path: Path, method: Method) -> None:
+    stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))
+    assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(trajectory.at(0.0)[MOVING])
+
+
+def test_the_last_look_knows_the_rate_of_the_run(paper: Stepped) -> None:
+    """At 10 Hz a step of 5 deg is one of 50 deg/s; one of 24 deg is none."""
+    paper.send(Play())
+    until_place(paper, 1.0)
+    assert np.abs(np.diff(sent(paper))).max() > 4.0
+    assert paper.causes() == []
+    movement = paper.loop._machine._movement
+    assert movement is not None
+    movement.position_s = 3.9  # as a defect of our own would
+    paper.forward(0.1)
+    assert paper.causes() == ["setpoint_step"]
+    assert not paper.torque
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
+    stepped, _ = begin(tmp_path, station(lag_s=0.06, friction_deg=0.3), method)
+    stepped.send(Play())
+    stepped.until("idle")
+    end = stepped.journal().end
+    assert end is not None
+    assert end.reason == "completed"
+    assert stepped.causes() == []

@@ -1,0 +1,72 @@
+"""The station on virtual time: it is the real one, and nothing in it is left to chance."""
+
+import time
+
+import numpy as np
+import pytest
+
+from kata.device.config import simulated
+from kata.device.journal import PHASE_PLAYING, Journal
+from kata.device.messages import Load
+from kata.evaluate.station import EvaluationError, VirtualStation
+from kata.motion.linkage import motor_angles_deg
+from kata.motion.taught import Taught
+
+
+def load(taught: Journal, **given: object) -> Load:
+    times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+    angles = {"times_s": times_s.tobytes(), "angles_deg": taught.measured_deg.astype("<f8").tobytes()}
+    return Load(**{"run_id": "run", "recording_id": "recording", **angles, **given})
+
+
+def test_a_motion_is_taught_by_hand_and_pedal_and_played_to_its_end(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    run = station.play(load(taught), short.duration_s)
+
+    assert taught.kind == "teaching"
+    assert set(taught.take) == {1}
+    assert len(taught.t_ns) == pytest.approx(100 * short.duration_s, rel=0.1)
+    wanted = motor_angles_deg(short.poses_deg)
+    assert taught.measured_deg.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=1.5)
+    assert run.end is not None
+    assert run.end.reason == "completed"
+    path_s = run.path_s[run.phase == PHASE_PLAYING]
+    assert path_s[0] < 0.02
+    assert path_s[-1] == pytest.approx((taught.t_ns[-1] - taught.t_ns[0]) / 1e9, abs=0.02)
+
+
+def test_the_same_seed_gives_the_same_samples_to_the_last_bit_and_another_one_others(short: Taught) -> None:
+    def played(seed: int) -> Journal:
+        station = VirtualStation(simulated("virtual"), seed)
+        return station.play(load(station.teach(short)), short.duration_s)
+
+    first, again, other = played(1), played(1), played(2)
+    for name in ("t_ns", "phase", "setpoint_deg", "measured_deg", "torque_nm"):
+        assert np.array_equal(getattr(first, name), getattr(again, name)), name
+    assert np.array_equal(first.path_s, again.path_s, equal_nan=True)
+    assert not np.array_equal(first.measured_deg, other.measured_deg)
+
+
+def test_what_the_station_refuses_is_told_in_its_words(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    with pytest.raises(EvaluationError, match="cannot be played: its load level must be"):
+        station.play(load(taught, load_level=0), short.duration_s)
+
+
+def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    station._world.apparatus.press_estop(True)
+    with pytest.raises(EvaluationError, match="The emergency stop was pressed"):
+        station.play(load(taught), short.duration_s)
+
+
+def test_virtual_time_is_many_times_faster_than_real_time(short: Taught) -> None:
+    """Twenty times on a processor of its own; here others may want it too."""
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    began_ns, began_s = station.t_ns, time.process_time()
+    station.play(load(taught), short.duration_s)
+    assert (station.t_ns - began_ns) / 1e9 >= 8 * (time.process_time() - began_s)

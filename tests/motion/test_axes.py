@@ -1,0 +1,18 @@
+"""Table 2."""
+
+from kata.motion.axes import BASIC_MOTIONS, POSE_RANGE_DEG
+
+
+def test_the_apparatus_reaches_the_reference_where_the_paper_says_so() -> None:
+    reached = [
+        motion.number
+        for motion in BASIC_MOTIONS
+        if motion.range_deg[0] <= motion.reference_deg[0] and motion.reference_deg[1] <= motion.range_deg[1]
+    ]
+    assert reached == [1, 2, 6]
+
+
+def test_each_angle_of_a_pose_may_go_as_far_as_the_motions_that_need_it() -> None:
+    for axis, (low, high) in enumerate(POSE_RANGE_DEG, start=1):
+        ranges = [motion.range_deg for motion in BASIC_MOTIONS if motion.axis == axis]
+        assert (low, high) == (min(r[0] for r in ranges), max(r[1] for r in ranges))

@@ -1,0 +1,218 @@
+"""Learning by repetition, on drives that lag: it converges, stays within bounds, and learns nothing from the patient."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kata.motion.learning import LARGEST_DEG, STEP_S, Correction, Repetition, learn, rows
+from kata.motion.linkage import Floats
+from kata.motion.method import Lag
+from kata.motion.trajectory import Trajectory
+
+TIMES_S = np.arange(0.0, 6.0, 0.01)
+TRAJECTORY = Trajectory(TIMES_S, np.tile(20 * (1 - np.cos(2 * np.pi * TIMES_S / 3))[:, None], 5))
+LAG = Lag(np.array([0.05, 0.05, 0.06, 0.06, 0.09]), np.full(5, 0.002), np.zeros(5))
+THRESHOLD_NM = np.full(5, 2.0)
+WIDE = np.tile([-100.0, 100.0], (5, 1))
+
+
+def played(
+    correction: Correction | None, lag: Lag = LAG, stretch: float = 1.0, friction_deg: float = 0.0
+) -> Repetition:
+    """One repetition on drives that lag by ``stretch`` times what is known of them, and stick."""
+    y, v, dt = TRAJECTORY.at(0.0), np.zeros(5), 0.002
+    measured = []
+    for n in range(len(TIMES_S)):
+        measured.append(y.copy())
+        for part in range(5):
+            time_s = TIMES_S[n] + part * dt
+            r = TRAJECTORY.motion_at(time_s)
+            u = r.angles_deg + lag.ahead(r) + (correction.at(time_s) if correction else 0.0)
+            u -= friction_deg * np.tanh(v / 2.0)
+            v += (u - y - stretch * lag.first_s * v) / (stretch * lag.second_s2) * dt
+            y = y + v * dt
+    quiet = np.zeros((len(TIMES_S), 5))
+    return Repetition(TIMES_S, np.array(measured), quiet, np.ones(len(TIMES_S), dtype=bool))
+
+
+def again(before: Correction | None, repetition: Repetition, limits: Floats = WIDE) -> Correction:
+    return learn(before, TRAJECTORY, repetition, LAG, THRESHOLD_NM, limits)
+
+
+def error(repetition: Repetition) -> Floats:
+    return TRAJECTORY.along(repetition.path_s) - repetition.measured_deg
+
+
+def at_all(correction: Correction, times_s: Floats) -> Floats:
+    return np.array([correction.at(time_s) for time_s in times_s])
+
+
+@pytest.mark.parametrize("stretch", [0.7, 1.0, 1.3])
+def test_five_repetitions_take_away_most_of_what_was_not_known_beforehand(stretch: float) -> None:
+    """Drives that lag by a third more or less than the identified ones, and stick by half a degree."""
+    correction: Correction | None = None
+    peaks = []
+    for _ in range(5):
+        repetition = played(correction, stretch=stretch, friction_deg=0.5)
+        peaks.append(np.abs(error(repetition)).max())
+        correction = again(correction, repetition)
+    assert peaks[0] > 0.45
+    assert peaks[4] < 0.35 * peaks[0]
+    assert peaks[4] < 0.5
+
+
+def test_it_stays_where_it_has_come_to() -> None:
+    """Seven more do not drive it away again."""
+    correction: Correction | None = None
+    rmse = []
+    for _ in range(12):
+        repetition = played(correction, stretch=1.3, friction_deg=0.5)
+        rmse.append(float(np.sqrt(np.mean(error(repetition) ** 2))))
+        correction = again(correction, repetition)
+    assert max(rmse[5:]) <= 1.1 * rmse[5]
+    assert rmse[-1] < 0.1
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 500.0))
+def test_no_correction_is_larger_than_the_bound_whatever_is_measured(seed: int, size_deg: float) -> None:
+    rng = np.random.default_rng(seed)
+    wild = TRAJECTORY.along(TIMES_S) + rng.uniform(-size_deg, size_deg, (len(TIMES_S), 5))
+    repetition = replace(played_perfectly(), measured_deg=wild)
+    correction: Correction | None = None
+    for _ in range(4):
+        correction = again(correction, repetition)
+        assert np.all(np.isfinite(correction.angles_deg))
+        assert np.abs(correction.angles_deg).max() <= LARGEST_DEG
+
+
+def played_perfectly() -> Repetition:
+    still = np.zeros((len(TIMES_S), 5))
+    return Repetition(TIMES_S, TRAJECTORY.along(TIMES_S), still, np.ones(len(TIMES_S), dtype=bool))
+
+
+def behind(deg: float = 1.0) -> Repetition:
+    perfect = played_perfectly()
+    return replace(perfect, measured_deg=perfect.measured_deg - deg)
+
+
+def earlier() -> Correction:
+    """Something that is to be kept."""
+    return Correction(STEP_S, np.tile(np.sin(np.arange(rows(TRAJECTORY.duration_s)) / 30)[:, None], 5))
+
+
+def test_what_is_not_confirmed_is_forgotten_slowly() -> None:
+    correction = earlier()
+    for _ in range(50):
+        correction = again(correction, played_perfectly())
+    assert 0.2 < np.abs(correction.angles_deg).max() < 0.5
+
+
+@pytest.mark.parametrize("what", ["paused", "reversed"])
+def test_nothing_changes_a_second_around_where_the_arm_was_paused_or_taken_back(what: str) -> None:
+    one = behind()
+    if what == "paused":
+        path = np.concatenate([TIMES_S[:300], np.full(200, TIMES_S[300]), TIMES_S[300:]])
+        first = last = TIMES_S[300]
+        playing = np.ones(len(path), dtype=bool)
+        playing[300:500] = False
+    else:
+        path = np.concatenate([TIMES_S[:300], TIMES_S[300:200:-1], TIMES_S[200:]])
+        first, last = TIMES_S[200], TIMES_S[300]
+        playing = np.ones(len(path), dtype=bool)
+        playing[300:400] = False
+    measured = TRAJECTORY.along(path) - 1.0
+    measured[~playing] -= 20.0
+    correction = again(earlier(), Repetition(path, measured, np.zeros((len(path), 5)), playing))
+
+    had = earlier().angles_deg
+    grid = np.arange(len(had)) * STEP_S
+    frozen = (grid >= first - 1.0 + 0.011) & (grid <= last + 1.0 - 0.011)
+    assert frozen.sum() >= 90
+    assert np.array_equal(correction.angles_deg[frozen], had[frozen])
+    away = (grid < first - 1.5) | (grid > last + 1.5)
+    assert np.abs(correction.angles_deg[away] - again(earlier(), one).angles_deg[away]).max() < 0.02
+    assert np.abs(np.diff(correction.angles_deg - had, axis=0)).max() < 0.06  # no step between
+
+
+def test_waiting_at_the_start_and_coming_back_are_no_disturbance() -> None:
+    one = behind()
+    wait = 200
+    path = np.concatenate([np.zeros(wait), one.path_s, np.full(wait, np.nan)])
+    measured = np.concatenate([np.zeros((wait, 5)), one.measured_deg, np.zeros((wait, 5))])
+    playing = np.concatenate([np.zeros(wait, dtype=bool), one.playing, np.zeros(wait, dtype=bool)])
+    torque = np.full((len(path), 5), 3.0)
+    torque[wait:-wait] = 0.0
+    correction = again(earlier(), Repetition(path, measured, torque, playing))
+    assert correction.angles_deg == pytest.approx(again(earlier(), one).angles_deg)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_resistance_teaches_nothing(direction: int) -> None:
+    """The patient holds motor 4 back by 8 deg for half a second, with more than half of the torque that would turn the arm back."""
+    one = played_perfectly()
+    held = slice(300, 350)
+    measured, torque = one.measured_deg.copy(), one.torque_nm.copy()
+    measured[held, 3] -= direction * 8.0
+    torque[held, 3] = direction * 1.01
+    correction = again(None, replace(one, measured_deg=measured, torque_nm=torque))
+    assert np.abs(correction.angles_deg).max() < 1e-6
+    # Below that it is the motors' own work.
+    torque[held, 3] = direction * 0.99
+    assert (
+        again(None, replace(one, measured_deg=measured, torque_nm=torque)).angles_deg[:, 3].max() > 1.0 or direction < 0
+    )
+
+
+def test_drives_that_tremble_are_not_resisted() -> None:
+    """A push lasts for a tenth of a second at least."""
+    one = behind()
+    trembling = np.where(np.arange(len(TIMES_S)) % 2, 1.9, -1.9)[:, None] * np.ones(5)
+    learned = again(None, replace(one, torque_nm=trembling))
+    assert learned.angles_deg == pytest.approx(again(None, one).angles_deg)
+
+
+def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
+    limits = WIDE.copy()
+    limits[2] = (-100.0, 39.0)
+    limits[3] = (1.0, 100.0)
+    had = earlier().angles_deg
+    learned = again(earlier(), behind(), limits).angles_deg - had
+    path = TRAJECTORY.along(np.arange(len(had), dtype=np.float64) * STEP_S) + had
+    assert not learned[path[:, 2] > 38.0, 2].any()
+    assert not learned[path[:, 3] < 2.0, 3].any()
+    assert learned[:, 4].all()
+    assert np.abs(learned[path[:, 2] < 10.0, 2]).max() > 0.3
+
+
+def test_where_samples_are_missing_nothing_is_known() -> None:
+    one = behind()
+    there = (one.path_s < 2.0) | (one.path_s > 3.0)
+    fewer = Repetition(one.path_s[there], one.measured_deg[there], one.torque_nm[there], one.playing[there])
+    learned = again(None, fewer).angles_deg
+    grid = np.arange(len(learned)) * STEP_S
+    assert not learned[(grid > 2.11) & (grid < 2.89)].any()
+    assert learned[grid < 1.9].all()
+
+
+def test_a_run_that_played_nothing_cannot_be_learned_from() -> None:
+    one = played_perfectly()
+    with pytest.raises(ValueError, match="nothing was played"):
+        again(None, replace(one, playing=np.zeros(len(TIMES_S), dtype=bool)))
+    with pytest.raises(ValueError, match="nothing was played"):
+        again(None, replace(one, path_s=np.zeros(len(TIMES_S))))
+
+
+@pytest.mark.parametrize("other", [Correction(STEP_S, np.zeros((9, 5))), Correction(0.03, earlier().angles_deg)])
+def test_a_correction_of_another_recording_is_not_gone_on_with(other: Correction) -> None:
+    with pytest.raises(ValueError, match="another recording"):
+        again(other, played_perfectly())
+
+
+def test_a_correction_is_straight_between_its_rows_and_stays_at_its_ends() -> None:
+    correction = Correction(0.5, np.tile(np.array([[0.0], [1.0], [3.0]]), 5))
+    for time_s, angle in ((-1.0, 0.0), (0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (0.75, 2.0), (1.0, 3.0), (8.0, 3.0)):
+        assert correction.at(time_s) == pytest.approx([angle] * 5)

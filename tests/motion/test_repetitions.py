@@ -1,0 +1,56 @@
+"""Where repetitions end, against the whole motion as it is made for the device."""
+
+import numpy as np
+import pytest
+
+from kata.motion.edit import Asked, EditError, Motion, as_asked
+from kata.motion.linkage import Floats
+from kata.motion.repetitions import Pace, pace
+
+
+def motion(*, ends_elsewhere: bool) -> Motion:
+    """Two seconds: there and back at rest, or in full motion to somewhere else."""
+    times_s = np.arange(201) / 100
+    share: Floats = times_s / 2 if ends_elsewhere else np.sin(np.pi * times_s / 2) ** 4
+    return Motion(times_s, np.repeat(20.0 * share[:, None], 5, axis=1))
+
+
+@pytest.mark.parametrize("ends_elsewhere", [False, True])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        Asked(),
+        Asked(speed_percent=50.0),
+        Asked(repetitions=2),
+        Asked(repetitions=7, pause_s=1.5),
+        Asked(speed_percent=150.0, repetitions=5, pause_s=2.0, range_percent=60.0),
+    ],
+)
+def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, asked: Asked) -> None:
+    taught = motion(ends_elsewhere=ends_elsewhere)
+    assert pace(taught, asked).duration_s == pytest.approx(as_asked(taught, asked).duration_s, abs=1e-6)
+
+
+def test_a_repetition_is_done_when_it_has_ended_and_not_before() -> None:
+    # There and back in 2 s, standing for 1 s between.
+    found = pace(motion(ends_elsewhere=False), Asked(repetitions=3, pause_s=1.0))
+    reached = {0.0: 0, 1.99: 0, 2.0: 1, 4.9: 1, 5.0: 2, 7.9: 2, 8.0: 3, 9.0: 3}
+    assert {at_s: found.done(at_s + 1e-6) for at_s in reached} == reached
+
+
+def test_what_is_played_once_is_done_at_its_end() -> None:
+    assert [Pace(2.0, 0.0, 1).done(at_s) for at_s in (0.0, 1.9, 2.0, 5.0)] == [0, 0, 1, 1]
+
+
+@pytest.mark.parametrize("asked", [Asked(speed_percent=10.0, repetitions=200), Asked(repetitions=200, pause_s=20.0)])
+def test_longer_than_an_hour_is_refused_without_making_it(asked: Asked) -> None:
+    with pytest.raises(EditError, match="longer than an hour"):
+        pace(motion(ends_elsewhere=False), asked)
+
+
+def test_what_the_way_back_makes_longer_than_an_hour_is_refused_too() -> None:
+    asked = Asked(repetitions=200, pause_s=8.0)
+    taught = motion(ends_elsewhere=True)
+    assert 200 * taught.duration_s + 199 * asked.pause_s < 3600
+    with pytest.raises(EditError, match="longer than an hour"):
+        pace(taught, asked)
