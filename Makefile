@@ -13,6 +13,7 @@ PACKAGES := .cache/packages
 NODE_MODULES := .cache/node-modules
 PAGE := frontend/dist/index.html
 BROWSER := .cache/chromium/chromium
+JUDGES := .cache/judges
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
 .PHONY: help run test dev campaign check lock clean
@@ -24,18 +25,22 @@ help: ## what there is
 run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
 	@$(BIN)/kata serve --simulate --data .data
 
-# The device's tests go first and by themselves, with coverage counted: nothing else is to be slowed down by that.
-test: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
+# The device's tests go first and by themselves, with coverage counted: nothing else is to be slowed down by that. What
+# never looks at a clock goes two by two; the rest has the computer to itself.
+CLOCKLESS := tests/campaign tests/clinic tests/database tests/house tests/motion
+test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(BIN)/python -m pytest tests/device --cov
-	@$(BIN)/python -m pytest --ignore tests/device
+	@$(BIN)/python -m pytest -n 2 --dist loadfile $(CLOCKLESS)
+	@$(BIN)/python -m pytest $(addprefix --ignore=,tests/device $(CLOCKLESS))
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
 	trap 'kill $$service 2>/dev/null' EXIT INT TERM; \
 	(cd frontend && npm run dev --silent); kill $$service 2>/dev/null; wait $$service
 
-campaign: $(PACKAGES) ## the long campaigns: ten thousand sequences, two hundred kills, mutations (hours)
+campaign: $(PACKAGES) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
+	@$(BIN)/python -m pytest --hypothesis-profile exploring tests/device tests/motion tests/simulator
 	@$(BIN)/python -m pytest -m campaign --log-cli-level info
 	@$(BIN)/python -m tests.mutation
 
@@ -75,6 +80,11 @@ $(BROWSER): $(PACKAGES) tests/browser/package-lock.json tests/browser/unpack.mjs
 	@node tests/browser/unpack.mjs $(@D)
 	@touch $@
 
+$(JUDGES): $(PACKAGES) tests/judges/package-lock.json
+	@echo "Fetching what judges our FHIR and Parquet (once) ..."
+	@cd tests/judges && npm ci --ignore-scripts --loglevel error
+	@mkdir -p $(@D) && touch $@
+
 # Locks are made from nothing: npm drops what belongs to other platforms when it adds to one.
 # Hashed pins that name no address: whoever installs decides where from. --no-config and the public index keep this
 # machine's own settings out of the hashes.
@@ -86,7 +96,8 @@ lock: $(PACKAGES) ## new pins, after pyproject.toml has changed
 	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --group dev -c requirements.txt -o requirements-dev.txt
 	cd frontend && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 	cd tests/browser && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
+	cd tests/judges && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 
 clean: ## take away everything that was made, but for the clinic's data in .data
-	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules \
+	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules tests/judges/node_modules \
 		.mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

@@ -8,5 +8,6 @@ export default defineConfig({
   server: { proxy: { "/api": { target: service, ws: true } } },
   // Plotly alone is larger than Vite likes; it is loaded only where a figure is looked at.
   build: { chunkSizeWarningLimit: 2000 },
-  test: { environment: "jsdom", setupFiles: "src/test-setup.ts" },
+  // How fast a busy machine is, is nobody's question here.
+  test: { environment: "jsdom", setupFiles: "src/test-setup.ts", testTimeout: 60_000 },
 });

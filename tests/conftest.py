@@ -1,23 +1,31 @@
 """What several kinds of tests need."""
 
+import json
 import os
-import pwd
-import shutil
 import socket
 import subprocess
-import tempfile
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
+from kata.bench import postgresql
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, read_csv
 
 ROOT = Path(__file__).parent.parent
+
+# What `make test` says of a commit, it says of it every time: its examples follow from the tests alone. Looking for new
+# ones is `make campaign`'s work, and what that finds becomes a test.
+# How fast a busy machine is, is nobody's question here.
+settings.register_profile("steady", derandomize=True, deadline=None)
+settings.register_profile("exploring", derandomize=False, deadline=None, print_blob=True)
+settings.load_profile("steady")
 
 
 @pytest.fixture(scope="session")
@@ -31,6 +39,19 @@ def browser_type_launch_args() -> dict[str, Any]:
         "executable_path": str(browser),
         "args": ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", *quiet],
     }
+
+
+def judge(script: str, *arguments: str, given: str | None = None) -> Any:
+    """What somebody else's library makes of something of ours: a script of tests/judges, and the JSON that it prints."""
+    folder = ROOT / "tests/judges"
+    node = Path(sys.executable).with_name("node")
+    if not (folder / "node_modules").is_dir() or not node.exists():
+        pytest.fail("The judges are not there: `make test` fetches them (npm ci --ignore-scripts in tests/judges).")
+    done = subprocess.run(
+        [node, folder / script, *arguments], input=given, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 def free_port() -> int:
@@ -53,44 +74,14 @@ def motion() -> Taught:
     return min(recorded or built_in_motions(), key=lambda one: one.duration_s)
 
 
-def _postgresql_programs() -> Path | None:
-    found = shutil.which("initdb")
-    candidates = [Path(found).parent] if found else sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    return next((folder for folder in candidates if (folder / "initdb").exists()), None)
-
-
 @pytest.fixture(scope="session")
 def postgresql_url() -> Iterator[str]:
-    """A server of our own on a socket; it refuses to run as root, so then it runs as `postgres`."""
-    programs = _postgresql_programs()
-    if programs is None:
-        pytest.skip("PostgreSQL's programs are not on this machine")
-    user = "postgres" if os.geteuid() == 0 else None
-    if user and user not in {known.pw_name for known in pwd.getpwall()}:
-        pytest.skip("PostgreSQL does not run as root, and there is no user postgres")
-    folder = Path(tempfile.mkdtemp(prefix="kata-postgresql-"))
-    if user:
-        shutil.chown(folder, user)
+    """A server of our own."""
     try:
-        subprocess.run(
-            [programs / "initdb", "--pgdata", folder / "data", "--username", "kata", "--auth", "trust"],
-            check=True, capture_output=True, user=user, cwd=folder,
-        )  # fmt: skip
-        options = f"-c listen_addresses='' -c unix_socket_directories='{folder}'"
-        control: list[str | Path] = [
-            programs / "pg_ctl",
-            "--pgdata",
-            folder / "data",
-            "--wait",
-            "--silent",
-            "--log",
-            folder / "log",
-        ]
-        subprocess.run([*control, "--options", options, "start"], check=True, user=user, cwd=folder)
-        yield f"postgresql+psycopg://kata@/postgres?host={folder}"
-        subprocess.run([*control, "--mode", "immediate", "stop"], check=True, user=user, cwd=folder)
-    finally:
-        shutil.rmtree(folder)
+        with postgresql.serving() as url:
+            yield url
+    except postgresql.MissingError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -21,11 +21,14 @@ from rich.console import Console
 
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
+from kata.clinic.reports.letterhead import LetterheadError
 from kata.database.engine import DatabaseError
-from kata.demo import DemoError, demonstrate, write
+from kata.demo import demonstrate, write
 from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
+from kata.evaluate.commands import evaluate
 from kata.motion.taught import TaughtError
+from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
@@ -33,6 +36,7 @@ from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(bench, name="bench")
+app.command()(evaluate)
 _console = Console(stderr=True, highlight=False)
 
 
@@ -101,11 +105,12 @@ def demo(
     except (
         TaughtError,
         HandRefusedError,
-        DemoError,
+        RehearsalError,
         ProblemError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
+        LetterheadError,
         SimulatorError,
         OSError,
     ) as error:
@@ -180,7 +185,7 @@ async def _serve(settings: Settings) -> None:
                 uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
             )
             await server.serve([listening])
-    except (ConfigError, DatabaseError, FolderInUseError, SimulatorError) as error:
+    except (ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
         _fail(str(error))
 
 

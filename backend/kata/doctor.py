@@ -83,8 +83,8 @@ def _sqlite(settings: Settings) -> Iterator[Finding]:
         yield Finding(
             "SQLite",
             "ok",
-            f"{version} can corrupt a WAL when two connections write and checkpoint together; Kata lets only one "
-            "connection do so.",
+            f"{version} can corrupt a WAL when two connections write and checkpoint together; Kata writes "
+            "and checkpoints with one connection only, the others are read-only.",
             "Do not let another program write to Kata's database.",
         )
     else:

@@ -1,6 +1,7 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
 from pathlib import Path
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
 from pydantic import Field, field_validator
@@ -28,6 +29,15 @@ class Settings(BaseSettings):
     """Let the control loop ask for real-time privileges; without, it runs as on a computer that grants none."""
     taught: Path | None = None
     """Folder of recorded motions (CSV) that the simulated hand can follow."""
+    clinic_name: str = ""
+    """Head of printed reports, with what follows; what is empty is left out."""
+    clinic_address: str = ""
+    """Its lines parted by ``|``."""
+    clinic_phone: str = ""
+    clinic_logo: Path | None = None
+    """PNG or SVG, up to 256 kB."""
+    clinic_zone: str = ""
+    """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
     host: str = "127.0.0.1"
     port: int = 8000
 
@@ -35,6 +45,16 @@ class Settings(BaseSettings):
     @classmethod
     def _absolute(cls, data: Path) -> Path:
         return data.absolute()
+
+    @field_validator("clinic_zone")
+    @classmethod
+    def _known(cls, zone: str) -> str:
+        try:
+            if zone:
+                ZoneInfo(zone)
+        except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+            raise ValueError(f"this computer knows no time zone {zone}") from error
+        return zone
 
     @property
     def effective_database_url(self) -> str:

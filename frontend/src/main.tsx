@@ -1,3 +1,4 @@
+import "./shared/language";
 import "@mantine/core/styles.css";
 import "./page.css";
 import { MantineProvider } from "@mantine/core";

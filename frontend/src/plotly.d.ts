@@ -1,11 +1,15 @@
 declare module "plotly.js-cartesian-dist-min" {
+  interface Drawn {
+    on(name: "plotly_relayout", listener: (change: Record<string, unknown>) => void): void;
+    removeAllListeners(name: "plotly_relayout"): void;
+  }
   const Plotly: {
     react(
       element: HTMLElement,
       data: unknown[],
       layout: Record<string, unknown>,
       config: Record<string, unknown>,
-    ): Promise<void>;
+    ): Promise<Drawn>;
     purge(element: HTMLElement): void;
   };
   export default Plotly;

@@ -3,8 +3,11 @@ import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } 
 import { ProblemError } from "./api/client";
 import { PatientPage } from "./patient/PatientPage";
 import { PatientsPage } from "./patients/PatientsPage";
+import { NewProgrammePage, ProgrammePage } from "./programmes/ProgrammePage";
+import { ProgressPage } from "./progress/ProgressPage";
 import { RecordingPage } from "./recording/RecordingPage";
 import { SessionPage } from "./session/SessionPage";
+import { readFilters } from "./sessions/filters";
 import { SessionsPage } from "./sessions/SessionsPage";
 import { PageLink } from "./shared/links";
 import { Shell } from "./shared/Shell";
@@ -32,15 +35,50 @@ const recording = createRoute({
   path: "/recordings/$recordingId",
   component: RecordingPage,
 });
-const sessions = createRoute({ getParentRoute: () => root, path: "/sessions", component: SessionsPage });
+const sessions = createRoute({
+  getParentRoute: () => root,
+  path: "/sessions",
+  component: SessionsPage,
+  validateSearch: readFilters,
+});
 const session = createRoute({
   getParentRoute: () => root,
   path: "/sessions/$sessionId",
   component: SessionPage,
 });
 
+const progress = createRoute({
+  getParentRoute: () => root,
+  path: "/episodes/$episodeId/progress",
+  component: ProgressPage,
+  validateSearch: (search): { patient?: string } => ({
+    ...(typeof search.patient === "string" && { patient: search.patient }),
+  }),
+});
+
+const programme = createRoute({
+  getParentRoute: () => root,
+  path: "/programmes/$programmeId",
+  component: ProgrammePage,
+});
+const newProgramme = createRoute({
+  getParentRoute: () => root,
+  path: "/patients/$patientId/programmes/new",
+  component: NewProgrammePage,
+});
+
 export const router = createRouter({
-  routeTree: root.addChildren([station, patients, patient, recording, sessions, session]),
+  routeTree: root.addChildren([
+    station,
+    patients,
+    patient,
+    recording,
+    sessions,
+    session,
+    progress,
+    programme,
+    newProgramme,
+  ]),
   defaultNotFoundComponent: NotFound,
 });
 

@@ -13,3 +13,6 @@ class NoResizeObserver {
   disconnect() {}
 }
 window.ResizeObserver = NoResizeObserver;
+window.HTMLElement.prototype.scrollIntoView = () => {};
+// A text area that grows looks again once its font has come.
+Object.defineProperty(document, "fonts", { value: new EventTarget() });

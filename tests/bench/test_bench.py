@@ -87,6 +87,17 @@ def test_soak(tmp_path: Path) -> None:
     assert set(told["figures"]) == {"soak_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
 
 
+def test_history(tmp_path: Path) -> None:
+    small = ("--patients", "20", "--sessions", "200", "--minutes", "1.1", "--times", "2")
+    told = bench("history", *small, out=tmp_path / "history.json")
+    figures = told["figures"]
+    wanted = {"bytes_per_hour", "error_plot_p95_ms", "lists_p95_ms_sqlite", "growth_ratio_10x"}
+    missing = any("PostgreSQL" in note for note in told["notes"])
+    assert set(figures) == (wanted if missing else wanted | {"lists_p95_ms_postgresql"})
+    assert 1e6 < figures["bytes_per_hour"] < 2.5e6
+    assert all(value > 0 for value in figures.values())
+
+
 def test_a_slow_station_is_measured_with_the_cycle_that_it_has() -> None:
     wanted = cells([10, 200], real_time=(True,), loaded=(False,))
     assert wanted == [Cell(10, False, True), Cell(200, False, True)]

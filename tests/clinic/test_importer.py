@@ -3,12 +3,16 @@
 import base64
 import json
 import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 from uuid import UUID, uuid4
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from sqlalchemy import func, select
 
 from kata.clinic import figures
@@ -17,13 +21,20 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
-from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
+from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow, TeachingRow
+from kata.clinic.sessions import learning
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.tables import RunRow
+from kata.clinic.sessions.tables import RunCorrectionRow, RunRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.database.series import Series
 from kata.device import journal
+from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.motion.edit import AS_TAUGHT, Asked
+from kata.motion.learning import Correction
+from kata.motion.linkage import motor_angles_deg
+from kata.motion.method import Method
 
 STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 
@@ -36,7 +47,7 @@ class Clinic:
         self.folder.mkdir()
         self.database = database
         self.saved: list[Saved] = []
-        self.importer = Importer(self.database, self.folder, self.saved.append)
+        self.importer = Importer(self.database, self.folder, StationConfig(), self.saved.append)
         with self.database.write() as session:
             new = PatientCreate(clinic_number="1", name="N", affected_side="right")
             self.patient_id = patients.create(session, new).id
@@ -47,15 +58,24 @@ class Clinic:
             session.add(row)
         return row.id
 
-    def begin_run(self, recording_id: UUID) -> UUID:
+    def begin_run(self, recording_id: UUID, asked: Asked = AS_TAUGHT, method: Method = "smooth") -> UUID:
         with self.database.write() as session:
             visit = sessions.begin(session, self.patient_id)
-            return sessions.begin_run(session, visit.id, recording_id).id
+            row = sessions.begin_run(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
+            return row.id
 
     def journal(
-        self, kind: str, identity: UUID, takes: list[float], *, error_deg: float = 0.0, end: JournalEnd | None = None
+        self,
+        kind: str,
+        identity: UUID,
+        takes: list[float],
+        *,
+        error_deg: float = 0.0,
+        end: JournalEnd | None = None,
+        at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5,
+        torque_nm: Sequence[float] = (0.0,) * 5,
     ) -> Path:
-        """``takes``: their lengths in seconds; a run has one."""
+        """``takes``: their lengths in seconds; a run has one. ``at``: where the arm is."""
         header = JournalHeader(
             kind="teaching" if kind == "teaching" else "run",
             id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
@@ -69,9 +89,9 @@ class Clinic:
                     take=take,
                     phase=journal.PHASE_PLAYING if kind == "run" else 0,
                     path_s=n / 100,
-                    setpoint_deg=[n * 0.1] * 5,
-                    measured_deg=[n * 0.1 + error_deg] * 5,
-                    torque_nm=[0.0] * 5,
+                    setpoint_deg=at(n / 100),
+                    measured_deg=[angle + error_deg for angle in at(n / 100)],
+                    torque_nm=torque_nm,
                 )
                 t_ns += 10_000_000
             t_ns += 1_000_000_000
@@ -140,6 +160,179 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
         assert motor.rmse_deg == pytest.approx(0.5, abs=1e-3)
         assert motor.start_deg == pytest.approx(0.5, abs=1e-3)
     assert clinic.saved[-1].session_id == run.session_id
+
+
+def pose(time_s: float) -> list[float]:
+    """Motor angles of an arm that is lifted sideways and back, the scapula rotating upward with it."""
+    share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / 4)
+    return [float(angle) for angle in motor_angles_deg([0.0, 10 * share, 10 + 80 * share, 0.0, 0.0])]
+
+
+def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: Clinic) -> None:
+    finished = JournalEnd(reason="finished")
+    clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=finished)
+    clinic.importer.run()
+    run_id = clinic.begin_run(clinic.saved[-1].id)
+    clinic.journal(
+        "run", run_id, [4.0], at=lambda time_s: pose(time_s - 0.05), torque_nm=[0.0, 0.0, -2.5, 0.0, 0.0],
+        end=JournalEnd(reason="completed"),
+    )  # fmt: skip
+    clinic.importer.run()
+
+    with clinic.database.read() as session:
+        run = sessions.as_run(sessions.get_run(session, run_id))
+    assert run.comparison is not None
+    third = run.comparison.motors[2]
+    assert third.lag_ms == pytest.approx(50.0, abs=1.0)
+    assert third.torque_peak_nm == -2.5
+    assert (third.taught_min_deg, third.taught_max_deg) == pytest.approx((10.0, 90.0), abs=1e-3)
+    assert (third.played_min_deg, third.played_max_deg) == pytest.approx((10.0, 90.0), abs=0.2)
+    assert third.played_smoothness == pytest.approx(third.taught_smoothness, abs=0.05)
+    assert run.comparison.motors[4].lag_ms is None
+    scapula, arm = run.comparison.motions
+    assert (scapula.motion, arm.motion) == (2, 4)
+    assert arm.name == "Abduction / adduction of the shoulder"
+    assert (arm.apparatus_max_deg, arm.reference_max_deg) == (120.0, 180.0)
+    assert (arm.peak_deg, arm.lag_ms) == pytest.approx((third.peak_deg, third.lag_ms))
+    # The teaching was of a right shoulder: psi as the pose had it.
+    assert (scapula.taught_min_deg, scapula.taught_max_deg) == pytest.approx((0.0, 10.0), abs=1e-3)
+
+
+def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
+    asked = Asked(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
+    run_id = clinic.begin_run(clinic.recording(), asked)
+    with clinic.database.read() as session:
+        motion = sessions.motion_of(session, sessions.get_run(session, run_id))
+    # 20 deg at 10 deg/s: at half the speed twice as long, and the ends in full motion are eased by 0.2 s each; between
+    # the repetitions a pause, the way back of 16 deg, a pause.
+    way_s = 1.875 * 16 / 15
+    assert motion.duration_s == pytest.approx(2 * (4.0 + 0.4) + way_s + 2 * 1.0, abs=1e-3)
+    clinic.journal(
+        "run", run_id, [motion.duration_s], error_deg=0.5, end=JournalEnd(reason="completed"),
+        at=lambda time_s: motion.at(np.array([time_s]))[0].tolist(),
+    )  # fmt: skip
+    clinic.importer.run()
+
+    with clinic.database.read() as session:
+        run = sessions.as_run(sessions.get_run(session, run_id))
+        parts = sessions.figure_parts(session, run_id)
+    assert (run.speed_percent, run.repetitions, run.pause_s, run.range_percent) == (50.0, 2, 1.0, 80.0)
+    assert run.comparison is not None
+    # No scapula stands at these angles of motors 1 and 2: they are compared all the same.
+    assert run.comparison.motions == []
+    for motor in run.comparison.motors:
+        assert motor.peak_deg == pytest.approx(0.5, abs=0.01)
+        assert motor.lag_ms == pytest.approx(0.0, abs=1.0)
+        assert (motor.taught_min_deg, motor.taught_max_deg) == pytest.approx((2.0, 18.0), abs=1e-3)
+    told = json.loads(figures.run(parts))
+    assert trace(told, motor=1, name="Teaching").max() == pytest.approx(18.0, abs=0.01)
+    assert trace(told, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic) -> None:
+    """Each falls short by a degree: what is added grows, and is what the run before has taught."""
+    clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
+    clinic.importer.run()
+    recording_id = clinic.saved[-1].id
+
+    def play(asked: Asked = AS_TAUGHT, method: Method = "learned", reason: Any = "completed") -> UUID:
+        run_id = clinic.begin_run(recording_id, asked, method)
+        clinic.journal("run", run_id, [4.0], at=pose, error_deg=-1.0, end=JournalEnd(reason=reason))
+        clinic.importer.run()
+        return run_id
+
+    def told(run_id: UUID) -> tuple[UUID | None, Correction | None, Correction | None]:
+        with clinic.database.read() as session:
+            row = sessions.get_run(session, run_id)
+            assert sessions.as_run(row).method == row.method
+            return (
+                row.corrected_by,
+                learning.correction(session, row.corrected_by),
+                learning.correction(session, row.id),
+            )
+
+    play(method="smooth")
+    first = play()
+    assert told(first)[:2] == (None, None)
+    taught = told(first)[2]
+    assert taught is not None
+    middle = len(taught.angles_deg) // 2
+    # Motor 3 stands in the middle of its range there, and lacked a degree.
+    assert 0.3 < taught.angles_deg[middle, 2] < 1.0
+
+    # How much it was stands with the run, for whoever draws hundreds of them.
+    def size(run_id: UUID) -> float | None:
+        with clinic.database.read() as session:
+            return sessions.get_run(session, run_id).learned_rms_deg
+
+    assert size(first) == pytest.approx(np.sqrt(np.mean(taught.angles_deg**2, axis=0)).max(), abs=1e-5)
+    assert size(play(method="smooth")) is None
+
+    # Neither a run that was not played to its end, nor one at another speed, nor one of another method.
+    assert told(play(reason="returned"))[2] is None
+    assert told(play(Asked(speed_percent=90.0)))[0] is None
+    assert told(play(method="smooth"))[0] is None
+
+    second = play()
+    before, used, more = told(second)
+    assert before == first
+    assert used is not None
+    assert np.array_equal(used.angles_deg, taught.angles_deg)
+    assert more is not None
+    assert more.angles_deg[middle, 2] > used.angles_deg[middle, 2] + 0.3
+    assert told(clinic.begin_run(recording_id, method="learned"))[0] == second
+
+
+def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None:
+    clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
+    clinic.importer.run()
+    recording_id = clinic.saved[-1].id
+    run_id = clinic.begin_run(recording_id, method="learned")
+    clinic.journal("run", run_id, [4.0], at=pose, error_deg=-1.0, end=JournalEnd(reason="completed"))
+    clinic.importer.run()
+    with clinic.database.write() as session:
+        session.get_one(RunCorrectionRow, run_id).data = b"damaged"
+    with clinic.database.read() as session:
+        assert learning.correction(session, run_id) is None
+
+
+def test_what_would_last_too_long_is_refused(clinic: Clinic) -> None:
+    run_id = clinic.begin_run(clinic.recording(), Asked(speed_percent=10.0, repetitions=200))
+    with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
+        sessions.motion_of(session, sessions.get_run(session, run_id))
+    assert (caught.value.status, caught.value.code) == (422, "unplayable")
+    assert "longer than an hour" in str(caught.value)
+
+
+def trace(told: dict[str, Any], *, motor: int, name: str) -> NDArray[np.float64]:
+    """Values of one line of one motor's figure."""
+    lines = told["motors"][motor - 1]["figure"]["data"]
+    return numbers(next(line["y"] for line in lines if line["name"] == name))
+
+
+def numbers(encoded: dict[str, str]) -> NDArray[np.float64]:
+    return np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"]).astype(np.float64)
+
+
+def test_what_lasts_is_kept_with_an_overview_from_which_it_is_drawn(
+    clinic: Clinic, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kata.clinic.overview.BLOCK_SAMPLES", 100)
+    recording_id = clinic.recording()
+    run_id = clinic.begin_run(recording_id)
+    clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
+    clinic.importer.run()
+    with clinic.database.read() as session:
+        seen = sessions.figure_parts(session, run_id)
+        closer = sessions.figure_parts(session, run_id, (0.5, 1.0))
+        taught = recordings.figure_parts(session, recording_id, None)
+        taught_closer = recordings.figure_parts(session, recording_id, (0.5, 1.0))
+        assert len(sessions.samples(session, run_id)["time_s"]) == 201
+    assert (seen.played, taught.taught, closer.overview, taught_closer.overview) == (None, None, None, None)
+    assert trace(json.loads(figures.run(seen)), motor=3, name="Error") == pytest.approx(0.5, abs=2e-3)
+    assert len(trace(json.loads(figures.run(closer)), motor=3, name="Error")) == 51
+    drawn = [json.loads(figures.recording(parts))["data"][0] for parts in (taught, taught_closer)]
+    assert [len(numbers(line["y"])) for line in drawn] == [201, 51]
 
 
 def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
@@ -278,6 +471,18 @@ def test_a_damaged_recording_is_told_and_does_not_break_the_list(clinic: Clinic)
     assert caught.value.code == "unreadable_samples"
 
 
+def test_a_recording_that_lacks_a_minute_is_not_played(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kata.database.series.BLOCK_SAMPLES", 100)
+    recording_id = clinic.recording()
+    run_id = clinic.begin_run(recording_id)
+    with clinic.database.write() as session:
+        assert len(sessions.motion_of(session, sessions.get_run(session, run_id)).times_s) == 201
+        session.delete(session.get_one(RecordingSampleBlockRow, (recording_id, 1)))
+    with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
+        sessions.motion_of(session, sessions.get_run(session, run_id))
+    assert caught.value.code == "unreadable_samples"
+
+
 def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=-0.5, end=JournalEnd(reason="completed"))
@@ -285,10 +490,10 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     worker = figures.FigureWorker()
     try:
         with clinic.database.read() as session:
-            blobs = sessions.figure_blobs(session, run_id)
-        told = json.loads(worker.build(figures.run, *blobs))
+            parts = sessions.figure_parts(session, run_id)
+        told = json.loads(worker.build(figures.run, parts))
         with pytest.raises(ProblemError) as caught:
-            worker.build(figures.run, b"damaged", blobs[1])
+            worker.build(figures.run, replace(parts, taught=Series(b"damaged")))
     finally:
         worker.close()
     assert caught.value.status == 410
@@ -301,6 +506,4 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     ]
     assert figure["layout"]["yaxis2"]["side"] == "right"
     assert "deg" in figure["layout"]["yaxis"]["title"]["text"]
-    encoded = figure["data"][2]["y"]
-    error = np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"])
-    assert error == pytest.approx(-0.5, abs=1e-3)
+    assert trace(told, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)

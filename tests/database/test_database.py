@@ -1,5 +1,6 @@
 """Engine, column types and upgrade."""
 
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 from threading import Event, Thread
@@ -11,12 +12,12 @@ from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy import inspect, text
-from sqlalchemy.exc import OperationalError, StatementError
+from sqlalchemy.exc import IntegrityError, OperationalError, StatementError
 from sqlalchemy.orm import Session
 
 import kata.clinic.tables
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
 from kata.database.base import Base
 from kata.database.engine import Database, DatabaseError
@@ -28,7 +29,7 @@ _NOW = datetime.now(UTC)
 def _patient(number: str, created_at: datetime | None = None) -> PatientRow:
     now = created_at or datetime.now(UTC)
     return PatientRow(
-        id=uuid4(), clinic_number=number, name="N", sex="unknown", affected_side="left", notes="",
+        id=uuid4(), clinic_number=number, name="N", sex="unknown", notes="",
         created_at=now, updated_at=now,
     )  # fmt: skip
 
@@ -51,7 +52,7 @@ def test_down_and_up_again(database: Database) -> None:
         assert "patients" in inspect(connection).get_table_names()
 
 
-def test_a_run_of_before_there_were_load_levels_is_kept_and_has_none(database: Database) -> None:
+def test_a_run_of_before_there_were_load_levels_and_settings_is_kept_and_has_none(database: Database) -> None:
     taught = {"taught_at": _NOW, "duration_s": 1.0, "rate_hz": 100, "samples": 101, "archived_at": None}
     played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
     tracked = {"peak_deg": 1.0, "peak_at_s": 0.5, "rmse_deg": 0.2, "start_deg": 0.0}
@@ -89,6 +90,79 @@ def test_a_run_of_before_there_were_load_levels_is_kept_and_has_none(database: D
         kept = session.get_one(RunRow, key)
         assert (kept.outcome, kept.samples, len(kept.tracking)) == ("completed", 100, 1)
         assert kept.load_level is None
+        assert (kept.method, kept.corrected_by) == (None, None)
+        assert (kept.repetitions_done, kept.played_s) == (1, 1.0)
+        # Everything was played as it was taught, once; what was not worked out then is not known.
+        assert (kept.speed_percent, kept.repetitions, kept.pause_s, kept.range_percent) == (100.0, 1, 0.0, 100.0)
+        assert (kept.tracking[0].peak_deg, kept.tracking[0].lag_ms, kept.tracking[0].torque_peak_nm) == (
+            1.0,
+            None,
+            None,
+        )
+
+
+def test_what_was_made_of_a_recording_goes_down_as_a_take_and_loses_nothing(database: Database) -> None:
+    told = {"name": "N", "side": "left"}
+    row = {"station": "S", "duration_s": 1.0, "rate_hz": 100, "samples": 101, "note": "", "archived_at": None, **told}
+    with database.write() as session:
+        session.add(patient := _patient("1"))
+        session.flush()
+        teaching = TeachingRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, **told)
+        visit = SessionRow(id=uuid4(), patient_id=patient.id, started_at=_NOW, ended_at=None, note="")
+        session.add_all([teaching, visit])
+        session.flush()
+
+        def kept(minutes: int, **given: object) -> UUID:
+            made = RecordingRow(
+                id=uuid4(), patient_id=patient.id, taught_at=_NOW + timedelta(minutes=minutes), **row, **given
+            )
+            session.add(made)
+            session.flush()
+            session.add(RecordingSamplesRow(recording_id=made.id, data=b"samples"))
+            return made.id
+
+        first = kept(0, teaching_id=teaching.id, take=1)
+        third = kept(1, teaching_id=teaching.id, take=3)
+        once = kept(2, parent_id=first, done=["trimmed"])
+        twice = kept(3, parent_id=once, done=["trimmed", "mirrored"])
+        played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
+        run = RunRow(
+            id=uuid4(), session_id=visit.id, recording_id=twice, outcome="completed", load_level=8, samples=1, **played
+        )
+        session.add(run)
+        runs = run.id
+    with database.read() as session:
+        assert session.get_one(RecordingRow, first).done == []
+        assert session.get_one(RecordingRow, twice).done == ["trimmed", "mirrored"]
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    with database.writer.connect() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0003")
+        takes = connection.execute(text("SELECT take FROM recordings ORDER BY taught_at")).scalars().all()
+        assert takes == [1, 3, 4, 5]
+        assert not {"parent_id", "done"} & {column["name"] for column in inspect(connection).get_columns("recordings")}
+        connection.rollback()
+    upgrade(database)
+
+    with database.read() as session:
+        assert session.get_one(RunRow, runs).recording.id == twice
+        rows = [session.get_one(RecordingRow, key) for key in (first, third, once, twice)]
+        assert [(one.teaching_id, one.take, one.parent_id, one.done) for one in rows] == [
+            (teaching.id, take, None, []) for take in (1, 3, 4, 5)
+        ]
+        assert session.get_one(RecordingSamplesRow, twice).data == b"samples"
+
+
+def test_a_recording_has_a_parent_that_is_there(database: Database) -> None:
+    with database.write() as session:
+        session.add(patient := _patient("1"))
+    orphan = RecordingRow(
+        id=uuid4(), patient_id=patient.id, parent_id=uuid4(), name="N", side="left", station="S", taught_at=_NOW,
+        duration_s=1.0, rate_hz=100, samples=101, note="", archived_at=None,
+    )  # fmt: skip
+    with pytest.raises(IntegrityError), database.write() as session:
+        session.add(orphan)
 
 
 def test_upgrading_twice_changes_nothing(database: Database) -> None:
@@ -174,6 +248,35 @@ class TestSqlite:
             session.add(_patient("1"))
             with pytest.raises(OperationalError, match="readonly"):
                 session.flush()
+
+    def test_a_reader_that_closes_last_leaves_the_log_to_the_next_writer(
+        self, database: Database, tmp_path: Path
+    ) -> None:
+        """Before 3.51.3 a log can be corrupted when two connections write and checkpoint together: ever only one does."""
+        file, log = tmp_path / "kata.db", tmp_path / "kata.db-wal"
+        with database.write() as session:
+            session.add(_patient("1"))
+        with database.read() as session:
+            assert session.query(PatientRow).count() == 1
+            database.writer.dispose()
+            before = file.read_bytes(), log.read_bytes()
+        database.reader.dispose()
+        assert (file.read_bytes(), log.read_bytes()) == before
+        with database.write() as session:
+            session.add(_patient("2"))
+        with database.read() as session:
+            assert session.query(PatientRow).count() == 2
+        database.close()
+        assert not log.exists()
+
+    @pytest.mark.parametrize("pragma", ["wal_checkpoint", "wal_checkpoint(TRUNCATE)", "journal_mode = DELETE"])
+    def test_a_reader_cannot_checkpoint_if_it_wanted_to(self, database: Database, tmp_path: Path, pragma: str) -> None:
+        with database.write() as session:
+            session.add(_patient("1"))
+        before = (tmp_path / "kata.db").read_bytes()
+        with database.reader.connect() as connection, suppress(OperationalError):
+            connection.exec_driver_sql(f"PRAGMA {pragma}")
+        assert (tmp_path / "kata.db").read_bytes() == before
 
     def test_there_is_one_writer_and_the_next_one_waits(self, database: Database) -> None:
         began, second_done = Event(), Event()

@@ -26,8 +26,19 @@ def sign_up(page: Page, name: str) -> None:
     expect(page.get_by_role("heading", name=name)).to_be_visible()
 
 
+def stand_for_left(page: Page) -> None:
+    """The patient's side is the left one, and the apparatus comes for the right."""
+    expect(page.get_by_text("The apparatus stands for the right shoulder")).to_be_visible()
+    page.get_by_role("button", name="Turned to the left shoulder").click()
+    page.get_by_role("button", name="It stands for the left shoulder").click()
+    expect(page.get_by_role("dialog")).to_be_hidden(timeout=LONG_MS)
+    expect(page.get_by_text("The apparatus stands for the left shoulder")).to_be_visible()
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+
+
 def teach(page: Page, motion: str) -> None:
     page.get_by_role("link", name="To the station").click()
+    stand_for_left(page)
     page.get_by_label("Name of the motion").fill("Raise the arm")
     page.get_by_role("button", name="Start teaching").click()
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
@@ -39,6 +50,32 @@ def teach(page: Page, motion: str) -> None:
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record", timeout=LONG_MS)
     page.get_by_role("button", name="Finish teaching").click()
     expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
+
+
+def try_estop(page: Page) -> None:
+    """Press the switch, release it, acknowledge."""
+    page.get_by_role("button", name="Press the e-stop switch").click()
+    banner = page.get_by_test_id("stop-banner")
+    expect(banner).to_be_visible()
+    page.get_by_role("button", name="Release the e-stop switch").click()
+    banner.get_by_role("button", name="Acknowledge").click()
+    expect(banner).to_be_hidden()
+
+
+def begin_session(page: Page) -> None:
+    """From who works here to pain before: what comes before anything is played."""
+    page.get_by_label("Who is working here?").fill("Ito Mai")
+    visit = page.get_by_role("region", name="Session")
+    visit.get_by_role("button", name="Begin the session").click()
+    for check in ("side", "fixtures", "belt"):
+        line = visit.get_by_test_id(f"check-{check}")
+        line.get_by_role("button").click()
+        expect(line).to_contain_text("Ito Mai")
+    try_estop(page)
+    expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+    visit.get_by_role("button", name="On to pain before", exact=True).click()
+    visit.get_by_role("button", name="Pain before: 4").click()
+    visit.get_by_role("button", name="Go on", exact=True).click()
 
 
 def load_and_play(page: Page) -> None:
@@ -61,6 +98,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 
     sign_up(page, "Yamada Hanako")
     teach(page, taught_name)
+    begin_session(page)
     load_and_play(page)
     page.screenshot(path=artefacts / "playing.png")
 
@@ -98,7 +136,8 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     rows = runs.nth(1).get_by_test_id("errors").locator("tbody tr")
     expect(rows).to_have_count(5)
     for row in rows.all():
-        motor, peak, _, rmse, start = (text.replace("−", "-") for text in row.locator("td").all_inner_texts())
+        cells = [text.replace("−", "-") for text in row.locator("td").all_inner_texts()]
+        motor, peak, _, rmse, start, *_ = cells
         assert abs(float(start)) <= 1.0
         assert float(rmse) <= abs(float(peak))
         assert int(motor) == 5 or abs(float(peak)) <= 6.0
@@ -117,6 +156,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(page: Page, artefacts: Path) -> None:
     sign_up(page, "Tanaka Ren")
     teach(page, "5 Flexion / extension of the shoulder")
+    begin_session(page)
     level = page.get_by_role("slider", name="Resistance level")
     expect(page.get_by_test_id("level")).to_have_text("25 of 25")
     for control in (level, page.get_by_role("button", name="One level lower")):
@@ -165,6 +205,7 @@ def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(
 def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(page: Page) -> None:
     sign_up(page, "Suzuki Aoi")
     teach(page, "1 Abduction / adduction of the scapula")
+    begin_session(page)
     load_and_play(page)
     page.get_by_role("link", name="Patients").click()
     page.get_by_label("Search").fill("abc")

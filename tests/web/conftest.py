@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
@@ -30,7 +31,6 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
 @pytest.fixture
 def patient(client: TestClient) -> dict[str, Any]:
     """A new one."""
-    total = client.get("/api/patients").json()["total"]
-    body = {"clinic_number": f"K-{total}", "name": "Yamada Hanako", "affected_side": "left"}
+    body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
     made: dict[str, Any] = client.post("/api/patients", json=body).json()
     return made

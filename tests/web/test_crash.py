@@ -51,9 +51,28 @@ class Served:
         self.process.wait(20)
 
 
+def go_through_checklist(served: Served, session_id: str, recording_id: str) -> None:
+    """As a therapist would, before anything is played."""
+    path, body = f"sessions/{session_id}/checklist", {"checked_by": "T", "recording_id": recording_id}
+
+    def still_open() -> list[str]:
+        checks = served.call("GET", f"{path}?recording_id={recording_id}")["checks"]
+        return [one["check"] for one in checks if not one["given"]]
+
+    assert "estop" in still_open()
+    for pressed, state in ((True, "pressed"), (False, "released")):
+        served.call("POST", "simulator/estop", {"pressed": pressed})
+        served.until(lambda wanted=state: served.live()["estop"] == wanted)  # type: ignore[misc]
+    served.until(lambda: "acknowledge" not in served.live()["refusals"])
+    served.call("POST", "station/acknowledge")
+    for check in ("side", "fixtures", "belt"):
+        served.call("PUT", f"{path}/{check}", body)
+    served.until(lambda: not still_open())
+
+
 def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
-    patient = first.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "left"})
+    patient = first.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})
     first.call("POST", "station/teach", {"patient_id": patient["id"]})
     first.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
     first.until(lambda: first.call("GET", "simulator")["hand"]["phase"] == "away")
@@ -62,6 +81,7 @@ def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
     first.until(lambda: first.call("GET", recordings)["items"])
     recording = first.call("GET", recordings)["items"][0]
     session = first.call("POST", "sessions", {"patient_id": patient["id"]})
+    go_through_checklist(first, session["id"], recording["id"])
     run = first.call("POST", "station/load", {"session_id": session["id"], "recording_id": recording["id"]})
     first.call("POST", "station/approach")
     first.until(lambda: first.live()["mode"] == "paused")

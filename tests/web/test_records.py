@@ -41,7 +41,7 @@ def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> Non
 
 @pytest.mark.parametrize("search", ["satō k", "A-1", "サトウ", "ken SAT"])
 def test_patients_are_found_by_any_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
-    if client.get("/api/patients", params={"search": "Ito"}).json()["total"] == 0:
+    if not client.get("/api/patients", params={"search": "Ito"}).json()["items"]:
         for number, name, kana in (("A-1", "Satō Ken", "サトウ ケン"), ("B-2", "Ito Mai", "イトウ マイ")):
             body = {"clinic_number": f"find-{number}", "name": name, "kana": kana, "affected_side": "left"}
             client.post("/api/patients", json=body)
@@ -50,7 +50,7 @@ def test_patients_are_found_by_any_words_of_name_kana_or_number(client: TestClie
 
 
 def test_a_wildcard_in_a_search_is_only_a_character(client: TestClient, patient: dict[str, Any]) -> None:
-    assert client.get("/api/patients", params={"search": "%"}).json()["total"] == 0
+    assert client.get("/api/patients", params={"search": "%"}).json()["items"] == []
 
 
 def test_archived_patients_are_listed_apart_and_come_back(client: TestClient, patient: dict[str, Any]) -> None:
@@ -85,8 +85,10 @@ def test_a_clinic_number_belongs_to_one(client: TestClient, patient: dict[str, A
         ({"clinic_number": "x", "name": "  ", "affected_side": "left"}, {"#/name"}),
         ({"clinic_number": "x", "name": "N", "affected_side": "middle"}, {"#/affected_side"}),
         ({"clinic_number": "x", "name": "N", "affected_side": "left", "birth_date": "2999-01-01"}, {"#/birth_date"}),
+        ({"clinic_number": "x", "name": "N", "affected_side": "left", "birth_date": 0}, {"#/birth_date"}),
         ({"clinic_number": "x", "name": "N", "affected_side": "left", "nane": "N"}, {"#/nane"}),
         ({"clinic_number": "x" * 33, "name": "N", "affected_side": "left"}, {"#/clinic_number"}),
+        ({"clinic_number": "x", "name": "N\0", "kana": "\0", "affected_side": "left"}, {"#/name", "#/kana"}),
     ],
 )
 def test_what_is_wrong_is_said_field_by_field(client: TestClient, body: dict[str, Any], pointers: set[str]) -> None:
@@ -98,6 +100,7 @@ def test_what_is_wrong_is_said_field_by_field(client: TestClient, body: dict[str
 def test_nonsense_is_a_problem_too(client: TestClient) -> None:
     headers = {"content-type": "application/json"}
     problem(client.post("/api/patients", content=b"{", headers=headers), 422, "invalid")
+    problem(client.post("/api/patients", content=b"\xff\xfe", headers=headers), 422, "invalid")
     problem(client.get("/api/patients/not-an-id"), 422, "invalid")
     problem(client.get("/api/patients", params={"limit": 0}), 422, "invalid")
     problem(client.get("/api/nothing"), 404, "not_found")
@@ -126,7 +129,7 @@ def test_a_patient_has_one_open_session_and_it_ends_once(client: TestClient, pat
     assert client.post(f"{url}/end").json()["ended_at"] == ended
     assert client.post("/api/sessions", json={"patient_id": patient["id"]}).json()["id"] != again["id"]
     listed = client.get(f"/api/patients/{patient['id']}/sessions").json()
-    assert listed["total"] == 2
+    assert len(listed["items"]) == 2
     assert listed["items"][0]["started_at"] > listed["items"][1]["started_at"]
 
 
@@ -156,3 +159,30 @@ def test_the_page_is_served_for_every_screen_and_only_for_screens(client: TestCl
     problem(client.get("/missing.js"), 404, "not_found")
     problem(client.get("/..%2f..%2fpyproject.toml"), 404, "not_found")
     problem(client.get("/api"), 404, "not_found")
+
+
+def test_lists_go_on_where_the_page_before_ended(client: TestClient, patient: dict[str, Any]) -> None:
+    keys = []
+    for _ in range(3):
+        keys.append(client.post("/api/sessions", json={"patient_id": patient["id"]}).json()["id"])
+        client.post(f"/api/sessions/{keys[-1]}/end")
+    for url in ("/api/sessions", f"/api/patients/{patient['id']}/sessions"):
+        first = client.get(url, params={"limit": 2}).json()
+        second = client.get(url, params={"limit": 2, "after": first["next"]}).json()
+        assert [one["id"] for one in first["items"] + second["items"]][:3] == keys[::-1]
+        problem(client.get(url, params={"after": "damaged"}), 422, "damaged_cursor")
+    problem(client.get("/api/patients", params={"after": "damaged"}), 422, "damaged_cursor")
+
+
+def test_sessions_are_narrowed_by_what_the_choices_say(client: TestClient, patient: dict[str, Any]) -> None:
+    visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    began = visit["started_at"]
+    assert visit["id"] in {one["id"] for one in client.get("/api/sessions", params={"since": began}).json()["items"]}
+    assert visit["id"] not in {
+        one["id"] for one in client.get("/api/sessions", params={"until": began}).json()["items"]
+    }
+    for name in ("therapist", "station", "stop"):
+        assert client.get("/api/sessions", params={name: "nobody's"}).json() == {"items": [], "next": None}
+    problem(client.get("/api/sessions", params={"since": "2026-11-21T09:30:00"}), 422, "invalid")
+    assert client.get("/api/sessions", params={"since": "0001-01-01T00:00:00+14:00"}).status_code == 200
+    assert set(client.get("/api/sessions/choices").json()) == {"therapists", "stations", "stops"}

@@ -14,9 +14,11 @@ from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from kata.motion.taught import Taught
+from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
 from tests.web.conftest import running
 from tests.web.test_records import problem
+from tests.web.visits import go_through_checklist
 
 
 def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
@@ -42,10 +44,17 @@ def accepted(client: TestClient, command: str, body: dict[str, Any] | None = Non
     return told
 
 
-def teach(client: TestClient, patient: dict[str, Any], motion_id: str = "built-in-1") -> dict[str, Any]:
+def teach(
+    client: TestClient,
+    patient: dict[str, Any],
+    motion_id: str = "built-in-1",
+    side: str = "right",
+    fixtures: tuple[str, ...] = ("arm_fixer_1",),
+) -> dict[str, Any]:
     """Teach by the simulated hand; the recording that came of it."""
     until_mode(client, "idle")
-    accepted(client, "teach", {"patient_id": patient["id"], "name": "Shrug"})
+    by = {"taught_by": "Sato", "fixtures": list(fixtures)}
+    accepted(client, "teach", {"patient_id": patient["id"], "name": "Shrug", "side": side, **by})
     assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
     until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
     until(client, lambda live: not live["teaching"]["recording"])
@@ -61,6 +70,7 @@ def teach(client: TestClient, patient: dict[str, Any], motion_id: str = "built-i
 
 def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    go_through_checklist(client, session["id"], recording["id"])
     return accepted(client, "load", {"session_id": session["id"], "recording_id": recording["id"], **settings})
 
 
@@ -106,6 +116,8 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
 ) -> None:
     assert recording["name"] == "Shrug"
     assert recording["side"] == "right"
+    assert recording["taught_by"] == "Sato"
+    assert recording["fixtures"] == ["arm_fixer_1"]
     assert recording["readable"] is True
     assert recording["ranges"][0]["max_deg"] - recording["ranges"][0]["min_deg"] > 30
     lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
@@ -117,6 +129,31 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
     assert recording["id"] in {one["id"] for one in listed}
     renamed = client.patch(f"/api/recordings/{recording['id']}", json={"name": "Raise", "note": "Slowly."}).json()
     assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
+
+
+def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    wanted = {"patient_id": taught_patient["id"], "name": "Left", "side": "left"}
+    problem(client.post("/api/station/teach", json=wanted), 409, "other_side")
+    run = load(client, taught_patient, recording)
+    problem(client.post("/api/station/side", json={"side": "left"}), 409, "not_idle")
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+    accepted(client, "side", {"side": "left"})
+    live = until_mode(client, "idle")
+    assert live["side"] == "left"
+    body = {"session_id": run["session_id"], "recording_id": recording["id"]}
+    problem(client.post("/api/station/load", json=body), 409, "other_side")
+    assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
+    left = teach(client, taught_patient, side="left")
+    assert left["side"] == "left"
+    # The same shrug of the other shoulder: the body's angles are the same, and so is how far the motors go.
+    reach = [[motor["max_deg"] - motor["min_deg"] for motor in one["ranges"]] for one in (recording, left)]
+    assert reach[1][2:] == pytest.approx(reach[0][2:], abs=4.0)
+    accepted(client, "side", {"side": "right"})
+    assert until_mode(client, "idle")["side"] == "right"
 
 
 def test_play_stop_by_switch_reset_and_play_again(
@@ -224,6 +261,118 @@ def test_the_load_level_reaches_the_device_and_stays_with_the_run(
     assert client.get(f"/api/runs/{run['id']}").json()["load_level"] == level
 
 
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("speed_percent", 9.9), ("speed_percent", 151), ("repetitions", 0), ("repetitions", 201), ("repetitions", 1.5),
+        ("pause_s", -1), ("pause_s", 121), ("range_percent", 9), ("range_percent", 101), ("range_percent", None),
+    ],
+)  # fmt: skip
+def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    body = {"session_id": session["id"], "recording_id": recording["id"], field: value}
+    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
+    assert until_mode(client, "idle")["run"] is None
+
+
+def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    go_through_checklist(client, session["id"], recording["id"])
+    before = len(client.get(f"/api/sessions/{session['id']}").json()["runs"])
+    body = {"session_id": session["id"], "recording_id": recording["id"], "speed_percent": 10, "repetitions": 200}
+    told = problem(client.post("/api/station/load", json=body), 422, "unplayable")
+    assert "200 repetitions" in told["detail"]
+    assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before
+
+
+def test_a_run_is_played_as_it_was_asked_for_and_compared_with_that(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    settings = {"speed_percent": 150.0, "repetitions": 2, "pause_s": 0.5, "range_percent": 50.0}
+    run = load(client, taught_patient, recording, **settings)
+    live = until_mode(client, "ready")
+    assert live["run"]["changes"] == [
+        "50 % of the range",
+        "at 150 % speed",
+        "2 repetitions with 0.5 s of pause at each end",
+    ]
+    once_s = recording["duration_s"] / 1.5
+    assert live["run"]["duration_s"] == pytest.approx(2 * once_s + 1.0, abs=1.5)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning", within_s=2 * once_s + 30)
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["kind"] != "saved":
+            pass
+
+    played = client.get(f"/api/runs/{run['id']}").json()
+    assert played["outcome"] == "completed"
+    assert {name: played[name] for name in settings} == settings
+    first = played["comparison"]["motors"][0]
+    taught = recording["ranges"][0]
+    half = (taught["max_deg"] - taught["min_deg"]) / 2
+    assert first["taught_max_deg"] - first["taught_min_deg"] == pytest.approx(half, abs=0.01)
+    assert first["played_max_deg"] - first["played_min_deg"] == pytest.approx(half, abs=4.0)
+    # It was asked for half: a comparison with the recording itself would be off by a quarter of its range.
+    assert abs(first["peak_deg"]) <= 6.0
+    assert -50.0 <= first["lag_ms"] <= 200.0
+    assert first["taught_smoothness"] < -1.4
+    assert first["torque_peak_nm"] != 0.0
+    # The scapula was shrugged: motion 1 of Table 2.
+    assert [motion["motion"] for motion in played["comparison"]["motions"]] == [1]
+    assert played["comparison"]["motions"][0]["apparatus_max_deg"] == 20.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "method", "changes"),
+    [
+        ({}, "smooth", []),
+        ({"method": "paper"}, "paper", ["as in the paper, at 10 Hz"]),
+        ({"method": "learned"}, "learned", ["learned, with nothing to go by yet"]),
+    ],
+)
+def test_the_method_reaches_the_device_and_stays_with_the_run(
+    client: TestClient,
+    taught_patient: dict[str, Any],
+    recording: dict[str, Any],
+    settings: dict[str, str],
+    method: str,
+    changes: list[str],
+) -> None:
+    run = load(client, taught_patient, recording, **settings)
+    assert until_mode(client, "ready")["run"]["changes"] == changes
+    accepted(client, "unload")
+    until_mode(client, "idle")
+    assert client.get(f"/api/runs/{run['id']}").json()["method"] == method
+
+
+def test_what_a_playback_has_taught_is_played_by_the_next(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    """To the device and back: it refuses a correction that does not fit."""
+    settings: dict[str, Any] = {"method": "learned", "speed_percent": 150.0}
+    run = load(client, taught_patient, recording, **settings)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning")
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["kind"] != "saved":
+            pass
+    assert client.get(f"/api/runs/{run['id']}").json()["outcome"] == "completed"
+
+    load(client, taught_patient, recording, **settings)
+    assert until_mode(client, "ready")["run"]["changes"] == ["at 150 % speed", "learned from earlier playbacks"]
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
 def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_somebody_supports_it(
     client: TestClient, taught_patient: dict[str, Any]
 ) -> None:
@@ -296,7 +445,7 @@ def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
 ) -> None:
     monkeypatch.setattr(device_process, "_RESTART_S", (3.0,))
     with running(tmp_path) as client:
-        body = {"clinic_number": "1", "name": "N", "affected_side": "left"}
+        body = {"clinic_number": "1", "name": "N", "affected_side": "right"}
         who = client.post("/api/patients", json=body).json()
         recorded = teach(client, who)
         run = load(client, who, recorded)
@@ -335,3 +484,16 @@ def test_a_refused_load_does_not_change_whose_run_is_shown(
     assert live["run"]["patient"]["name"] == "Suzuki Aoi"
     accepted(client, "unload")
     until_mode(client, "idle")
+
+
+def test_an_apparatus_that_was_turned_stays_turned_when_the_service_starts_again(tmp_path: Path) -> None:
+    with running(tmp_path) as client:
+        until_mode(client, "idle")
+        accepted(client, "side", {"side": "left"})
+        until_mode(client, "idle")
+    with running(tmp_path) as client:
+        live = until_mode(client, "idle")
+        assert live["side"] == "left"
+        # The arm rests a little abducted: apparatus and drives are turned both, or this would have the other sign.
+        assert live["axes"][2]["measured_deg"] == pytest.approx(REST_DEG[2], abs=3.0)
+        assert REST_DEG[2] > 5.0

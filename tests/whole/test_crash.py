@@ -62,5 +62,6 @@ def test_a_full_disk_stops_the_playback_and_what_was_measured_is_kept(tmp_path: 
             assert run.stop_code == ("journal_fault" if room_comes_back else None)
             assert run.samples == np.sum(kept.phase == journal.PHASE_PLAYING) >= 50
         assert kept.truncated != room_comes_back
+        # The ramp lasts about 20 cycles; how many exactly is the pace's at which it began. Without room none of it is kept.
         stopping = np.sum(kept.phase == journal.PHASE_STOPPING)
-        assert (stopping >= 20) == room_comes_back
+        assert stopping >= 15 if room_comes_back else stopping == 0

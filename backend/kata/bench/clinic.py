@@ -142,6 +142,7 @@ class Clinic:
 
     def approach(self, records: Prepared) -> None:
         """From idle: load the recording and go to its start, which switches torque on."""
+        self._go_through_checklist(records)
         self.insist("load", session_id=str(records.session_id), recording_id=str(records.recording_id))
         self.insist("approach")
 
@@ -151,9 +152,35 @@ class Clinic:
         self.until(lambda live: live.mode == "paused", 30.0)
         self.insist("play")
 
+    def _go_through_checklist(self, records: Prepared) -> None:
+        """As a therapist would; what is given already is not asked again."""
+        path = f"/api/sessions/{records.session_id}/checklist"
+        about = f"?recording_id={records.recording_id}"
+        for check in self._still_open(path + about):
+            if check == "estop":
+                self._try_estop(path + about)
+            else:
+                body = {"checked_by": "Benchmark", "recording_id": str(records.recording_id)}
+                self._ask("PUT", f"{path}/{check}", body)
+
+    def _try_estop(self, checklist: str) -> None:
+        self.hand.estop(True)
+        self.until(lambda live: live.estop == "pressed", _ANSWER_LIMIT_S)
+        self.hand.estop(False)
+        self.until(lambda live: live.estop == "released", _ANSWER_LIMIT_S)
+        self.insist("acknowledge")
+        limit = time.monotonic() + _ANSWER_LIMIT_S
+        while "estop" in self._still_open(checklist):
+            if time.monotonic() > limit:
+                raise BenchError("that the emergency stop was tried is not written down")
+            time.sleep(_LOOK_AGAIN_S)
+
+    def _still_open(self, checklist: str) -> list[str]:
+        return [one["check"] for one in self._ask("GET", checklist)["checks"] if not one["given"]]
+
     def _ask(self, method: str, path: str, body: object = None) -> Any:
         request = Request(self.url + path, method=method)
-        if method == "POST":
+        if method != "GET":
             request.add_header("Content-Type", "application/json")
             request.data = json.dumps(body or {}).encode()
         with urlopen(request, timeout=_ANSWER_LIMIT_S) as answer:

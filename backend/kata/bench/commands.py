@@ -6,13 +6,16 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
     from kata.bench.report import Report
+
+_FILE_WIDTH: Final = 160
+"""Of a table that goes into a file: a terminal's usual 80 columns break its words."""
 
 app = typer.Typer(no_args_is_help=True, help="Measure the timing goals on this computer.")
 
@@ -86,6 +89,20 @@ def soak(
     _carry_out(lambda progress: benchmark.run(minutes, progress), json_out)
 
 
+@app.command()
+def history(
+    patients: Annotated[int, typer.Option(min=1, help="How many patients.")] = 10_000,
+    sessions: Annotated[int, typer.Option(min=1, help="How many sessions, of all of them together.")] = 1_000_000,
+    minutes: Annotated[float, typer.Option(min=0.1, help="Length of the run that is drawn.")] = 60.0,
+    times: Annotated[int, typer.Option(min=1, help="How often everything is asked for.")] = 200,
+    json_out: Json = None,
+) -> None:
+    """Ten years of a clinic, on SQLite and PostgreSQL: how long lists, charts and an hour's error plot take, and its size."""
+    from kata.bench import history as benchmark
+
+    _carry_out(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, progress), json_out)
+
+
 def _only(wanted: bool | None) -> tuple[bool, ...]:
     return (True, False) if wanted is None else (wanted,)
 
@@ -100,6 +117,8 @@ def _carry_out(benchmark: Callable[[Callable[[str], None]], "Report"], json_out:
     # What is not granted, the report says.
     logging.basicConfig(level=logging.ERROR)
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=_FILE_WIDTH)
     try:
         with _progress() as progress:
             report = benchmark(progress)

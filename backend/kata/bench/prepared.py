@@ -20,6 +20,7 @@ from kata.database.upgrade import upgrade
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.motion.axes import CANONICAL_SIDE
 
 _RATE_HZ: Final = 100
 _SWING_DEG: Final = 10.0
@@ -60,11 +61,11 @@ class _Records:
         middle_deg = np.array([(axis.min_deg + axis.max_deg) / 2 for axis in axes])
         self._swing_deg = np.where(middle_deg >= self._rest_deg, _SWING_DEG, -_SWING_DEG)
         self._saved: list[Saved] = []
-        self._importer = Importer(database, folder, self._saved.append)
+        self._importer = Importer(database, folder, StationConfig(), self._saved.append)
 
     def make(self, play_s: float, plot_s: float) -> Prepared:
         with self._database.write() as session:
-            wanted = PatientCreate(clinic_number="BENCH-1", name="Benchmark", affected_side="left")
+            wanted = PatientCreate(clinic_number="BENCH-1", name="Benchmark", affected_side=CANONICAL_SIDE)
             patient_id = patients.create(session, wanted).id
             visit_id = sessions.begin(session, patient_id).id
         to_play = self._recording(patient_id, play_s)
@@ -75,7 +76,9 @@ class _Records:
         return Prepared(visit_id, to_play, run_id)
 
     def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
-        row = TeachingRow(id=uuid4(), patient_id=patient_id, name="Benchmark", side="left", started_at=utc_now())
+        row = TeachingRow(
+            id=uuid4(), patient_id=patient_id, name="Benchmark", side=CANONICAL_SIDE, started_at=utc_now()
+        )
         with self._database.write() as session:
             session.add(row)
         self._journal("teaching", row.id, duration_s, JournalEnd(reason="finished"))

@@ -2,12 +2,16 @@
 
 from typing import Annotated, Any, Final
 
-from fastapi import Depends, Request
+from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
 
-from kata.clinic.figures import FigureWorker
+from kata.clinic.figures import FigureWorker, Window
+from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
 from kata.station.station import Station
+
+_LONGEST_S: Final = 86_400.0
+_Second = Annotated[float, Field(ge=0.0, le=_LONGEST_S, allow_inf_nan=False)]
 
 
 class ProblemField(BaseModel):
@@ -16,7 +20,10 @@ class ProblemField(BaseModel):
     pointer: str = Field(
         description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
     )
-    detail: str = Field(examples=["must be between 1900 and today"])
+    field: str = Field(description="What the field is called, in the user's language.", examples=["birth date"])
+    detail: str = Field(
+        description="What is wrong with it, in the user's language.", examples=["must be between 1900 and today"]
+    )
 
 
 class Problem(BaseModel):
@@ -74,6 +81,19 @@ def _figures(request: Request) -> FigureWorker:
     return figures
 
 
+def _window(
+    start_s: Annotated[_Second | None, Query(description="Begin of a window, seconds on the figure's clock.")] = None,
+    end_s: Annotated[_Second | None, Query(description="End of that window, seconds.")] = None,
+) -> Window | None:
+    if start_s is None and end_s is None:
+        return None
+    window = (start_s or 0.0, _LONGEST_S if end_s is None else end_s)
+    if window[0] >= window[1]:
+        raise ProblemError(422, "empty_window", "The window ends before it begins.", "Give an end_s after start_s.")
+    return window
+
+
+TheWindow = Annotated[Window | None, Depends(_window)]
 TheDatabase = Annotated[Database, Depends(_database)]
 TheStation = Annotated[Station, Depends(_station)]
 TheFigures = Annotated[FigureWorker, Depends(_figures)]

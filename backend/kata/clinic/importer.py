@@ -19,6 +19,7 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import service as sessions
 from kata.database.engine import Database
 from kata.device import journal
+from kata.device.config import StationConfig
 
 log = logging.getLogger(__name__)
 
@@ -41,10 +42,13 @@ class Saved:
 class Importer:
     """Reads finished journals from a folder."""
 
-    def __init__(self, database: Database, folder: Path, on_saved: Callable[[Saved], None]) -> None:
+    def __init__(
+        self, database: Database, folder: Path, config: StationConfig, on_saved: Callable[[Saved], None]
+    ) -> None:
         """``on_saved`` is called from the importing thread, after the commit."""
         self._database = database
         self._folder = folder
+        self._config = config
         self._on_saved = on_saved
         self._one_at_a_time = threading.Lock()
 
@@ -103,12 +107,11 @@ class Importer:
                 with self._database.write() as session:
                     sessions.give_up_unended(session, run_id)
 
-    @staticmethod
-    def _keep(session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
+    def _keep(self, session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
         if kept.kind == "teaching":
             rows = recordings.keep_teaching(session, kept)
             return None if rows is None else [Saved("recording", row.id, row.patient_id, None) for row in rows]
-        run = sessions.keep_run(session, kept)
+        run = sessions.keep_run(session, kept, self._config)
         if run is None:
             return None
         return [Saved("run", identity, run.recording.patient_id, run.session_id)]

@@ -1,16 +1,43 @@
 """Every table of the clinic, for whoever needs them all: migrations."""
 
-from kata.clinic.patients.tables import PatientRow
+from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.episodes.tables import EpisodeRow, StageRow
+from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
-from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, RunSamplesRow, SessionRow
+from kata.clinic.sessions.tables import (
+    AddendumRow,
+    MotionTrackingRow,
+    MotorTrackingRow,
+    RunCorrectionRow,
+    RunRow,
+    RunSamplesRow,
+    SessionRow,
+    SessionStopRow,
+)
 
 __all__ = [
+    "AddendumRow",
+    "AssessmentRow",
+    "DeviceEventRow",
+    "EpisodeRow",
+    "ErasureRow",
+    "MotionTrackingRow",
     "MotorTrackingRow",
     "PatientRow",
+    "ProgrammeItemRow",
+    "ProgrammeRow",
+    "ProgrammeVersionRow",
     "RecordingRow",
     "RecordingSamplesRow",
+    "RomRow",
+    "RunCorrectionRow",
     "RunRow",
     "RunSamplesRow",
     "SessionRow",
+    "SessionStopRow",
+    "StageRow",
+    "StationRow",
     "TeachingRow",
 ]

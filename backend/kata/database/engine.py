@@ -1,7 +1,8 @@
 """Connections: many readers and, on SQLite, exactly one writer.
 
 SQLite before 3.51.3 can corrupt a write-ahead log when two connections write and checkpoint at the same time. Here only
-one connection ever writes, and it alone checkpoints.
+one connection ever writes, and it alone checkpoints: readers are opened read-only, so that they do not even when they
+are the last to close.
 """
 
 import sqlite3
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import quote
 
 from sqlalchemy import Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
@@ -74,18 +76,21 @@ class Database:
 
 
 def _sqlite(url: URL, *, writes: bool) -> Engine:
+    if not writes:
+        # `query_only` would not do: such a connection checkpoints when it is the last one to close.
+        file = Path(str(url.database)).absolute()
+        url = url.set(database=f"file:{quote(str(file))}", query={"mode": "ro", "uri": "true"})
     engine = create_engine(url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10)
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
         # sqlite3's own transaction handling begins too late for us: see `begun`.
         connection.isolation_level = None
+        of_writer = ("journal_mode = WAL", "wal_autocheckpoint = 1000")
         for pragma in (
-            "journal_mode = WAL",
+            *(of_writer if writes else ("wal_autocheckpoint = 0",)),
             "synchronous = FULL",
             "foreign_keys = ON",
             f"busy_timeout = {_BUSY_MS}",
-            "query_only = OFF" if writes else "query_only = ON",
-            "wal_autocheckpoint = 1000" if writes else "wal_autocheckpoint = 0",
         ):
             connection.execute(f"PRAGMA {pragma}")
 

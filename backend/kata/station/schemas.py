@@ -7,6 +7,7 @@ from uuid import UUID
 from pydantic import BaseModel, ConfigDict, Field
 
 from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState
+from kata.motion.axes import Side
 
 DeviceState = Literal["starting", "running", "restarting"]
 Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", examples=[3])]
@@ -91,9 +92,12 @@ class RunLive(_Schema):
     recording_id: UUID
     session_id: UUID | None
     recording_name: str | None
+    changes: list[str] = Field(
+        description="What was done to the recording for this run, in words.", examples=[["at 50 % speed"]]
+    )
     patient: PatientRef | None
     position_s: float = Field(ge=0, description="Place on the recording, seconds.")
-    duration_s: float = Field(ge=0, description="Length of the recording, seconds.")
+    duration_s: float = Field(ge=0, description="Length of the recording as it is played in this run, seconds.")
     left_s: float = Field(
         description="Seconds left of the approach or return while those go on, else of the recording."
     )
@@ -101,6 +105,9 @@ class RunLive(_Schema):
     load_level: LoadLevel
     reversals: int = Field(ge=0, description="How often the arm met resistance and was taken back.")
     reversing: bool = Field(description="It is being taken back just now, or waits where it was taken.")
+    range_percent: float = Field(
+        ge=0, le=100, description="How much of its range is played: below 100 after somebody has asked for less."
+    )
     resistance: str | None = Field(
         description="What was met when the arm was last taken back; null when it never was.",
         examples=["Motor 3 met resistance at 12.3 s; the arm is taken back."],
@@ -152,6 +159,7 @@ class Live(_Schema):
     age_ms: float | None = Field(
         ge=0, description="Since the device process last said anything; null when it never has."
     )
+    side: Side = Field(description="The shoulder that the apparatus stands for.")
     mode: Mode
     torque_on: bool
     estop: EstopState

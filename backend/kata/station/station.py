@@ -5,7 +5,7 @@ import itertools
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -15,7 +15,7 @@ from uuid import UUID
 
 import msgspec
 
-from kata.device.config import StationConfig
+from kata.device.config import StationConfig, write
 from kata.device.messages import (
     COMMAND_NAMES,
     Command,
@@ -28,6 +28,7 @@ from kata.device.messages import (
     Snapshot,
     Stop,
 )
+from kata.motion.axes import Side
 from kata.station.device_process import DeviceProcess
 from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
 
@@ -37,6 +38,11 @@ _REPLY_LIMIT_S: Final = 2.0
 _EVENTS_WAITING: Final = 1000
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal that is none for sure: the command may have been carried out."""
+_NOT_NOW: Final = Refusal(
+    code="not_idle",
+    message="The apparatus is turned only while nothing is going on.",
+    next_step="End what is going on, or acknowledge the stop, first.",
+)
 _OFFLINE: Final = Refusal(
     code="device_offline",
     message="The apparatus' control program is not running.",
@@ -71,6 +77,8 @@ class Occupation:
     patient: PatientRef
     recording_name: str | None = None
     session_id: UUID | None = None
+    changes: tuple[str, ...] = ()
+    """What was done to the recording for this run."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +105,7 @@ class Station:
         """``on_journal`` is called with a journal that is complete, or with None when a device process has ended and may
         have left some behind.
         """
+        self.config = config
         self.info = StationInfo(
             name=config.name,
             rate_hz=config.rate_hz,
@@ -108,6 +117,8 @@ class Station:
             ],
         )
         self._on_journal = on_journal
+        self._station_file = station_file
+        self._turning = asyncio.Lock()
         self._process = DeviceProcess(
             station_file, journal_folder, self._take, self._ended, self._believed, real_time=real_time
         )
@@ -156,6 +167,27 @@ class Station:
             del self._asked[number]
         return refusal
 
+    async def turn(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
+        """The apparatus is to stand, or already stands, for a side; None when it then counts as doing so.
+
+        The drives then turn the other way round, so that a device process must know before it asks them for the first time: the one
+        that runs ends, and another begins. ``meanwhile`` is awaited in between.
+        """
+        async with self._turning:
+            if side == self.config.side:
+                return None
+            if self._snapshot and self._snapshot.mode not in ("idle", "offline"):
+                return _NOT_NOW
+            await self._process.close()
+            self._ended()
+            try:
+                await meanwhile()
+                self.config = msgspec.structs.replace(self.config, side=side)
+                await asyncio.to_thread(write, self.config, self._station_file)
+            finally:
+                self._process.start()
+        return None
+
     # -- telemetry ------------------------------------------------------------------------------------------------
 
     def live(self) -> Live:
@@ -174,7 +206,12 @@ class Station:
         else:
             state = self._unknown(snapshot)
         device = "running" if running else "restarting" if self._has_run else "starting"
-        return Live.model_validate(state | {"device": device, "age_ms": age_ms})
+        return Live.model_validate(state | {"device": device, "age_ms": age_ms, "side": self.config.side})
+
+    @property
+    def occupation(self) -> Occupation | None:
+        """What was last begun: it may have ended since, which the live state tells."""
+        return self._occupation
 
     @contextmanager
     def subscribed(self) -> Iterator[Subscription]:
@@ -250,6 +287,7 @@ class Station:
         return state | {
             "patient": known.patient if known else None,
             "recording_name": known.recording_name if known else None,
+            "changes": known.changes if known else (),
             "session_id": known.session_id if known else None,
         }
 

@@ -15,12 +15,25 @@ from pydantic import Field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
+from kata.clinic.episodes.router import router as episodes
+from kata.clinic.events import service as event_service
+from kata.clinic.events.recording import recording as events_recorded
+from kata.clinic.events.router import router as events
+from kata.clinic.events.writer import EventWriter
+from kata.clinic.exchange.erasure_router import router as erasures
+from kata.clinic.exchange.router import router as exchange
 from kata.clinic.fields import Schema
 from kata.clinic.figures import FigureWorker
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients.router import router as patients
+from kata.clinic.programmes.router import router as programmes
+from kata.clinic.progress.router import router as progress
 from kata.clinic.recordings.router import router as recordings
+from kata.clinic.reports import letterhead
+from kata.clinic.reports.router import router as reports
+from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
@@ -107,7 +120,24 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for router in (health, patients, recordings, sessions, station_router, simulator, live.router):
+    for router in (
+        health,
+        assessments,
+        episodes,
+        events,
+        erasures,
+        exchange,
+        patients,
+        programmes,
+        progress,
+        recordings,
+        reports,
+        session_lists,
+        sessions,
+        station_router,
+        simulator,
+        live.router,
+    ):
         app.include_router(router)
     problems.install(app)
     live.document(app)
@@ -119,6 +149,10 @@ def create_app(settings: Settings) -> FastAPI:
 
 async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
     """In order; the stack ends what was started, also when the next step fails."""
+    app.state.letterhead = letterhead.read(
+        settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
+    )
+    app.state.clinic_zone = settings.clinic_zone
     settings.journal.mkdir(parents=True, exist_ok=True)
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
@@ -128,19 +162,6 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
 
     loop = asyncio.get_running_loop()
     importing: set[asyncio.Task[None]] = set()
-
-    def saved(record: Saved) -> None:
-        loop.call_soon_threadsafe(app.state.station.tell, record)
-
-    importer = Importer(database, settings.journal, saved)
-
-    def import_journal(finished: Path | None) -> None:
-        task = asyncio.create_task(asyncio.to_thread(importer.run, finished), name="import")
-        importing.add(task)
-        task.add_done_callback(importing.discard)
-
-    async def import_last() -> None:
-        await asyncio.gather(*importing)
 
     station_config = config.read(settings.station) if settings.station else None
     simulation: Simulation | None = None
@@ -157,7 +178,24 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     if settings.rate_hz is not None:
         station_config = config.at_rate(station_config, settings.rate_hz)
     station_file = settings.data / "station-in-use.toml"
+    station_config = _as_it_stood(station_config, station_file)
+    if simulation:
+        await asyncio.to_thread(simulation.turn, station_config.side)
     config.write(station_config, station_file)
+    await asyncio.to_thread(_register, database, station_config.name, station_file)
+
+    def saved(record: Saved) -> None:
+        loop.call_soon_threadsafe(app.state.station.tell, record)
+
+    importer = Importer(database, settings.journal, station_config, saved)
+
+    def import_journal(finished: Path | None) -> None:
+        task = asyncio.create_task(asyncio.to_thread(importer.run, finished), name="import")
+        importing.add(task)
+        task.add_done_callback(importing.discard)
+
+    async def import_last() -> None:
+        await asyncio.gather(*importing)
 
     station = Station(
         station_config,
@@ -174,9 +212,26 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulation,
     )
     await asyncio.to_thread(importer.run_at_start)
+    writer = EventWriter(database)
+    stack.push_async_callback(asyncio.to_thread, writer.close)
+    await stack.enter_async_context(events_recorded(station, writer))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
     station.start()
+
+
+def _register(database: Database, name: str, station_file: Path) -> None:
+    with database.write() as session:
+        event_service.register(session, name, station_file.read_text())
+
+
+def _as_it_stood(station_config: config.StationConfig, station_file: Path) -> config.StationConfig:
+    """Nobody turns an apparatus by starting a service."""
+    try:
+        before = config.read(station_file)
+    except config.ConfigError:
+        return station_config
+    return msgspec.structs.replace(station_config, side=before.side)
 
 
 def _document_problems(app: FastAPI) -> None:

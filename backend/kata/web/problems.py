@@ -2,7 +2,7 @@
 
 import logging
 from http import HTTPStatus
-from typing import Any, Final
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.clinic.problems import ProblemError
 from kata.device.messages import Refusal
+from kata.web import words
 
 log = logging.getLogger(__name__)
 
@@ -27,18 +28,35 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(ProblemError)
     def problem(request: Request, error: ProblemError) -> JSONResponse:
-        return document(error.status, error.code, error.message, error.next_step)
+        places = [
+            ProblemField(
+                pointer=where,
+                field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
+                detail=what,
+            )
+            for where, what in error.places
+        ]
+        return document(error.status, error.code, error.message, error.next_step, places)
 
     @app.exception_handler(HTTPException)
     def http(request: Request, error: HTTPException) -> JSONResponse:
+        if error.status_code == HTTPStatus.BAD_REQUEST:
+            # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
+            return document(422, "invalid", "What was sent is no JSON in UTF-8.")
         code = HTTPStatus(error.status_code).name.lower()
         return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
     def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
-        fields = [ProblemField(pointer=_pointer(one["loc"]), detail=_sentence(one)) for one in error.errors()]
-        what = "; ".join(f"{field.pointer.removeprefix('#/')} {field.detail}" for field in fields)
-        return document(422, "invalid", f"Please check what was entered: {what}.", errors=fields)
+        language = words.preferred(request.headers.get("accept-language", ""))
+        fields = [_field(one, error.body, language) for one in error.errors()]
+        if language == "ja":
+            what = "、".join(f"{field.field}: {field.detail}" for field in fields)
+            sentence = f"入力内容を確認してください。{what}。"
+        else:
+            what = "; ".join(f"{field.field} {field.detail}" for field in fields)
+            sentence = f"Please check what was entered: {what}."
+        return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:
@@ -69,17 +87,26 @@ def document(
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
 
 
-def _pointer(location: tuple[Any, ...]) -> str:
-    where, *rest = location
-    path = "/".join(str(part) for part in rest)
-    return f"#/{path}" if where == "body" else f"{where}/{path}"
+def _field(error: Any, body: Any, language: words.Language) -> ProblemField:
+    where, *rest = error["loc"]
+    # Where JSON cannot be read, its place is a character's, and no field's.
+    path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
+    told = words.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
+    pointer = "/".join(str(part) for part in path)
+    return ProblemField(
+        pointer=f"#/{pointer}" if where == "body" else f"{where}/{pointer}",
+        field=words.name(path, language),
+        detail=told,
+    )
 
 
-_PLAIN: Final = {"string_too_short": "must not be empty", "missing": "is needed"}
-
-
-def _sentence(error: Any) -> str:
-    if error["type"] in _PLAIN:
-        return _PLAIN[error["type"]]
-    message = str(error["msg"]).removeprefix("Value error, ")
-    return message[0].lower() + message[1:]
+def _path(location: list[Any], body: Any) -> list[str | int]:
+    path = []
+    for place, part in enumerate(location, start=1):
+        there = part in body if isinstance(body, dict) else isinstance(body, list) and part in range(len(body))
+        # Pydantic also names the variant of a union, which is nowhere in what was sent. Nor is a field that is missing.
+        if there or place == len(location):
+            path.append(part)
+        if there:
+            body = body[part]
+    return path

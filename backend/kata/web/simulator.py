@@ -11,6 +11,7 @@ from pydantic import Field
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.fields import Name, Schema
 from kata.clinic.problems import ProblemError
+from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.motion.taught import Taught, TaughtError, parse_csv, read_csv
@@ -80,6 +81,17 @@ class Simulation:
             except TaughtError:
                 continue
 
+    def turn(self, side: Side) -> None:
+        """The apparatus is to stand for a side.
+
+        :raises ProblemError: 409 while its motors hold the arm or the hand guides it.
+        """
+        with closing(self.process.client()) as client:
+            try:
+                client.turn(turned=side != CANONICAL_SIDE)
+            except HandRefusedError as error:
+                raise _refused(error) from error
+
     def motions(self) -> list[Motion]:
         """All of them."""
         return [self._motion(key) for key in self._motions]
@@ -104,14 +116,26 @@ class Simulation:
         return Motion(id=key, name=taught.name, source=source, duration_s=taught.duration_s)
 
 
-def _simulation(request: Request) -> Simulation:
+def _refused(error: HandRefusedError) -> ProblemError:
+    message = str(error)
+    sentence = f"{message[0].upper()}{message[1:]}."
+    return ProblemError(409, "hand_refused", sentence, "Wait, or let go of the arm first.")
+
+
+def _any_simulation(request: Request) -> Simulation | None:
     simulation: Simulation | None = request.app.state.simulation
+    return simulation
+
+
+def _simulation(request: Request) -> Simulation:
+    simulation = _any_simulation(request)
     if simulation is None:
         raise ProblemError(404, "not_simulating", "This station has a real apparatus.", "Use its own pedal and switch.")
     return simulation
 
 
 TheSimulation = Annotated[Simulation, Depends(_simulation)]
+AnySimulation = Annotated[Simulation | None, Depends(_any_simulation)]
 router = APIRouter(prefix="/api/simulator", tags=["simulator"], responses=PROBLEMS.of(404))
 
 
@@ -144,10 +168,7 @@ def guide_arm(simulation: TheSimulation, wanted: GuideRequest) -> SimulatorState
         try:
             return _told(simulation, client.guide(motion))
         except HandRefusedError as error:
-            message = str(error)
-            raise ProblemError(
-                409, "hand_refused", f"{message[0].upper()}{message[1:]}.", "Wait, or let go of the arm first."
-            ) from error
+            raise _refused(error) from error
 
 
 @router.post("/release")

@@ -8,24 +8,39 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
-from kata.clinic.fields import Name, Schema, Side
+from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes.limits import MotorLimits
+from kata.clinic.fields import Doer, Name, Schema, Side
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.problems import ProblemError
-from kata.clinic.recordings import service as recordings
+from kata.clinic.programmes import planned
+from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions import checks, learning
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.schemas import Run
-from kata.clinic.sessions.tables import RunRow
+from kata.clinic.sessions.schemas import Asked, Run
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
+from kata.motion import edit
+from kata.motion.edit import Motion
+from kata.motion.learning import Correction
+from kata.motion.method import Method
 from kata.station.schemas import Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.problems import refused
+from kata.web.simulator import AnySimulation
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
+_METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
+    ("smooth", False): (),
+    ("paper", False): ("as in the paper, at 10 Hz",),
+    ("learned", False): ("learned, with nothing to go by yet",),
+    ("learned", True): ("learned from earlier playbacks",),
+}
+"""Told with what was done to the recording; whether there is a correction makes a difference for one method."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 
 
@@ -34,6 +49,12 @@ class StationState(Schema):
 
     station: StationInfo
     live: Live
+
+
+class SideRequest(Schema):
+    """Which shoulder the apparatus stands for."""
+
+    side: Side
 
 
 class Accepted(Schema):
@@ -47,7 +68,9 @@ class TeachRequest(Schema):
 
     patient_id: UUID
     name: Name = Field("Motion", description="What its recordings will be called.", examples=["Flexion"])
-    side: Side | None = Field(None, description="The patient's affected side unless given.")
+    side: Side | None = Field(None, description="The side of the patient's episode unless given.")
+    taught_by: Doer = Field("", description="Whose hands guide the arm.", examples=["Sato"])
+    fixtures: Fixtures = Field(default_factory=set)
 
 
 class Teaching(Schema):
@@ -56,12 +79,20 @@ class Teaching(Schema):
     teaching_id: UUID
 
 
-class LoadRequest(Schema):
-    """What to play, and in which session."""
+class LoadRequest(Asked):
+    """What to play, how, and in which session."""
 
     session_id: UUID
     recording_id: UUID
+    programme_position: int | None = Field(
+        None, ge=1, le=1000, description="Which item of the session's programme this is; none: chosen besides."
+    )
     load_level: LoadLevel = messages.LOAD_LEVELS
+    method: Method = Field(
+        "smooth",
+        description="paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what "
+        "earlier runs of this recording with these settings have taught on this station.",
+    )
 
 
 @router.get("")
@@ -70,12 +101,30 @@ async def get_station(station: TheStation) -> StationState:
     return StationState(station=station.info, live=station.live())
 
 
+@router.post("/side", responses=PROBLEMS.of(409, 422))
+async def turn(station: TheStation, simulation: AnySimulation, wanted: SideRequest) -> Accepted:
+    """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
+
+    Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
+    program starts anew, which takes about a second.
+    """
+
+    async def meanwhile() -> None:
+        if simulation:
+            await run_in_threadpool(simulation.turn, wanted.side)
+
+    refusal = await station.turn(wanted.side, meanwhile)
+    if refusal:
+        raise refused(refusal)
+    return Accepted(accepted=True)
+
+
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
 async def teach(station: TheStation, database: TheDatabase, wanted: TeachRequest) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down."""
     teaching, patient = await run_in_threadpool(_begin_teaching, database, wanted)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
-    refusal = await station.command(messages.Teach(teaching_id=str(teaching.id)), occupation)
+    refusal = await station.command(messages.Teach(teaching_id=str(teaching.id), side=_side(teaching.side)), occupation)
     if refusal:
         if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget, database, teaching)
@@ -91,17 +140,29 @@ async def finish_teaching(station: TheStation) -> Accepted:
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
 async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) -> Run:
-    """Check a recording against the apparatus' limits and make it the one to be played: a new run."""
-    run, taught = await run_in_threadpool(_begin_run, database, wanted)
+    """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
+
+    Refused while the session's checklist is open.
+    """
+    there = checks.apparatus(station.info.name, station.live())
+    run, motion, learned, side, limits = await run_in_threadpool(_begin_run, database, wanted, there)
     command = messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
-        times_s=taught.times_s.astype("<f8").tobytes(),
-        angles_deg=taught.angles_deg.astype("<f8").tobytes(),
+        times_s=motion.times_s.astype("<f8").tobytes(),
+        angles_deg=motion.angles_deg.astype("<f8").tobytes(),
+        side=side,
         load_level=wanted.load_level,
+        limits_deg=limits,
+        method=wanted.method,
+        correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
+        correction_step_s=learned.step_s if learned else 0.0,
+        repetition_s=motion.duration_s / wanted.repetitions,
     )
     patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
-    refusal = await station.command(command, Occupation(str(run.id), patient, run.recording_name, run.session_id))
+    changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
+    occupation = Occupation(str(run.id), patient, run.recording_name, run.session_id, changes)
+    refusal = await station.command(command, occupation)
     if refusal:
         if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget_run, database, run.id)
@@ -131,6 +192,12 @@ async def play(station: TheStation) -> Accepted:
 async def pause(station: TheStation) -> Accepted:
     """Slow down on the path and hold."""
     return await _send(station, messages.Pause())
+
+
+@router.post("/less", responses=_COMMAND)
+async def less(station: TheStation) -> Accepted:
+    """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
+    return await _send(station, messages.Less())
 
 
 @router.post("/return", responses=_COMMAND)
@@ -163,21 +230,49 @@ def _begin_teaching(database: Database, wanted: TeachRequest) -> tuple[TeachingR
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        side = wanted.side or patient.affected_side
+        if side is None:
+            raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
         row = TeachingRow(
             id=uuid4(),
             patient_id=patient.id,
             name=wanted.name,
-            side=wanted.side or patient.affected_side,
+            side=side,
+            taught_by=wanted.taught_by,
+            fixtures=sorted(wanted.fixtures),
             started_at=utc_now(),
         )
         session.add(row)
     return row, patient
 
 
-def _begin_run(database: Database, wanted: LoadRequest) -> tuple[Run, recordings.Samples]:
+def _begin_run(
+    database: Database, wanted: LoadRequest, there: checks.Apparatus
+) -> tuple[Run, Motion, Correction | None, Side, MotorLimits]:
     with database.write() as session:
-        row = sessions.begin_run(session, wanted.session_id, wanted.recording_id, wanted.load_level)
-        return sessions.as_run(row), recordings.samples(session, wanted.recording_id)
+        asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
+        row = sessions.begin_run(
+            session,
+            wanted.session_id,
+            wanted.recording_id,
+            wanted.load_level,
+            asked,
+            wanted.method,
+            there.station,
+            wanted.programme_position,
+        )
+        if wanted.programme_position is not None:
+            planned.check_timer(session, wanted.session_id)
+        learned = learning.correction(session, row.corrected_by)
+        motion, side = sessions.motion_of(session, row), _side(row.recording.side)
+        limits = doctor.check(session, row.recording.patient_id, side, motion, wanted.load_level, wanted.method)
+        # Last: nobody is to put a patient in order for what may not be played anyway.
+        checks.require(session, wanted.session_id, wanted.recording_id, there)
+        return sessions.as_run(row), motion, learned, side, limits
+
+
+def _side(stored: str) -> Side:
+    return "left" if stored == "left" else "right"
 
 
 def _patient_of(database: Database, session_id: UUID) -> PatientRef:
@@ -194,6 +289,4 @@ def _forget(database: Database, teaching: TeachingRow) -> None:
 
 def _forget_run(database: Database, run_id: UUID) -> None:
     with database.write() as session:
-        row = session.get(RunRow, run_id)
-        if row and row.outcome == "loaded":
-            session.delete(row)
+        sessions.forget_run(session, run_id)

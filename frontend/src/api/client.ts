@@ -1,13 +1,36 @@
 import createClient from "openapi-fetch";
+import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
 
 export type Schemas = components["schemas"];
 export type Patient = Schemas["Patient"];
 export type Recording = Schemas["Recording"];
+/** What can be done to a recording. */
+export type Edit =
+  | Schemas["Trim"]
+  | Schemas["Hold"]
+  | Schemas["Scale"]
+  | Schemas["Isolate"]
+  | Schemas["WarmUp"]
+  | Schemas["Stretch"]
+  | Schemas["Mirror"];
+export type Episode = Schemas["Episode"];
+export type Assessment = Schemas["Assessment"];
 export type Session = Schemas["Session"];
+/** Which sessions; those that match everything that is given. */
+export type SessionsWanted = Omit<
+  NonNullable<paths["/api/sessions"]["get"]["parameters"]["query"]>,
+  "after" | "limit"
+>;
 export type Run = Schemas["Run"];
+export type Check = Schemas["SessionCheck"];
+export type Programme = Schemas["ProgrammeDetail"];
+export type ProgrammeVersion = Schemas["ProgrammeVersion"];
+export type ProgrammeItem = Schemas["ProgrammeItem"];
 export type Live = Schemas["Live"];
 export type StationInfo = Schemas["StationInfo"];
+export type Chart =
+  paths["/api/episodes/{episode_id}/progress/{chart}"]["get"]["parameters"]["path"]["chart"];
 export type CommandName = keyof Live["refusals"];
 
 /** An error answer of the service: a sentence, and what to do next. */
@@ -50,10 +73,13 @@ async function unwrap<T>(
   return given.data;
 }
 
+/** Behind the last row that is known already; without one, from the beginning. */
+const behind = (after: string | null) => (after === null ? {} : { after });
+
 /** Every call that the page makes. */
 export const api = {
-  patients: (search: string, archived: boolean, offset: number) =>
-    unwrap(client.GET("/api/patients", { params: { query: { search, archived, offset, limit: 50 } } })),
+  patients: (search: string, archived: boolean, after: string | null = null) =>
+    unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...behind(after) } } })),
   patient: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}", { params: { path: { patient_id: key } } })),
   createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),
@@ -61,32 +87,167 @@ export const api = {
     unwrap(client.PATCH("/api/patients/{patient_id}", { params: { path: { patient_id: key } }, body })),
   recordings: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}/recordings", { params: { path: { patient_id: key } } })),
-  patientSessions: (key: string) =>
-    unwrap(client.GET("/api/patients/{patient_id}/sessions", { params: { path: { patient_id: key } } })),
+  patientSessions: (key: string, after: string | null = null) =>
+    unwrap(
+      client.GET("/api/patients/{patient_id}/sessions", {
+        params: { path: { patient_id: key }, query: behind(after) },
+      }),
+    ),
+  // Episodes
+  episodes: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/episodes", { params: { path: { patient_id: key } } })),
+  openEpisode: (key: string, body: Schemas["EpisodeCreate"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/episodes", { params: { path: { patient_id: key } }, body }),
+    ),
+  updateEpisode: (key: string, body: Schemas["EpisodeUpdate"]) =>
+    unwrap(client.PATCH("/api/episodes/{episode_id}", { params: { path: { episode_id: key } }, body })),
+  closeEpisode: (key: string, body: Schemas["EpisodeClose"]) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/close", { params: { path: { episode_id: key } }, body })),
+  reopenEpisode: (key: string) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/reopen", { params: { path: { episode_id: key } } })),
+  addStage: (key: string, body: Schemas["StageCreate"]) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/stages", { params: { path: { episode_id: key } }, body })),
+  removeStage: (episode_id: string, stage_id: string) =>
+    unwrap(
+      client.DELETE("/api/episodes/{episode_id}/stages/{stage_id}", {
+        params: { path: { episode_id, stage_id } },
+      }),
+    ),
   recording: (key: string) =>
     unwrap(client.GET("/api/recordings/{recording_id}", { params: { path: { recording_id: key } } })),
   updateRecording: (key: string, body: Schemas["RecordingUpdate"]) =>
     unwrap(client.PATCH("/api/recordings/{recording_id}", { params: { path: { recording_id: key } }, body })),
-  recordingFigure: (key: string) =>
-    unwrap(client.GET("/api/recordings/{recording_id}/figure", { params: { path: { recording_id: key } } })),
-  sessions: (offset: number) =>
-    unwrap(client.GET("/api/sessions", { params: { query: { offset, limit: 50 } } })),
+  recordingFigure: (key: string, window: PlotWindow | null) =>
+    unwrap(
+      client.GET("/api/recordings/{recording_id}/figure", {
+        params: { path: { recording_id: key }, query: window ?? {} },
+      }),
+    ),
+  previewDerived: (key: string, body: Edit) =>
+    unwrap(
+      client.POST("/api/recordings/{recording_id}/derived/preview", {
+        params: { path: { recording_id: key } },
+        body,
+      }),
+    ),
+  derive: (key: string, body: Edit) =>
+    unwrap(
+      client.POST("/api/recordings/{recording_id}/derived", {
+        params: { path: { recording_id: key } },
+        body,
+      }),
+    ),
+  sessions: (wanted: SessionsWanted, after: string | null = null) =>
+    unwrap(client.GET("/api/sessions", { params: { query: { ...wanted, ...behind(after) } } })),
+  sessionChoices: () => unwrap(client.GET("/api/sessions/choices")),
+  // Assessments and progress
+  assessmentForm: () => unwrap(client.GET("/api/assessments/form")),
+  assessments: (key: string, limit: number) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/assessments", {
+        params: { path: { episode_id: key }, query: { limit } },
+      }),
+    ),
+  createAssessment: (key: string, body: Schemas["AssessmentCreate"]) =>
+    unwrap(
+      client.POST("/api/episodes/{episode_id}/assessments", { params: { path: { episode_id: key } }, body }),
+    ),
+  updateAssessment: (key: string, body: Schemas["AssessmentUpdate"]) =>
+    unwrap(
+      client.PATCH("/api/assessments/{assessment_id}", { params: { path: { assessment_id: key } }, body }),
+    ),
+  withdrawAssessment: (key: string, updated_at: string) =>
+    unwrap(
+      client.POST("/api/assessments/{assessment_id}/withdraw", {
+        params: { path: { assessment_id: key } },
+        body: { updated_at },
+      }),
+    ),
+  progress: (key: string, chart: Chart) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/progress/{chart}", {
+        params: { path: { episode_id: key, chart } },
+      }),
+    ),
   session: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
-  createSession: (patient_id: string) => unwrap(client.POST("/api/sessions", { body: { patient_id } })),
+  createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
   updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
     unwrap(client.PATCH("/api/sessions/{session_id}", { params: { path: { session_id: key } }, body })),
-  endSession: (key: string) =>
-    unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } } })),
-  runFigures: (key: string) =>
-    unwrap(client.GET("/api/runs/{run_id}/figures", { params: { path: { run_id: key } } })),
-  teach: (body: { patient_id: string; name: string }) => unwrap(client.POST("/api/station/teach", { body })),
+  endSession: (key: string, body: Schemas["SessionEnd"] = {}) =>
+    unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } }, body })),
+  // The flow of a visit.
+  checklist: (key: string, recording_id: string | null) =>
+    unwrap(
+      client.GET("/api/sessions/{session_id}/checklist", {
+        params: { path: { session_id: key }, query: { recording_id } },
+      }),
+    ),
+  tick: (key: string, check: Check["check"], body: Schemas["CheckTick"]) =>
+    unwrap(
+      client.PUT("/api/sessions/{session_id}/checklist/{check}", {
+        params: { path: { session_id: key, check } },
+        body,
+      }),
+    ),
+  draft: (key: string) =>
+    unwrap(client.GET("/api/sessions/{session_id}/draft", { params: { path: { session_id: key } } })),
+  signSession: (key: string, body: Schemas["SessionSign"]) =>
+    unwrap(client.POST("/api/sessions/{session_id}/sign", { params: { path: { session_id: key } }, body })),
+  addAddendum: (key: string, body: Schemas["AddendumCreate"]) =>
+    unwrap(
+      client.POST("/api/sessions/{session_id}/addenda", { params: { path: { session_id: key } }, body }),
+    ),
+  sessionAlarms: (session_id: string) =>
+    unwrap(client.GET("/api/events", { params: { query: { session_id, kind: "alarm", limit: 50 } } })),
+  runFigures: (key: string, window: PlotWindow | null) =>
+    unwrap(
+      client.GET("/api/runs/{run_id}/figures", { params: { path: { run_id: key }, query: window ?? {} } }),
+    ),
+  teach: (body: Pick<Schemas["TeachRequest"], "patient_id" | "name" | "taught_by" | "fixtures">) =>
+    unwrap(client.POST("/api/station/teach", { body })),
+  // Programmes, and what was done of them.
+  programmes: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } } })),
+  createProgramme: (key: string, body: Schemas["ProgrammeCreate"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } }, body }),
+    ),
+  previewProgramme: (key: string, body: Schemas["PreviewWanted"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/programmes/preview", {
+        params: { path: { patient_id: key } },
+        body,
+      }),
+    ),
+  programme: (key: string) =>
+    unwrap(client.GET("/api/programmes/{programme_id}", { params: { path: { programme_id: key } } })),
+  updateProgramme: (key: string, body: Schemas["ProgrammeUpdate"]) =>
+    unwrap(client.PATCH("/api/programmes/{programme_id}", { params: { path: { programme_id: key } }, body })),
+  createProgrammeVersion: (key: string, body: Schemas["VersionCreate"]) =>
+    unwrap(
+      client.POST("/api/programmes/{programme_id}/versions", {
+        params: { path: { programme_id: key } },
+        body,
+      }),
+    ),
+  sessionPlan: (key: string) =>
+    unwrap(client.GET("/api/sessions/{session_id}/plan", { params: { path: { session_id: key } } })),
+  adherence: (key: string, utc_offset_minutes: number) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/adherence", {
+        params: { path: { episode_id: key }, query: { utc_offset_minutes } },
+      }),
+    ),
   load: (body: Schemas["LoadRequest"]) => unwrap(client.POST("/api/station/load", { body })),
   finishTeaching: () => unwrap(client.POST("/api/station/finish-teaching")),
   unload: () => unwrap(client.POST("/api/station/unload")),
   approach: () => unwrap(client.POST("/api/station/approach")),
   play: () => unwrap(client.POST("/api/station/play")),
+  turn: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
   pause: () => unwrap(client.POST("/api/station/pause")),
+  less: () => unwrap(client.POST("/api/station/less")),
   goBack: () => unwrap(client.POST("/api/station/return")),
   stop: () => unwrap(client.POST("/api/station/stop")),
   acknowledge: () => unwrap(client.POST("/api/station/acknowledge")),
@@ -103,4 +264,45 @@ export const api = {
         bodySerializer: (body) => body,
       }),
     ),
+  // What goes out to others and comes in from them. A file is sent as it is: what its bytes mean is the service's to say.
+  previewMotion: (patient_id: string, side: "left" | "right", csv: Blob) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/recordings/import/preview", {
+        params: { path: { patient_id }, query: { side } },
+        body: "",
+        headers: { "Content-Type": "text/csv" },
+        bodySerializer: () => csv,
+      }),
+    ),
+  importMotion: (
+    patient_id: string,
+    query: { name: string; side: "left" | "right"; taught_by: string },
+    csv: Blob,
+  ) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/recordings/import", {
+        params: { path: { patient_id }, query },
+        body: "",
+        headers: { "Content-Type": "text/csv" },
+        bodySerializer: () => csv,
+      }),
+    ),
+  importPatients: (affected_side: "left" | "right", resource: Blob) =>
+    unwrap(
+      client.POST("/api/patients/import/fhir", {
+        params: { query: { affected_side } },
+        body: {},
+        headers: { "Content-Type": "application/fhir+json" },
+        bodySerializer: () => resource,
+      }),
+    ),
+  openErasures: () => unwrap(client.GET("/api/erasures")),
+  erasures: (patient_id: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } } })),
+  noteErasure: (patient_id: string, body: Schemas["ErasureRequest"]) =>
+    unwrap(client.POST("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } }, body })),
+  refuseErasure: (erasure_id: string, body: Schemas["ErasureRefusal"]) =>
+    unwrap(client.POST("/api/erasures/{erasure_id}/refuse", { params: { path: { erasure_id } }, body })),
+  erasePatient: (erasure_id: string, body: Schemas["ErasureConsent"]) =>
+    unwrap(client.POST("/api/erasures/{erasure_id}/erase", { params: { path: { erasure_id } }, body })),
 };

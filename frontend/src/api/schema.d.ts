@@ -24,6 +24,530 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/assessments/form": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Assessment Form
+         * @description What may be measured and asked: motions with what is plausible and usual of them, and the items of the SPADI.
+         */
+        get: operations["get_assessment_form"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/assessments": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Assessments
+         * @description An episode's assessments, newest first, withdrawn ones among them; and the first, which others are held against.
+         */
+        get: operations["list_assessments"];
+        put?: never;
+        /**
+         * Create Assessment
+         * @description Keep what was found.
+         */
+        post: operations["create_assessment"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/assessments": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Patient Assessments
+         * @description The assessments of all of a patient's episodes, newest first.
+         */
+        get: operations["list_patient_assessments"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/assessments/{assessment_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Assessment
+         * @description One assessment.
+         */
+        get: operations["get_assessment"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Update Assessment
+         * @description Change any part of an assessment.
+         */
+        patch: operations["update_assessment"];
+        trace?: never;
+    };
+    "/api/assessments/{assessment_id}/withdraw": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Withdraw Assessment
+         * @description Withdraw what was entered by mistake: it stays to be seen, and counts for nothing; doing so again changes nothing.
+         */
+        post: operations["withdraw_assessment"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/episodes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Episodes
+         * @description A patient's episodes: those that go on first, then the newest first.
+         */
+        get: operations["list_episodes"];
+        put?: never;
+        /**
+         * Open Episode
+         * @description Begin the care of a shoulder. Each shoulder has one open episode at most.
+         */
+        post: operations["open_episode"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Episode
+         * @description One episode with its stages.
+         */
+        get: operations["get_episode"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Update Episode
+         * @description Change any part of it. A doctor's limits count from the next load on.
+         */
+        patch: operations["update_episode"];
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/close": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Close Episode
+         * @description End the care of a shoulder: nothing is played to it until an episode is open again.
+         */
+        post: operations["close_episode"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/reopen": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reopen Episode
+         * @description Go on with an episode that was closed.
+         */
+        post: operations["reopen_episode"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/stages": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add Stage
+         * @description Note that from a day on the shoulder is in another stage.
+         */
+        post: operations["add_stage"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/stages/{stage_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Remove Stage
+         * @description Take back a stage that was noted by mistake.
+         */
+        delete: operations["remove_stage"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Events
+         * @description What the device told, newest first: every event, and every alarm with when it was acknowledged.
+         */
+        get: operations["list_events"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/erasures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Erasures
+         * @description Requests that nobody has decided yet, oldest first.
+         */
+        get: operations["list_erasures"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/erasures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Patient Erasures
+         * @description A patient's requests, and what was decided.
+         */
+        get: operations["list_patient_erasures"];
+        put?: never;
+        /**
+         * Note Erasure
+         * @description Note that a patient asks for the record to be erased. Nothing is erased by that.
+         */
+        post: operations["note_erasure"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/erasures/{erasure_id}/refuse": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Refuse Erasure
+         * @description Keep the record, and say why: a duty to keep it, say.
+         */
+        post: operations["refuse_erasure"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/erasures/{erasure_id}/erase": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Erase Patient
+         * @description Take away what tells who the patient is, for good; what the shoulder did stays, without a person.
+         */
+        post: operations["erase_patient"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/recordings/{recording_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Recording Samples
+         * @description The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``.
+         */
+        get: operations["get_recording_samples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/recordings/{recording_id}/samples.parquet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Recording Parquet
+         * @description The samples as Parquet, with where they come from in the file's metadata and the unit in each column's.
+         */
+        get: operations["get_recording_parquet"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/samples.csv": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Samples
+         * @description What was measured as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque.
+         */
+        get: operations["get_run_samples"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/samples.parquet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Parquet
+         * @description What was measured as Parquet, with where it comes from in the file's metadata and the unit in each column's.
+         */
+        get: operations["get_run_parquet"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/recordings/import/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Imported Motion
+         * @description What a CSV file of a motion would be taken for; checked as at the import, and not kept.
+         */
+        post: operations["preview_imported_motion"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/recordings/import": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Motion
+         * @description Keep a motion from a CSV file as a recording, checked against the station's limits as at loading.
+         *
+         *     What is wrong is told with line and column; nothing is mended, and nothing is kept of a file that is wrong.
+         */
+        post: operations["import_motion"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/fhir": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Patient Fhir
+         * @description The patient's record as an HL7 FHIR R4 transaction; sent again, it changes nothing where it was sent before.
+         */
+        get: operations["get_patient_fhir"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/import/fhir": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Fhir Patients
+         * @description Sign up who is in it: all of them, or none where anything is not understood or a clinic number is taken.
+         *
+         *     What is not kept here, a telephone number say, is left out and named. No record that is there already is changed.
+         */
+        post: operations["import_fhir_patients"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/export.zip": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Whole Patient
+         * @description Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run.
+         */
+        get: operations["get_whole_patient"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients": {
         parameters: {
             query?: never;
@@ -72,6 +596,158 @@ export interface paths {
         patch: operations["update_patient"];
         trace?: never;
     };
+    "/api/patients/{patient_id}/programmes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Programmes
+         * @description A patient's programmes with what they say now: the one changed last first, archived ones last.
+         */
+        get: operations["list_programmes"];
+        put?: never;
+        /**
+         * Create Programme
+         * @description A new programme. Each item is checked as at loading: what this station could not play is refused.
+         */
+        post: operations["create_programme"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/patients/{patient_id}/programmes/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Programme
+         * @description How long each item would take, or why it cannot be played; nothing is kept.
+         */
+        post: operations["preview_programme"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/programmes/{programme_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Programme
+         * @description One programme with all its versions.
+         */
+        get: operations["get_programme"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Update Programme
+         * @description Rename, archive or restore; what it says changes by a new version only.
+         */
+        patch: operations["update_programme"];
+        trace?: never;
+    };
+    "/api/programmes/{programme_id}/versions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Create Programme Version
+         * @description What the programme says from now on; checked as a new one. What it said stays readable.
+         */
+        post: operations["create_programme_version"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/plan": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Session Plan
+         * @description The session's programme, item by item, with what was done of it, and what was played besides.
+         */
+        get: operations["get_session_plan"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/adherence": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Adherence
+         * @description Week by week: sessions against how many were wished for, repetitions done against those planned.
+         */
+        get: operations["get_adherence"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/progress/{chart}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Progress
+         * @description One chart of an episode over its weeks, and the numbers behind it.
+         *
+         *     rom: range of motion against baseline, other side and reference. pain: in assessments and around sessions. spadi: with its
+         *     minimal important change. tracking: how well recordings were reproduced. correction: what the learned method has come to.
+         *     adherence: sessions a week, as prescribed and done; weeks begin on Monday, UTC.
+         */
+        get: operations["get_progress"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients/{patient_id}/recordings": {
         parameters: {
             query?: never;
@@ -116,6 +792,48 @@ export interface paths {
         patch: operations["update_recording"];
         trace?: never;
     };
+    "/api/recordings/{recording_id}/derived": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Derive Recording
+         * @description Do something to a recording, and keep what comes of it as a new one of the same patient; the old one stays as it is.
+         *
+         *     It is checked against the station's limits first, as at loading: what leaves them is refused with motor and time.
+         */
+        post: operations["derive_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/recordings/{recording_id}/derived/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Derived Recording
+         * @description What would come of it, over what it is made of; checked in the same way, and not kept.
+         */
+        post: operations["preview_derived_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/recordings/{recording_id}/figure": {
         parameters: {
             query?: never;
@@ -125,7 +843,9 @@ export interface paths {
         };
         /**
          * Get Recording Figure
-         * @description The five motors' angles over time, one under the other.
+         * @description The five motors' angles over time, one under the other; each line with its peaks.
+         *
+         *     Of a short one, or of a window that is short, every sample; a window is given in seconds of the figure's clock.
          */
         get: operations["get_recording_figure"];
         put?: never;
@@ -136,7 +856,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/recordings/{recording_id}/samples.csv": {
+    "/api/sessions/{session_id}/report.html": {
         parameters: {
             query?: never;
             header?: never;
@@ -144,10 +864,70 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Recording Samples
-         * @description The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``.
+         * Get Session Page
+         * @description A session's report, to be read and printed. Until it is signed, it says so on every page.
          */
-        get: operations["get_recording_samples"];
+        get: operations["get_session_page"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/report.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Session Pdf
+         * @description The same as PDF, on A4.
+         */
+        get: operations["get_session_pdf"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/report.html": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Episode Page
+         * @description An episode's report, to be read and printed: assessments, trends, sessions.
+         */
+        get: operations["get_episode_page"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/episodes/{episode_id}/report.pdf": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Episode Pdf
+         * @description The same as PDF, on A4.
+         */
+        get: operations["get_episode_pdf"];
         put?: never;
         post?: never;
         delete?: never;
@@ -165,15 +945,35 @@ export interface paths {
         };
         /**
          * List Sessions
-         * @description Sessions of all patients, newest first.
+         * @description Sessions of all patients, newest first; only those that match everything that is given.
          */
         get: operations["list_sessions"];
         put?: never;
         /**
          * Create Session
-         * @description Begin a session. A patient has one open session at most: if there is one, it goes on.
+         * @description Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
          */
         post: operations["create_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/choices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Session Choices
+         * @description The therapists, stations and causes of stops that sessions can be looked for by.
+         */
+        get: operations["list_session_choices"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -219,9 +1019,49 @@ export interface paths {
         head?: never;
         /**
          * Update Session
-         * @description Change the note.
+         * @description Change note, pain, therapist or programme, until it is signed.
          */
         patch: operations["update_session"];
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/checklist": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Checklist
+         * @description What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself.
+         */
+        get: operations["get_checklist"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/checklist/{check}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Tick Check
+         * @description Somebody has looked, and it is in order.
+         */
+        put: operations["tick_check"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
         trace?: never;
     };
     "/api/sessions/{session_id}/end": {
@@ -235,9 +1075,69 @@ export interface paths {
         put?: never;
         /**
          * End Session
-         * @description End a session; ending it again changes nothing.
+         * @description End a session; ending it again changes nothing but the reason, if one is given.
          */
         post: operations["end_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/draft": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Draft
+         * @description A note from what was measured, to be read and edited; nothing is kept of it.
+         */
+        get: operations["get_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/sign": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Session
+         * @description Sign the note of an ended session. From then on it stays as it is, and only addenda are added.
+         */
+        post: operations["sign_session"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sessions/{session_id}/addenda": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Add Addendum
+         * @description Add to a signed note.
+         */
+        post: operations["add_addendum"];
         delete?: never;
         options?: never;
         head?: never;
@@ -274,6 +1174,8 @@ export interface paths {
         /**
          * Get Run Figures
          * @description For each motor the paper's figure: teaching and playback on the left axis, error on the right one.
+         *
+         *     Each line with its peaks; of a short run, or of a window that is short, every sample.
          */
         get: operations["get_run_figures"];
         put?: never;
@@ -298,6 +1200,29 @@ export interface paths {
         get: operations["get_station"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/side": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Turn
+         * @description Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
+         *
+         *     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
+         *     program starts anew, which takes about a second.
+         */
+        post: operations["turn"];
         delete?: never;
         options?: never;
         head?: never;
@@ -355,7 +1280,9 @@ export interface paths {
         put?: never;
         /**
          * Load
-         * @description Check a recording against the apparatus' limits and make it the one to be played: a new run.
+         * @description Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
+         *
+         *     Refused while the session's checklist is open.
          */
         post: operations["load"];
         delete?: never;
@@ -438,6 +1365,26 @@ export interface paths {
          * @description Slow down on the path and hold.
          */
         post: operations["pause"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/less": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Less
+         * @description A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition.
+         */
+        post: operations["less"];
         delete?: never;
         options?: never;
         head?: never;
@@ -662,6 +1609,256 @@ export interface components {
             accepted: boolean;
         };
         /**
+         * Addendum
+         * @description What was added, and when.
+         */
+        Addendum: {
+            /** Written By */
+            written_by: string;
+            /** Text */
+            text: string;
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Written At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            written_at: string;
+        };
+        /**
+         * AddendumCreate
+         * @description What is added to a signed note.
+         */
+        AddendumCreate: {
+            /** Written By */
+            written_by: string;
+            /** Text */
+            text: string;
+        };
+        /**
+         * Adherence
+         * @description From the first session or programme to the present week, or to that in which the episode was closed.
+         */
+        Adherence: {
+            /**
+             * Weeks
+             * @description Oldest first; weeks without a session are there too.
+             */
+            weeks: components["schemas"]["AdherenceWeek"][];
+        };
+        /**
+         * AdherenceWeek
+         * @description One week, from Monday.
+         */
+        AdherenceWeek: {
+            /**
+             * Begins On
+             * Format: date
+             * @description Its Monday, by the clinic's clock.
+             * @example 2026-11-16
+             */
+            begins_on: string;
+            /**
+             * Sessions
+             * @description Sessions in which something was played.
+             * @example 2
+             */
+            sessions: number;
+            /**
+             * Sessions Wished
+             * @description What the programme said at its end; null where none said anything.
+             * @example 3
+             */
+            sessions_wished: number | null;
+            /**
+             * Repetitions Planned
+             * @description By the programmes of these sessions.
+             * @example 60
+             */
+            repetitions_planned: number;
+            /**
+             * Repetitions Done
+             * @description Of those; more than planned counts nothing.
+             * @example 54
+             */
+            repetitions_done: number;
+        };
+        /**
+         * Assessment
+         * @description What was found on a day.
+         */
+        Assessment: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Episode Id
+             * Format: uuid
+             */
+            episode_id: string;
+            /**
+             * Assessed At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            assessed_at: string;
+            /** Assessed By */
+            assessed_by: string;
+            /** Rom */
+            rom: components["schemas"]["RomEntry"][];
+            /** Pain Rest */
+            pain_rest: number | null;
+            /** Pain Active */
+            pain_active: number | null;
+            /** Pain Passive */
+            pain_passive: number | null;
+            /**
+             * Pain Average
+             * @description Over the last week.
+             */
+            pain_average: number | null;
+            /** Spadi */
+            spadi: (number | null)[] | null;
+            /** @description Null where it was not asked. */
+            spadi_score: components["schemas"]["SpadiScore"] | null;
+            /** Note */
+            note: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            /**
+             * Withdrawn At
+             * @description When it was said to have been entered by mistake. UTC.
+             */
+            withdrawn_at: string | null;
+        };
+        /**
+         * AssessmentCreate
+         * @description What was found. Nothing has to be measured, but something.
+         */
+        AssessmentCreate: {
+            /**
+             * Assessed At
+             * Format: date-time
+             * @description When it was found. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            assessed_at: string;
+            /**
+             * Assessed By
+             * @example Kimura Jun
+             */
+            assessed_by: string;
+            /** Rom */
+            rom?: components["schemas"]["RomEntry"][];
+            /** Pain Rest */
+            pain_rest?: number | null;
+            /** Pain Active */
+            pain_active?: number | null;
+            /** Pain Passive */
+            pain_passive?: number | null;
+            /** Pain Average */
+            pain_average?: number | null;
+            /** Spadi */
+            spadi?: (number | null)[] | null;
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+        };
+        /**
+         * AssessmentForm
+         * @description What an assessment may hold, in the order in which it is asked for.
+         */
+        AssessmentForm: {
+            /** Rom */
+            rom: components["schemas"]["RomMeasure"][];
+            /** Spadi */
+            spadi: components["schemas"]["SpadiItem"][];
+            /**
+             * Spadi Perhaps Important
+             * @description Less of a change is not important to patients.
+             */
+            spadi_perhaps_important: number;
+            /**
+             * Spadi Important
+             * @description As much of a change, or more, is.
+             */
+            spadi_important: number;
+        };
+        /**
+         * AssessmentPage
+         * @description Some of them, newest first; withdrawn ones are among them.
+         */
+        AssessmentPage: {
+            /** Items */
+            items: components["schemas"]["Assessment"][];
+            /**
+             * Total
+             * @description How many there are in all.
+             */
+            total: number;
+        };
+        /**
+         * AssessmentUpdate
+         * @description Any part of it. What is given replaces what was there: ``rom`` all its entries, null what is taken back.
+         *
+         *     ``updated_at`` is the one the editor saw; if it has been changed since, nothing is saved.
+         */
+        AssessmentUpdate: {
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            /** Assessed At */
+            assessed_at?: string | null;
+            /** Assessed By */
+            assessed_by?: string | null;
+            /** Rom */
+            rom?: components["schemas"]["RomEntry"][] | null;
+            /** Pain Rest */
+            pain_rest?: number | null;
+            /** Pain Active */
+            pain_active?: number | null;
+            /** Pain Passive */
+            pain_passive?: number | null;
+            /** Pain Average */
+            pain_average?: number | null;
+            /** Spadi */
+            spadi?: (number | null)[] | null;
+            /** Note */
+            note?: string | null;
+        };
+        /**
+         * AssessmentWithdraw
+         * @description It was entered by mistake.
+         */
+        AssessmentWithdraw: {
+            /**
+             * Updated At
+             * Format: date-time
+             * @description The one that was seen: what has been changed since is not withdrawn. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+        };
+        /**
          * AxisInfo
          * @description What one motor may do.
          */
@@ -769,6 +1966,61 @@ export interface components {
             };
         };
         /**
+         * CheckAnswer
+         * @description An answer as it is kept with the session.
+         */
+        CheckAnswer: {
+            /**
+             * Check
+             * @enum {string}
+             */
+            check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+            /**
+             * Subject
+             * @description What it was given for: a side, fixtures.
+             * @example arm_fixer_1
+             */
+            subject: string;
+            /**
+             * At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            at: string;
+            /**
+             * By
+             * @description Empty where the apparatus itself told.
+             */
+            by: string;
+        };
+        /**
+         * CheckTick
+         * @description Somebody has looked.
+         */
+        CheckTick: {
+            /** Checked By */
+            checked_by: string;
+            /**
+             * Recording Id
+             * @description What is to be played: it says which fixtures are meant.
+             */
+            recording_id?: string | null;
+        };
+        /**
+         * Checklist
+         * @description What has to be in order, and what is.
+         */
+        Checklist: {
+            /** Checks */
+            checks: components["schemas"]["SessionCheck"][];
+            /**
+             * Complete
+             * @description Nothing is open: the recording may be loaded.
+             */
+            complete: boolean;
+        };
+        /**
          * Comparison
          * @description Playback against teaching.
          */
@@ -780,6 +2032,379 @@ export interface components {
             samples: number;
             /** Motors */
             motors: components["schemas"]["MotorTracking"][];
+            /**
+             * Motions
+             * @description Those of the six basic motions that the recording moves; none for older runs.
+             */
+            motions: components["schemas"]["MotionTracking"][];
+        };
+        /**
+         * DeviceEvent
+         * @description Something that the device told; an alarm where it stopped something.
+         */
+        DeviceEvent: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Station
+             * @example Station 1
+             */
+            station: string;
+            /**
+             * At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            at: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "alarm" | "event";
+            /**
+             * Code
+             * @example estop_pressed
+             */
+            code: string;
+            /**
+             * Message
+             * @example The emergency stop was pressed.
+             */
+            message: string;
+            /**
+             * Category
+             * @description Of the stop, where it is an alarm.
+             */
+            category: number | null;
+            /**
+             * Axis
+             * @description Motor number, where it belongs to one.
+             */
+            axis: number | null;
+            /** Patient Id */
+            patient_id: string | null;
+            /** Session Id */
+            session_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            /**
+             * Ended At
+             * @description When an alarm was acknowledged, its cause gone.
+             */
+            ended_at: string | null;
+        };
+        /**
+         * DeviceEventPage
+         * @description Some of the events that match, newest first.
+         */
+        DeviceEventPage: {
+            /** Items */
+            items: components["schemas"]["DeviceEvent"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
+        };
+        /**
+         * Draft
+         * @description What the note could say.
+         */
+        Draft: {
+            /** Text */
+            text: string;
+            /**
+             * End Reason
+             * @description What the session's end could be called.
+             * @enum {string}
+             */
+            end_reason: "completed" | "shortened" | "stopped" | "patient_request" | "other";
+        };
+        /**
+         * Episode
+         * @description The care of one shoulder, from referral to discharge.
+         */
+        Episode: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Patient Id
+             * Format: uuid
+             */
+            patient_id: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /** Diagnosis */
+            diagnosis: string;
+            /** Onset On */
+            onset_on: string | null;
+            /** Contraindications */
+            contraindications: string;
+            /**
+             * Limits
+             * @description What the doctor allows, one entry a motion; motions without one go as far as the apparatus does.
+             */
+            limits: components["schemas"]["MotionLimit"][];
+            /**
+             * Max Load Level
+             * @description The highest load level that the doctor allows; null: any.
+             */
+            max_load_level: number | null;
+            /**
+             * Limits By
+             * @description The doctor who set the limits: needed where there are any.
+             */
+            limits_by: string;
+            /**
+             * Opened At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            opened_at: string;
+            /** Closed At */
+            closed_at: string | null;
+            /** Closing Note */
+            closing_note: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            /** @description The newest one; null where none was noted. */
+            stage: components["schemas"]["Stage"] | null;
+            /**
+             * Stages
+             * @description In the order of their days.
+             */
+            stages: components["schemas"]["Stage"][];
+        };
+        /**
+         * EpisodeAssessments
+         * @description An episode's, and what they are held against.
+         */
+        EpisodeAssessments: {
+            /** Items */
+            items: components["schemas"]["Assessment"][];
+            /**
+             * Total
+             * @description How many there are in all.
+             */
+            total: number;
+            /** @description The first that was not withdrawn. */
+            baseline: components["schemas"]["Assessment"] | null;
+        };
+        /**
+         * EpisodeClose
+         * @description How the care of a shoulder ended.
+         */
+        EpisodeClose: {
+            /**
+             * Closing Note
+             * @default
+             * @example Discharged: full range, no pain.
+             */
+            closing_note: string;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
+         * EpisodeCreate
+         * @description What is known when the care of a shoulder begins.
+         */
+        EpisodeCreate: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Diagnosis
+             * @default
+             * @example Adhesive capsulitis
+             */
+            diagnosis: string;
+            /**
+             * Onset On
+             * @description When the trouble began.
+             * @example 2026-05-01
+             */
+            onset_on?: string | null;
+            /**
+             * Contraindications
+             * @default
+             * @example No abduction beyond 90 degrees.
+             */
+            contraindications: string;
+            /**
+             * Limits
+             * @description What the doctor allows, one entry a motion; motions without one go as far as the apparatus does.
+             */
+            limits?: components["schemas"]["MotionLimit"][];
+            /**
+             * Max Load Level
+             * @description The highest load level that the doctor allows; null: any.
+             */
+            max_load_level?: number | null;
+            /**
+             * Limits By
+             * @description The doctor who set the limits: needed where there are any.
+             * @default
+             * @example Dr. Mori
+             */
+            limits_by: string;
+        };
+        /**
+         * EpisodeList
+         * @description A patient's episodes: those that go on first, then by when they were opened, newest first.
+         */
+        EpisodeList: {
+            /** Items */
+            items: components["schemas"]["Episode"][];
+        };
+        /**
+         * EpisodeUpdate
+         * @description Any part of it. ``updated_at`` is the one the editor saw; if the episode has changed since, nothing is saved.
+         */
+        EpisodeUpdate: {
+            /** Diagnosis */
+            diagnosis?: string | null;
+            /** Onset On */
+            onset_on?: string | null;
+            /** Contraindications */
+            contraindications?: string | null;
+            /** Limits */
+            limits?: components["schemas"]["MotionLimit"][] | null;
+            /**
+             * Max Load Level
+             * @description The highest load level that the doctor allows; null: any.
+             */
+            max_load_level?: number | null;
+            /**
+             * Limits By
+             * @description The doctor who set the limits: needed where there are any.
+             */
+            limits_by?: string | null;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
+         * Erasure
+         * @description A request for erasure, and what was decided.
+         */
+        Erasure: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Patient Id
+             * Format: uuid
+             */
+            patient_id: string;
+            /**
+             * Asked At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            asked_at: string;
+            /**
+             * Reason
+             * @description Empty once the record is erased: it may have named the patient.
+             */
+            reason: string;
+            /** Noted By */
+            noted_by: string;
+            /** Decided At */
+            decided_at: string | null;
+            /** Decided By */
+            decided_by: string;
+            /**
+             * Decision
+             * @description Null while nobody has decided.
+             */
+            decision: ("erased" | "refused") | null;
+            /** Explanation */
+            explanation: string;
+        };
+        /**
+         * ErasureConsent
+         * @description What tells who the patient is, is taken away. Nothing brings it back.
+         */
+        ErasureConsent: {
+            /**
+             * Clinic Number
+             * @description The patient's, typed once more: this cannot be undone.
+             * @example K-0042
+             */
+            clinic_number: string;
+            /**
+             * Explanation
+             * @description Without naming the patient.
+             * @default
+             * @example Nothing forbids it.
+             */
+            explanation: string;
+            /**
+             * Decided By
+             * @example Director Kobayashi
+             */
+            decided_by: string;
+        };
+        /**
+         * ErasureList
+         * @description Requests for erasure, oldest first.
+         */
+        ErasureList: {
+            /** Items */
+            items: components["schemas"]["Erasure"][];
+        };
+        /**
+         * ErasureRefusal
+         * @description The record is kept, and why.
+         */
+        ErasureRefusal: {
+            /**
+             * Explanation
+             * @example Records are kept by law for five years after the last visit.
+             */
+            explanation: string;
+            /**
+             * Decided By
+             * @example Director Kobayashi
+             */
+            decided_by: string;
+        };
+        /**
+         * ErasureRequest
+         * @description A patient asks for the record to be erased.
+         */
+        ErasureRequest: {
+            /**
+             * Reason
+             * @example Asked for it in writing on 20 November.
+             */
+            reason: string;
+            /**
+             * Noted By
+             * @description Who noted it.
+             * @example Suzuki Aya
+             */
+            noted_by: string;
         };
         /**
          * EstopRequest
@@ -914,6 +2539,244 @@ export interface components {
             device: "starting" | "running" | "restarting";
         };
         /**
+         * Hold
+         * @description Stand at one point for a while.
+         */
+        Hold: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "hold";
+            /**
+             * At S
+             * @description Where on the motion, seconds.
+             * @example 4
+             */
+            at_s: number;
+            /**
+             * Hold S
+             * @description For how long, seconds.
+             * @example 10
+             */
+            hold_s: number;
+        };
+        /**
+         * ImportedMotion
+         * @description A new recording, and what was understood of its file.
+         */
+        ImportedMotion: {
+            recording: components["schemas"]["RecordingDetail"];
+            understood: components["schemas"]["UnderstoodMotion"];
+        };
+        /**
+         * ImportedPatients
+         * @description Who was signed up, and what of the resources is not kept here.
+         */
+        ImportedPatients: {
+            /** Items */
+            items: components["schemas"]["Patient"][];
+            /**
+             * Left Out
+             * @description Elements that were not taken over, by their path.
+             * @example [
+             *       "Patient.telecom"
+             *     ]
+             */
+            left_out: string[];
+        };
+        /**
+         * Isolate
+         * @description Only some motors move, as they did; the others stay where they started.
+         */
+        Isolate: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "isolate";
+            /**
+             * Motors
+             * @description Motor numbers, 1 to 5.
+             * @example [
+             *       3,
+             *       4
+             *     ]
+             */
+            motors: number[];
+        };
+        /**
+         * ItemDone
+         * @description One item of the programme, and what was done of it.
+         */
+        ItemDone: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @default 25
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Method
+             * @default smooth
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
+            /**
+             * Position
+             * @description Place in the programme, from 1.
+             * @example 1
+             */
+            position: number;
+            /**
+             * Recording Name
+             * @example Flexion, take 1
+             */
+            recording_name: string;
+            /**
+             * Recording Archived
+             * @description True: it cannot be played until it is restored.
+             */
+            recording_archived: boolean;
+            /**
+             * Duration S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            duration_s: number;
+            /**
+             * Runs
+             * @description In their order.
+             */
+            runs: components["schemas"]["PlannedRun"][];
+            /**
+             * Repetitions Done
+             * @description Repetitions.
+             * @example 10
+             */
+            repetitions_done: number;
+            /**
+             * Done
+             * @description none: left out, or its turn has not come yet. some: fewer repetitions than planned.
+             * @enum {string}
+             */
+            done: "all" | "some" | "none";
+        };
+        /**
+         * ItemPreview
+         * @description How long one item would take, or why it cannot be one.
+         */
+        ItemPreview: {
+            /**
+             * Duration S
+             * @description Playing time, seconds; null where it cannot be played.
+             */
+            duration_s: number | null;
+            /**
+             * Problem
+             * @description Why not, in a sentence.
+             */
+            problem: string | null;
+        };
+        /**
+         * ItemWanted
+         * @description One recording to be played, and how. Unless given, as it was taught, once.
+         */
+        ItemWanted: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @default 25
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Method
+             * @default smooth
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
+        };
+        /**
          * Live
          * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
          */
@@ -928,6 +2791,12 @@ export interface components {
              * @description Since the device process last said anything; null when it never has.
              */
             age_ms: number | null;
+            /**
+             * Side
+             * @description The shoulder that the apparatus stands for.
+             * @enum {string}
+             */
+            side: "left" | "right";
             /**
              * Mode
              * @enum {string}
@@ -961,9 +2830,37 @@ export interface components {
         };
         /**
          * LoadRequest
-         * @description What to play, and in which session.
+         * @description What to play, how, and in which session.
          */
         LoadRequest: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
             /**
              * Session Id
              * Format: uuid
@@ -975,12 +2872,24 @@ export interface components {
              */
             recording_id: string;
             /**
+             * Programme Position
+             * @description Which item of the session's programme this is; none: chosen besides.
+             */
+            programme_position?: number | null;
+            /**
              * Load Level
              * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
              * @default 25
              * @example 8
              */
             load_level: number;
+            /**
+             * Method
+             * @description paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what earlier runs of this recording with these settings have taught on this station.
+             * @default smooth
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
         };
         /**
          * LoopLive
@@ -1046,6 +2955,23 @@ export interface components {
             memory_locked: boolean;
         };
         /**
+         * Mirror
+         * @description The same motion for the other shoulder.
+         */
+        Mirror: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "mirror";
+        };
+        /**
          * Motion
          * @description A motion that the simulated hand can follow.
          */
@@ -1064,6 +2990,137 @@ export interface components {
              * @description Seconds.
              */
             duration_s: number;
+        };
+        /**
+         * MotionLimit
+         * @description How far a doctor lets one of the six basic motions go, in the body's angle.
+         */
+        MotionLimit: {
+            /**
+             * Motion
+             * @description Its row of Table 2 of Sun et al. (2025).
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Lowest Deg
+             * @description Degrees; null: as far as the apparatus goes.
+             * @example 0
+             */
+            lowest_deg?: number | null;
+            /**
+             * Highest Deg
+             * @description Degrees; null: as far as the apparatus goes.
+             * @example 90
+             */
+            highest_deg?: number | null;
+        };
+        /**
+         * MotionTracking
+         * @description One basic motion's figures, in the body's angle.
+         */
+        MotionTracking: {
+            /**
+             * Peak Deg
+             * @description Largest error with its sign, degrees.
+             * @example -1.4
+             */
+            peak_deg: number;
+            /**
+             * Peak At S
+             * @description Where on the motion, seconds.
+             * @example 6.2
+             */
+            peak_at_s: number;
+            /**
+             * Rmse Deg
+             * @description Root of the mean square, degrees.
+             * @example 0.4
+             */
+            rmse_deg: number;
+            /**
+             * Start Deg
+             * @description Error of the first sample, degrees.
+             * @example 0.1
+             */
+            start_deg: number;
+            /**
+             * Lag Ms
+             * @description How much later playback does the same, milliseconds; null where the angle hardly moves.
+             * @example 12.5
+             */
+            lag_ms: number | null;
+            /**
+             * Taught Min Deg
+             * @description Lowest angle asked for, degrees.
+             * @example 5
+             */
+            taught_min_deg: number | null;
+            /**
+             * Taught Max Deg
+             * @description Highest angle asked for, degrees.
+             * @example 100
+             */
+            taught_max_deg: number | null;
+            /**
+             * Played Min Deg
+             * @description Lowest angle reached, degrees.
+             * @example 5.2
+             */
+            played_min_deg: number | null;
+            /**
+             * Played Max Deg
+             * @description Highest angle reached, degrees.
+             * @example 99.1
+             */
+            played_max_deg: number | null;
+            /**
+             * Taught Smoothness
+             * @description Spectral arc length of what was asked for, over the part that was played: about -1.4 for one smooth movement, lower for more of them, for stops and for tremor. Null where the angle hardly moves.
+             * @example -2.1
+             */
+            taught_smoothness: number | null;
+            /**
+             * Played Smoothness
+             * @description Spectral arc length of the playback; null where the angle hardly moves.
+             * @example -2.2
+             */
+            played_smoothness: number | null;
+            /**
+             * Motion
+             * @description Its row of Table 2 of Sun et al. (2025).
+             * @example 4
+             */
+            motion: number;
+            /**
+             * Name
+             * @example Abduction / adduction of the shoulder
+             */
+            name: string;
+            /**
+             * Apparatus Min Deg
+             * @description Lower end of the apparatus' range, degrees.
+             * @example 0
+             */
+            apparatus_min_deg: number;
+            /**
+             * Apparatus Max Deg
+             * @description Upper end of the apparatus' range, degrees.
+             * @example 120
+             */
+            apparatus_max_deg: number;
+            /**
+             * Reference Min Deg
+             * @description Lower end of a healthy shoulder's range, degrees.
+             * @example 0
+             */
+            reference_min_deg: number;
+            /**
+             * Reference Max Deg
+             * @description Upper end of a healthy shoulder's range, degrees.
+             * @example 180
+             */
+            reference_max_deg: number;
         };
         /**
          * MotorRange
@@ -1094,15 +3151,9 @@ export interface components {
         };
         /**
          * MotorTracking
-         * @description One motor's errors, playback minus teaching.
+         * @description One motor's figures.
          */
         MotorTracking: {
-            /**
-             * Motor
-             * @description Motor number, 1 to 5.
-             * @example 3
-             */
-            motor: number;
             /**
              * Peak Deg
              * @description Largest error with its sign, degrees.
@@ -1111,7 +3162,7 @@ export interface components {
             peak_deg: number;
             /**
              * Peak At S
-             * @description Where on the recording, seconds.
+             * @description Where on the motion, seconds.
              * @example 6.2
              */
             peak_at_s: number;
@@ -1127,6 +3178,60 @@ export interface components {
              * @example 0.1
              */
             start_deg: number;
+            /**
+             * Lag Ms
+             * @description How much later playback does the same, milliseconds; null where the angle hardly moves.
+             * @example 12.5
+             */
+            lag_ms: number | null;
+            /**
+             * Taught Min Deg
+             * @description Lowest angle asked for, degrees.
+             * @example 5
+             */
+            taught_min_deg: number | null;
+            /**
+             * Taught Max Deg
+             * @description Highest angle asked for, degrees.
+             * @example 100
+             */
+            taught_max_deg: number | null;
+            /**
+             * Played Min Deg
+             * @description Lowest angle reached, degrees.
+             * @example 5.2
+             */
+            played_min_deg: number | null;
+            /**
+             * Played Max Deg
+             * @description Highest angle reached, degrees.
+             * @example 99.1
+             */
+            played_max_deg: number | null;
+            /**
+             * Taught Smoothness
+             * @description Spectral arc length of what was asked for, over the part that was played: about -1.4 for one smooth movement, lower for more of them, for stops and for tremor. Null where the angle hardly moves.
+             * @example -2.1
+             */
+            taught_smoothness: number | null;
+            /**
+             * Played Smoothness
+             * @description Spectral arc length of the playback; null where the angle hardly moves.
+             * @example -2.2
+             */
+            played_smoothness: number | null;
+            /**
+             * Motor
+             * @description Motor number, 1 to 5.
+             * @example 3
+             */
+            motor: number;
+            /**
+             * Torque Peak Nm
+             * @description Largest torque while playing with its sign, newton metres.
+             * @example 2.1
+             */
+            torque_peak_nm: number | null;
         };
         /**
          * Patient
@@ -1157,11 +3262,18 @@ export interface components {
              * @enum {string}
              */
             sex: "female" | "male" | "other" | "unknown";
+            /** Dominant Side */
+            dominant_side: ("left" | "right") | null;
             /**
              * Affected Side
-             * @enum {string}
+             * @description Of the episode that goes on, or was the last; null without any.
              */
-            affected_side: "left" | "right";
+            affected_side: ("left" | "right") | null;
+            /**
+             * Episode Id
+             * @description Of the episode that goes on, or was the last; null without any.
+             */
+            episode_id: string | null;
             /** Notes */
             notes: string;
             /**
@@ -1180,6 +3292,11 @@ export interface components {
             updated_at: string;
             /** Archived At */
             archived_at: string | null;
+            /**
+             * Erased At
+             * @description When what tells who this is was taken away. UTC.
+             */
+            erased_at: string | null;
         };
         /**
          * PatientCreate
@@ -1214,9 +3331,11 @@ export interface components {
              * @enum {string}
              */
             sex: "female" | "male" | "other" | "unknown";
+            /** Dominant Side */
+            dominant_side?: ("left" | "right") | null;
             /**
              * Affected Side
-             * @description The shoulder that is treated.
+             * @description The shoulder that is treated; its episode of care is opened with this.
              * @enum {string}
              */
             affected_side: "left" | "right";
@@ -1229,16 +3348,16 @@ export interface components {
         };
         /**
          * PatientPage
-         * @description Some of the patients that match.
+         * @description Some of the patients that match, in the order of their names.
          */
         PatientPage: {
             /** Items */
             items: components["schemas"]["Patient"][];
             /**
-             * Total
-             * @description How many match in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
         };
         /**
          * PatientRef
@@ -1271,8 +3390,8 @@ export interface components {
             birth_date?: string | null;
             /** Sex */
             sex?: ("female" | "male" | "other" | "unknown") | null;
-            /** Affected Side */
-            affected_side?: ("left" | "right") | null;
+            /** Dominant Side */
+            dominant_side?: ("left" | "right") | null;
             /** Notes */
             notes?: string | null;
             /**
@@ -1292,8 +3411,486 @@ export interface components {
             down: boolean;
         };
         /**
+         * PlanTimer
+         * @description How much of the programme's time is left.
+         */
+        PlanTimer: {
+            /**
+             * Minutes
+             * @description Minutes of playing after which no further item is begun.
+             */
+            minutes: number;
+            /**
+             * Played S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            played_s: number;
+            /**
+             * Left S
+             * @description Seconds; 0: no further item is to be begun.
+             */
+            left_s: number;
+        };
+        /**
+         * PlannedProgramme
+         * @description Which programme, as it was when the session began.
+         */
+        PlannedProgramme: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+            /**
+             * Version Id
+             * Format: uuid
+             */
+            version_id: string;
+            /**
+             * Number
+             * @description Number of the version, from 1.
+             * @example 2
+             */
+            number: number;
+            /**
+             * Duration S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            duration_s: number;
+        };
+        /**
+         * PlannedRun
+         * @description One playback, beside what was planned of it.
+         */
+        PlannedRun: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Run Id
+             * Format: uuid
+             */
+            run_id: string;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Recording Name */
+            recording_name: string;
+            /**
+             * Started At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            started_at: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "loaded" | "completed" | "returned" | "stopped" | "unloaded" | "interrupted";
+            /** Load Level */
+            load_level: number | null;
+            /** Method */
+            method: ("paper" | "smooth" | "learned") | null;
+            /**
+             * Least Range Percent
+             * @description How little of its range was played after somebody asked for less; null where nobody did.
+             */
+            least_range_percent: number | null;
+            /**
+             * Repetitions Done
+             * @description Played to their end; null while it goes on, and where that was not counted yet.
+             */
+            repetitions_done: number | null;
+            /**
+             * Changed
+             * @description Which settings were other ones than planned.
+             */
+            changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method")[];
+        };
+        /**
+         * Preview
+         * @description What would come of it, item by item.
+         */
+        Preview: {
+            /**
+             * Duration S
+             * @description Of those that can be played together, seconds.
+             * @example 180
+             */
+            duration_s: number;
+            /** Items */
+            items: components["schemas"]["ItemPreview"][];
+        };
+        /**
+         * PreviewWanted
+         * @description What a programme would say.
+         */
+        PreviewWanted: {
+            /** Items */
+            items: components["schemas"]["ItemWanted"][];
+            /**
+             * Episode Id
+             * @description Unless given, the episode that goes on.
+             */
+            episode_id?: string | null;
+        };
+        /**
+         * Programme
+         * @description A prescription within an episode, as it stands.
+         */
+        Programme: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Episode Id
+             * Format: uuid
+             */
+            episode_id: string;
+            /** Name */
+            name: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /** Archived At */
+            archived_at: string | null;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            current: components["schemas"]["ProgrammeVersion"];
+        };
+        /**
+         * ProgrammeCreate
+         * @description A new programme, with its first version.
+         */
+        ProgrammeCreate: {
+            /** Items */
+            items: components["schemas"]["ItemWanted"][];
+            /**
+             * Made By
+             * @description Who prescribes it.
+             * @example Aoki Rin
+             */
+            made_by: string;
+            /**
+             * Note
+             * @description Why.
+             * @default
+             * @example Less range: pain after the last session.
+             */
+            note: string;
+            /**
+             * Timer Minutes
+             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @example 20
+             */
+            timer_minutes?: number | null;
+            /**
+             * Sessions Per Week
+             * @description How many sessions a week it is to be done in.
+             * @example 3
+             */
+            sessions_per_week?: number | null;
+            /**
+             * Name
+             * @example Morning
+             */
+            name: string;
+            /**
+             * Episode Id
+             * @description Unless given, the episode that goes on.
+             */
+            episode_id?: string | null;
+        };
+        /**
+         * ProgrammeDetail
+         * @description A programme with all that it ever said.
+         */
+        ProgrammeDetail: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Episode Id
+             * Format: uuid
+             */
+            episode_id: string;
+            /** Name */
+            name: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /** Archived At */
+            archived_at: string | null;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            current: components["schemas"]["ProgrammeVersion"];
+            patient: components["schemas"]["ProgrammePatient"];
+            /**
+             * Closed
+             * @description Its episode is closed: it takes no new version.
+             */
+            closed: boolean;
+            /**
+             * Versions
+             * @description Newest first.
+             */
+            versions: components["schemas"]["ProgrammeVersion"][];
+        };
+        /**
+         * ProgrammeItem
+         * @description One recording of a version.
+         */
+        ProgrammeItem: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @default 25
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Method
+             * @default smooth
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
+            /**
+             * Position
+             * @description Place in the programme, from 1.
+             * @example 1
+             */
+            position: number;
+            /**
+             * Recording Name
+             * @example Flexion, take 1
+             */
+            recording_name: string;
+            /**
+             * Recording Archived
+             * @description True: it cannot be played until it is restored.
+             */
+            recording_archived: boolean;
+            /**
+             * Duration S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            duration_s: number;
+        };
+        /**
+         * ProgrammeList
+         * @description A patient's programmes, the one changed last first, archived ones last.
+         */
+        ProgrammeList: {
+            /** Items */
+            items: components["schemas"]["Programme"][];
+        };
+        /**
+         * ProgrammePatient
+         * @description Whose programme it is.
+         */
+        ProgrammePatient: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Name */
+            name: string;
+        };
+        /**
+         * ProgrammeUpdate
+         * @description Any part of what is no prescription. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         */
+        ProgrammeUpdate: {
+            /** Name */
+            name?: string | null;
+            /**
+             * Archived
+             * @description True archives, false restores.
+             */
+            archived?: boolean | null;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
+         * ProgrammeVersion
+         * @description What was prescribed from a moment on; it never changes.
+         */
+        ProgrammeVersion: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Number
+             * @description Number of the version, from 1.
+             * @example 2
+             */
+            number: number;
+            /**
+             * Made At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            made_at: string;
+            /** Made By */
+            made_by: string;
+            /** Note */
+            note: string;
+            /**
+             * Timer Minutes
+             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @example 20
+             */
+            timer_minutes: number | null;
+            /**
+             * Sessions Per Week
+             * @description How many sessions a week it is to be done in.
+             * @example 3
+             */
+            sessions_per_week: number | null;
+            /**
+             * Duration S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            duration_s: number;
+            /** Items */
+            items: components["schemas"]["ProgrammeItem"][];
+        };
+        /**
+         * Progress
+         * @description A chart, and its numbers for whoever cannot see it or wants to know.
+         */
+        Progress: {
+            figure: components["schemas"]["Figure"];
+            table: components["schemas"]["ProgressTable"];
+        };
+        /**
+         * ProgressColumn
+         * @description What stands in one column.
+         */
+        ProgressColumn: {
+            /**
+             * Name
+             * @example Angle, deg
+             */
+            name: string;
+            /**
+             * Kind
+             * @description moment: UTC, to be shown in local time.
+             * @enum {string}
+             */
+            kind: "text" | "moment" | "number";
+            /**
+             * Digits
+             * @description Of a number, after the point.
+             * @default 0
+             */
+            digits: number;
+        };
+        /**
+         * ProgressTable
+         * @description The numbers behind a figure.
+         */
+        ProgressTable: {
+            /** Columns */
+            columns: components["schemas"]["ProgressColumn"][];
+            /**
+             * Rows
+             * @description A value a column; null where there is none.
+             */
+            rows: (string | number | null)[][];
+        };
+        /**
          * Recording
-         * @description What was taught in one take.
+         * @description What was taught in one take, or made of another recording.
          */
         Recording: {
             /**
@@ -1308,14 +3905,28 @@ export interface components {
             patient_id: string;
             /**
              * Teaching Id
-             * Format: uuid
+             * @description Null for what was made of another recording, or came in a file.
              */
-            teaching_id: string;
+            teaching_id: string | null;
             /**
              * Take
              * @description Which press of the pedal within its teaching.
              */
-            take: number;
+            take: number | null;
+            /**
+             * Parent Id
+             * @description The recording that it was made of; null for what was taught or came in a file.
+             */
+            parent_id: string | null;
+            /**
+             * Done
+             * @description What was done to what was taught, in order; the last of it to the parent.
+             * @example [
+             *       "trimmed to 1.0 s to 6.5 s",
+             *       "mirrored for the left shoulder"
+             *     ]
+             */
+            done: string[];
             /**
              * Name
              * @example Flexion, take 1
@@ -1328,14 +3939,28 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description Where it was taught.
+             * @description Where it was taught, or made.
              * @example Station 1
              */
             station: string;
             /**
+             * Taught By
+             * @description Whose hands guided the arm; empty where nobody has said.
+             * @example Sato
+             */
+            taught_by: string;
+            /**
+             * Fixtures
+             * @description What the arm was in.
+             * @example [
+             *       "arm_fixer_1"
+             *     ]
+             */
+            fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
+            /**
              * Taught At
              * Format: date-time
-             * @description UTC.
+             * @description When it was taught, or made. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -1347,7 +3972,7 @@ export interface components {
             duration_s: number;
             /**
              * Rate Hz
-             * @description Samples a second.
+             * @description Samples a second of what was taught.
              * @example 100
              */
             rate_hz: number;
@@ -1358,6 +3983,13 @@ export interface components {
             samples: number;
             /** Note */
             note: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
             /** Archived At */
             archived_at: string | null;
         };
@@ -1378,14 +4010,28 @@ export interface components {
             patient_id: string;
             /**
              * Teaching Id
-             * Format: uuid
+             * @description Null for what was made of another recording, or came in a file.
              */
-            teaching_id: string;
+            teaching_id: string | null;
             /**
              * Take
              * @description Which press of the pedal within its teaching.
              */
-            take: number;
+            take: number | null;
+            /**
+             * Parent Id
+             * @description The recording that it was made of; null for what was taught or came in a file.
+             */
+            parent_id: string | null;
+            /**
+             * Done
+             * @description What was done to what was taught, in order; the last of it to the parent.
+             * @example [
+             *       "trimmed to 1.0 s to 6.5 s",
+             *       "mirrored for the left shoulder"
+             *     ]
+             */
+            done: string[];
             /**
              * Name
              * @example Flexion, take 1
@@ -1398,14 +4044,28 @@ export interface components {
             side: "left" | "right";
             /**
              * Station
-             * @description Where it was taught.
+             * @description Where it was taught, or made.
              * @example Station 1
              */
             station: string;
             /**
+             * Taught By
+             * @description Whose hands guided the arm; empty where nobody has said.
+             * @example Sato
+             */
+            taught_by: string;
+            /**
+             * Fixtures
+             * @description What the arm was in.
+             * @example [
+             *       "arm_fixer_1"
+             *     ]
+             */
+            fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
+            /**
              * Taught At
              * Format: date-time
-             * @description UTC.
+             * @description When it was taught, or made. UTC.
              * @example 2026-11-21T09:30:00Z
              */
             taught_at: string;
@@ -1417,7 +4077,7 @@ export interface components {
             duration_s: number;
             /**
              * Rate Hz
-             * @description Samples a second.
+             * @description Samples a second of what was taught.
              * @example 100
              */
             rate_hz: number;
@@ -1428,6 +4088,13 @@ export interface components {
             samples: number;
             /** Note */
             note: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
             /** Archived At */
             archived_at: string | null;
             /**
@@ -1451,7 +4118,7 @@ export interface components {
         };
         /**
          * RecordingUpdate
-         * @description Any part of what may change.
+         * @description Any part of what may change. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
          */
         RecordingUpdate: {
             /** Name */
@@ -1463,6 +4130,8 @@ export interface components {
              * @description True archives, false restores.
              */
             archived?: boolean | null;
+            /** Updated At */
+            updated_at?: string | null;
         };
         /**
          * RefusalLive
@@ -1486,10 +4155,113 @@ export interface components {
             next_step: string;
         };
         /**
+         * RomEntry
+         * @description How far a shoulder went in one direction.
+         */
+        RomEntry: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Motion
+             * @enum {string}
+             */
+            motion: "flexion" | "extension" | "abduction" | "adduction" | "external_rotation" | "internal_rotation" | "horizontal_flexion" | "horizontal_extension" | "scapular_flexion" | "scapular_extension" | "scapular_elevation" | "scapular_depression";
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "active" | "passive";
+            /**
+             * Position
+             * @description Where the arm was; of rotation only. Empty for every other motion.
+             * @default
+             * @enum {string}
+             */
+            position: "" | "at_side" | "abducted_90" | "flexed_90";
+            /**
+             * Angle Deg
+             * @description Degrees; below zero where neutral is not reached. What is plausible depends on the motion.
+             * @example 125
+             */
+            angle_deg: number;
+        };
+        /**
+         * RomMeasure
+         * @description One motion with the arm in one position.
+         */
+        RomMeasure: {
+            /**
+             * Motion
+             * @enum {string}
+             */
+            motion: "flexion" | "extension" | "abduction" | "adduction" | "external_rotation" | "internal_rotation" | "horizontal_flexion" | "horizontal_extension" | "scapular_flexion" | "scapular_extension" | "scapular_elevation" | "scapular_depression";
+            /**
+             * Position
+             * @enum {string}
+             */
+            position: "" | "at_side" | "abducted_90" | "flexed_90";
+            /**
+             * Name
+             * @example External rotation, arm at the side
+             */
+            name: string;
+            /**
+             * Name Ja
+             * @example 外旋(1st)
+             */
+            name_ja: string;
+            /**
+             * Lowest Deg
+             * @description Less is not plausible, degrees.
+             */
+            lowest_deg: number;
+            /**
+             * Highest Deg
+             * @description More is not plausible, degrees.
+             */
+            highest_deg: number;
+            /**
+             * Reference Deg
+             * @description Of a healthy shoulder, degrees.
+             */
+            reference_deg: number;
+        };
+        /**
          * Run
          * @description One playback of one recording.
          */
         Run: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
             /**
              * Id
              * Format: uuid
@@ -1529,10 +4301,35 @@ export interface components {
              */
             rate_hz: number | null;
             /**
+             * Method
+             * @description paper: 10 Hz, each sample held. smooth. learned: smooth, corrected by what earlier runs have taught. Null for a run of before there were methods.
+             */
+            method: ("paper" | "smooth" | "learned") | null;
+            /**
              * Load Level
              * @description Resistance at which the arm was to be taken back; null for a run of before there were levels.
              */
             load_level: number | null;
+            /**
+             * Programme Position
+             * @description Which item of the session's programme it is; null where it was chosen besides.
+             */
+            programme_position: number | null;
+            /**
+             * Repetitions Done
+             * @description Whole ones; null while it goes on, and for a run of before that was kept.
+             */
+            repetitions_done: number | null;
+            /**
+             * Reversals
+             * @description How often the arm met resistance and was taken back; null as for repetitions_done.
+             */
+            reversals: number | null;
+            /**
+             * Least Range Percent
+             * @description How little of its range was played after somebody asked for less; null: nobody did.
+             */
+            least_range_percent: number | null;
             /** @description Null while nothing was played. */
             comparison: components["schemas"]["Comparison"] | null;
         };
@@ -1576,6 +4373,14 @@ export interface components {
             session_id: string | null;
             /** Recording Name */
             recording_name: string | null;
+            /**
+             * Changes
+             * @description What was done to the recording for this run, in words.
+             * @example [
+             *       "at 50 % speed"
+             *     ]
+             */
+            changes: string[];
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Position S
@@ -1584,7 +4389,7 @@ export interface components {
             position_s: number;
             /**
              * Duration S
-             * @description Length of the recording, seconds.
+             * @description Length of the recording as it is played in this run, seconds.
              */
             duration_s: number;
             /**
@@ -1613,6 +4418,11 @@ export interface components {
              * @description It is being taken back just now, or waits where it was taken.
              */
             reversing: boolean;
+            /**
+             * Range Percent
+             * @description How much of its range is played: below 100 after somebody has asked for less.
+             */
+            range_percent: number;
             /**
              * Resistance
              * @description What was met when the arm was last taken back; null when it never was.
@@ -1687,6 +4497,38 @@ export interface components {
             session_id: string | null;
         };
         /**
+         * Scale
+         * @description Less range of some motors, towards the middle of what each of them goes through.
+         */
+        Scale: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "scale";
+            /**
+             * Percent
+             * @description Range of motion, percent of what it was.
+             * @example 80
+             */
+            percent: number;
+            /**
+             * Motors
+             * @description Motor numbers, 1 to 5.
+             * @example [
+             *       3,
+             *       4
+             *     ]
+             */
+            motors: number[];
+        };
+        /**
          * Session
          * @description A session with its runs, in their order.
          */
@@ -1697,6 +4539,19 @@ export interface components {
              */
             id: string;
             patient: components["schemas"]["SessionPatient"];
+            /** Episode Id */
+            episode_id: string | null;
+            /**
+             * Side
+             * @description Of the episode: the shoulder that is treated.
+             */
+            side: ("left" | "right") | null;
+            /** Therapist */
+            therapist: string;
+            /** Station */
+            station: string;
+            /** @description Null where recordings were chosen one by one. */
+            programme: components["schemas"]["SessionProgramme"] | null;
             /**
              * Started At
              * Format: date-time
@@ -1706,10 +4561,87 @@ export interface components {
             started_at: string;
             /** Ended At */
             ended_at: string | null;
+            /** End Reason */
+            end_reason: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
+            /**
+             * Checks
+             * @description The checklist's answers, oldest first.
+             */
+            checks: components["schemas"]["CheckAnswer"][];
+            /** Pain Before */
+            pain_before: number | null;
+            /** Pain During */
+            pain_during: number | null;
+            /** Pain After */
+            pain_after: number | null;
             /** Note */
             note: string;
+            /**
+             * Signed At
+             * @description From then on only addenda are added.
+             */
+            signed_at: string | null;
+            /** Signed By */
+            signed_by: string;
+            /** Addenda */
+            addenda: components["schemas"]["Addendum"][];
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
             /** Runs */
             runs: components["schemas"]["Run"][];
+        };
+        /**
+         * SessionCheck
+         * @description One thing to be in order before something is played.
+         */
+        SessionCheck: {
+            /**
+             * Check
+             * @enum {string}
+             */
+            check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+            /**
+             * Sentence
+             * @example The belt holds the patient in the seat.
+             */
+            sentence: string;
+            /**
+             * Detected
+             * @description The apparatus itself tells; it cannot be ticked.
+             */
+            detected: boolean;
+            /** Given */
+            given: boolean;
+            /**
+             * Checked By
+             * @description Null where it was detected, or is open.
+             */
+            checked_by: string | null;
+            /** Checked At */
+            checked_at: string | null;
+        };
+        /**
+         * SessionChoices
+         * @description What sessions can be looked for by.
+         */
+        SessionChoices: {
+            /** Therapists */
+            therapists: string[];
+            /** Stations */
+            stations: string[];
+            /**
+             * Stops
+             * @description Codes of the causes that have stopped a playback.
+             * @example [
+             *       "estop_pressed"
+             *     ]
+             */
+            stops: string[];
         };
         /**
          * SessionCreate
@@ -1721,6 +4653,82 @@ export interface components {
              * Format: uuid
              */
             patient_id: string;
+            /**
+             * Therapist
+             * @description Who treats.
+             * @example Ito Mai
+             */
+            therapist?: string | null;
+            /**
+             * Programme Version Id
+             * @description What is planned; of the patient's open episode.
+             */
+            programme_version_id?: string | null;
+        };
+        /**
+         * SessionEnd
+         * @description How a session ended.
+         */
+        SessionEnd: {
+            /**
+             * Reason
+             * @description As what happened suggests unless given.
+             */
+            reason?: ("completed" | "shortened" | "stopped" | "patient_request" | "other") | null;
+        };
+        /**
+         * SessionItem
+         * @description One recording of the session's programme.
+         */
+        SessionItem: {
+            /**
+             * Speed Percent
+             * @description Speed, percent of what was taught.
+             * @default 100
+             * @example 50
+             */
+            speed_percent: number;
+            /**
+             * Repetitions
+             * @description How often.
+             * @default 1
+             * @example 10
+             */
+            repetitions: number;
+            /**
+             * Pause S
+             * @description Standstill at each end between repetitions, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+            /**
+             * Range Percent
+             * @description Range of motion, percent of what was taught, around the middle of what each motor goes through.
+             * @default 100
+             * @example 80
+             */
+            range_percent: number;
+            /** Position */
+            position: number;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Recording Name */
+            recording_name: string;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Method
+             * @enum {string}
+             */
+            method: "paper" | "smooth" | "learned";
         };
         /**
          * SessionPage
@@ -1729,8 +4737,11 @@ export interface components {
         SessionPage: {
             /** Items */
             items: components["schemas"]["SessionSummary"][];
-            /** Total */
-            total: number;
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
         };
         /**
          * SessionPatient
@@ -1746,6 +4757,94 @@ export interface components {
             name: string;
             /** Clinic Number */
             clinic_number: string;
+        };
+        /**
+         * SessionPlan
+         * @description A session's programme, and what was done of it.
+         */
+        SessionPlan: {
+            /** Items */
+            items: components["schemas"]["ItemDone"][];
+            /**
+             * Besides
+             * @description Played without being planned.
+             */
+            besides: components["schemas"]["PlannedRun"][];
+            /**
+             * Repetitions Planned
+             * @description Repetitions.
+             * @example 10
+             */
+            repetitions_planned: number;
+            /**
+             * Repetitions Done
+             * @description Of those that were planned; what is more than planned counts nothing.
+             */
+            repetitions_done: number;
+            /**
+             * Session Id
+             * Format: uuid
+             */
+            session_id: string;
+            /** Ended */
+            ended: boolean;
+            /** @description Null where recordings were chosen one by one. */
+            programme: components["schemas"]["PlannedProgramme"] | null;
+            /**
+             * Played S
+             * @description Playing time with repetitions and pauses, seconds.
+             * @example 180
+             */
+            played_s: number;
+            timer: components["schemas"]["PlanTimer"] | null;
+        };
+        /**
+         * SessionProgramme
+         * @description What was planned: one version of a programme.
+         */
+        SessionProgramme: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Name
+             * @example Weeks 3 to 6
+             */
+            name: string;
+            /**
+             * Version Id
+             * Format: uuid
+             */
+            version_id: string;
+            /**
+             * Number
+             * @description Of the version.
+             */
+            number: number;
+            /**
+             * Timer Minutes
+             * @description After so many minutes no further repetition or recording is begun.
+             */
+            timer_minutes: number | null;
+            /** Items */
+            items: components["schemas"]["SessionItem"][];
+        };
+        /**
+         * SessionSign
+         * @description Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen.
+         */
+        SessionSign: {
+            /** Signed By */
+            signed_by: string;
+            /**
+             * Note
+             * @description The note as it is signed.
+             */
+            note: string;
+            /** Updated At */
+            updated_at?: string | null;
         };
         /**
          * SessionSummary
@@ -1768,6 +4867,16 @@ export interface components {
             /** Ended At */
             ended_at: string | null;
             /**
+             * Therapist
+             * @description Empty where nobody has said.
+             */
+            therapist: string;
+            /**
+             * Station
+             * @description Empty where nothing was played, and for sessions of before that was kept.
+             */
+            station: string;
+            /**
              * Runs
              * @description How many playbacks.
              */
@@ -1777,14 +4886,42 @@ export interface components {
              * @description How many of them were stopped.
              */
             stops: number;
+            /**
+             * Signed At
+             * @description Null until its note is signed.
+             */
+            signed_at: string | null;
         };
         /**
          * SessionUpdate
-         * @description What may change.
+         * @description Any part of it. ``updated_at`` is the one the editor saw; if the session has changed since, nothing is saved.
          */
         SessionUpdate: {
+            /** Therapist */
+            therapist?: string | null;
+            /** Programme Version Id */
+            programme_version_id?: string | null;
+            /** Pain Before */
+            pain_before?: number | null;
+            /** Pain During */
+            pain_during?: number | null;
+            /** Pain After */
+            pain_after?: number | null;
             /** Note */
             note?: string | null;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
+         * SideRequest
+         * @description Which shoulder the apparatus stands for.
+         */
+        SideRequest: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
         };
         /**
          * SimulatorState
@@ -1833,6 +4970,89 @@ export interface components {
             kind: "snapshot";
             station: components["schemas"]["StationInfo"];
             live: components["schemas"]["Live"];
+        };
+        /**
+         * SpadiItem
+         * @description One question, in words of our own.
+         */
+        SpadiItem: {
+            /**
+             * Subscale
+             * @enum {string}
+             */
+            subscale: "pain" | "disability";
+            /**
+             * Text
+             * @example Washing the hair
+             */
+            text: string;
+            /**
+             * Text Ja
+             * @example 髪を洗う
+             */
+            text_ja: string;
+        };
+        /**
+         * SpadiScore
+         * @description 0 is none, 100 the worst; null where more than two items of a subscale were left unanswered.
+         */
+        SpadiScore: {
+            /** Pain */
+            pain: number | null;
+            /** Disability */
+            disability: number | null;
+            /**
+             * Total
+             * @description The mean of both.
+             * @example 54.6
+             */
+            total: number | null;
+        };
+        /**
+         * Stage
+         * @description A stage that was noted.
+         */
+        Stage: {
+            /**
+             * Stage
+             * @enum {string}
+             */
+            stage: "freezing" | "frozen" | "thawing";
+            /**
+             * Since
+             * Format: date
+             * @example 2026-08-01
+             */
+            since: string;
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Noted At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            noted_at: string;
+        };
+        /**
+         * StageCreate
+         * @description From a day on, the shoulder is in a stage.
+         */
+        StageCreate: {
+            /**
+             * Stage
+             * @enum {string}
+             */
+            stage: "freezing" | "frozen" | "thawing";
+            /**
+             * Since
+             * Format: date
+             * @example 2026-08-01
+             */
+            since: string;
         };
         /**
          * StationInfo
@@ -1926,6 +5146,43 @@ export interface components {
             arm_held: boolean;
         };
         /**
+         * Stretch
+         * @description At the end of range of the motor that goes farthest: back, slowly up to the end again and beyond it, and hold.
+         */
+        Stretch: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "stretch";
+            /**
+             * Further Deg
+             * @description Beyond the end, degrees.
+             * @example 3
+             */
+            further_deg: number;
+            /**
+             * Back Deg
+             * @description From how far below the end, degrees.
+             * @default 5
+             * @example 5
+             */
+            back_deg: number;
+            /**
+             * Hold S
+             * @description Standstill at the far end, seconds.
+             * @default 0
+             * @example 10
+             */
+            hold_s: number;
+        };
+        /**
          * TeachRequest
          * @description Whom to teach a motion.
          */
@@ -1944,9 +5201,24 @@ export interface components {
             name: string;
             /**
              * Side
-             * @description The patient's affected side unless given.
+             * @description The side of the patient's episode unless given.
              */
             side?: ("left" | "right") | null;
+            /**
+             * Taught By
+             * @description Whose hands guide the arm.
+             * @default
+             * @example Sato
+             */
+            taught_by: string;
+            /**
+             * Fixtures
+             * @description What the arm was in: arm fixer 1 for motions 1 to 5, arm fixer 2 with elbow fixer 1 for motion 6. Empty where nobody has said.
+             * @example [
+             *       "arm_fixer_1"
+             *     ]
+             */
+            fixtures?: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
         };
         /**
          * Teaching
@@ -1992,6 +5264,163 @@ export interface components {
             samples: number;
         };
         /**
+         * Trim
+         * @description Only what is between two times.
+         */
+        Trim: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "trim";
+            /**
+             * Start S
+             * @description Seconds.
+             * @example 1
+             */
+            start_s: number;
+            /**
+             * End S
+             * @description Seconds.
+             * @example 6.5
+             */
+            end_s: number;
+        };
+        /**
+         * UnderstoodMotion
+         * @description What a CSV file of a motion says, for whoever brought it to compare.
+         */
+        UnderstoodMotion: {
+            /**
+             * Layout
+             * @description poses: the body's five angles (scapula_abduction ...); motors: motor_1_deg to motor_5_deg.
+             * @enum {string}
+             */
+            layout: "poses" | "motors";
+            /**
+             * Separator
+             * @enum {string}
+             */
+            separator: "comma" | "semicolon" | "tab";
+            /**
+             * Left Alone
+             * @description Columns of the file that mean nothing here.
+             * @example [
+             *       "remark"
+             *     ]
+             */
+            left_alone: string[];
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Samples
+             * @description Rows of numbers.
+             * @example 2210
+             */
+            samples: number;
+            /**
+             * Duration S
+             * @description Seconds.
+             * @example 22.1
+             */
+            duration_s: number;
+            /**
+             * Rate Hz
+             * @description Rows a second, most of the time.
+             * @example 100
+             */
+            rate_hz: number;
+            /**
+             * Ranges
+             * @description What each motor would do.
+             */
+            ranges: components["schemas"]["MotorRange"][];
+        };
+        /**
+         * VersionCreate
+         * @description A new version of a programme.
+         */
+        VersionCreate: {
+            /** Items */
+            items: components["schemas"]["ItemWanted"][];
+            /**
+             * Made By
+             * @description Who prescribes it.
+             * @example Aoki Rin
+             */
+            made_by: string;
+            /**
+             * Note
+             * @description Why.
+             * @default
+             * @example Less range: pain after the last session.
+             */
+            note: string;
+            /**
+             * Timer Minutes
+             * @description After so many minutes of playing in a session no further item is begun. Null: there is no timer.
+             * @example 20
+             */
+            timer_minutes?: number | null;
+            /**
+             * Sessions Per Week
+             * @description How many sessions a week it is to be done in.
+             * @example 3
+             */
+            sessions_per_week?: number | null;
+            /**
+             * Based On
+             * @description The version that the editor saw; if there is a newer one, nothing is saved.
+             * @example 2
+             */
+            based_on: number;
+        };
+        /**
+         * WarmUp
+         * @description Repetitions that begin with less range and widen it, the last one the whole.
+         */
+        WarmUp: {
+            /**
+             * Name
+             * @description Of the new recording; unless given, the old one's with what was done.
+             * @example Warm-up
+             */
+            name?: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            do: "warm_up";
+            /**
+             * Less Deg
+             * @description How much less the motor that goes farthest begins with, degrees.
+             * @example 15
+             */
+            less_deg: number;
+            /**
+             * Step Deg
+             * @description How much wider each repetition is, degrees.
+             * @example 3
+             */
+            step_deg: number;
+            /**
+             * Pause S
+             * @description Standstill at each end, seconds.
+             * @default 0
+             * @example 2
+             */
+            pause_s: number;
+        };
+        /**
          * ProblemField
          * @description One field that is wrong.
          */
@@ -2003,7 +5432,14 @@ export interface components {
              */
             pointer: string;
             /**
+             * Field
+             * @description What the field is called, in the user's language.
+             * @example birth date
+             */
+            field: string;
+            /**
              * Detail
+             * @description What is wrong with it, in the user's language.
              * @example must be between 1900 and today
              */
             detail: string;
@@ -2084,15 +5520,1437 @@ export interface operations {
             };
         };
     };
+    get_assessment_form: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AssessmentForm"];
+                };
+            };
+        };
+    };
+    list_assessments: {
+        parameters: {
+            query?: {
+                limit?: number;
+                offset?: number;
+            };
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EpisodeAssessments"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_assessment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AssessmentCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Assessment"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_patient_assessments: {
+        parameters: {
+            query?: {
+                limit?: number;
+                offset?: number;
+            };
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AssessmentPage"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_assessment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                assessment_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Assessment"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    update_assessment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                assessment_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AssessmentUpdate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Assessment"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    withdraw_assessment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                assessment_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AssessmentWithdraw"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Assessment"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_episodes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EpisodeList"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    open_episode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EpisodeCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_episode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    update_episode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EpisodeUpdate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    close_episode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EpisodeClose"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reopen_episode: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_stage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StageCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_stage: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+                stage_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Episode"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_events: {
+        parameters: {
+            query?: {
+                station?: string | null;
+                session_id?: string | null;
+                patient_id?: string | null;
+                kind?: ("alarm" | "event") | null;
+                code?: string | null;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+                /** @description How many at most. */
+                limit?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DeviceEventPage"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_erasures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErasureList"];
+                };
+            };
+        };
+    };
+    list_patient_erasures: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErasureList"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    note_erasure: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ErasureRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Erasure"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    refuse_erasure: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                erasure_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ErasureRefusal"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Erasure"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    erase_patient: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                erasure_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ErasureConsent"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Erasure"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_recording_samples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_recording_parquet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.apache.parquet": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_samples: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/csv": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_parquet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.apache.parquet": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_imported_motion: {
+        parameters: {
+            query: {
+                /** @description The shoulder that it is for. */
+                side: "left" | "right";
+            };
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "text/csv": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UnderstoodMotion"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    import_motion: {
+        parameters: {
+            query: {
+                /** @description What to call the recording. */
+                name: string;
+                /** @description The shoulder that it is for. */
+                side: "left" | "right";
+                /** @description Who brings it; empty where nobody says. */
+                taught_by?: string;
+            };
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "text/csv": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedMotion"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_patient_fhir: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/fhir+json": Record<string, never>;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    import_fhir_patients: {
+        parameters: {
+            query: {
+                /** @description The shoulder that is treated; episodes of care are opened with it. */
+                affected_side: "left" | "right";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/fhir+json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedPatients"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_whole_patient: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zip": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_patients: {
         parameters: {
             query?: {
-                /** @description Words of name, kana or clinic number. */
+                /** @description Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word has to be found; case, width, accents and the kind of kana do not matter. */
                 search?: string;
                 /** @description Archived patients instead of present ones. */
                 archived?: boolean;
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path?: never;
@@ -2255,6 +7113,422 @@ export interface operations {
             };
         };
     };
+    list_programmes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgrammeList"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_programme: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProgrammeCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgrammeDetail"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_programme: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PreviewWanted"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Preview"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_programme: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                programme_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgrammeDetail"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    update_programme: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                programme_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProgrammeUpdate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgrammeDetail"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_programme_version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                programme_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["VersionCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProgrammeDetail"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_session_plan: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionPlan"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_adherence: {
+        parameters: {
+            query?: {
+                /** @description Of the clinic's clock: a week begins when Monday does there. */
+                utc_offset_minutes?: number;
+            };
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Adherence"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_progress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                episode_id: string;
+                chart: "rom" | "pain" | "spadi" | "tracking" | "correction" | "adherence";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Progress"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_recordings: {
         parameters: {
             query?: never;
@@ -2368,6 +7642,121 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    derive_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingDetail"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_derived_recording: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Trim"] | components["schemas"]["Hold"] | components["schemas"]["Scale"] | components["schemas"]["Isolate"] | components["schemas"]["WarmUp"] | components["schemas"]["Stretch"] | components["schemas"]["Mirror"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Figure"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request itself is wrong: see its errors. */
             422: {
                 headers: {
@@ -2381,7 +7770,12 @@ export interface operations {
     };
     get_recording_figure: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Begin of a window, seconds on the figure's clock. */
+                start_s?: number | null;
+                /** @description End of that window, seconds. */
+                end_s?: number | null;
+            };
             header?: never;
             path: {
                 recording_id: string;
@@ -2428,12 +7822,15 @@ export interface operations {
             };
         };
     };
-    get_recording_samples: {
+    get_session_page: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
             header?: never;
             path: {
-                recording_id: string;
+                session_id: string;
             };
             cookie?: never;
         };
@@ -2445,7 +7842,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "text/csv": string;
+                    "text/html": string;
                 };
             };
             /** @description There is no such thing. */
@@ -2457,8 +7854,128 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description It was there, and can no longer be read. */
-            410: {
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_session_pdf: {
+        parameters: {
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_episode_page: {
+        parameters: {
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_episode_pdf: {
+        parameters: {
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/pdf": string;
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2480,8 +7997,20 @@ export interface operations {
     list_sessions: {
         parameters: {
             query?: {
+                /** @description Begun then or later. */
+                since?: string | null;
+                /** @description Begun before then. */
+                until?: string | null;
+                /** @description Led by this therapist. */
+                therapist?: string | null;
+                /** @description At this station. */
+                station?: string | null;
+                /** @description A playback was stopped by this cause: its code. */
+                stop?: string | null;
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path?: never;
@@ -2560,11 +8089,42 @@ export interface operations {
             };
         };
     };
+    list_session_choices: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SessionChoices"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_patient_sessions: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -2676,6 +8236,130 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_checklist: {
+        parameters: {
+            query?: {
+                /** @description What is to be played: it says which fixtures. */
+                recording_id?: string | null;
+            };
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Checklist"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    tick_check: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+                check: "side" | "fixtures" | "belt" | "pedal" | "estop";
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CheckTick"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Checklist"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The request itself is wrong: see its errors. */
             422: {
                 headers: {
@@ -2696,10 +8380,160 @@ export interface operations {
             };
             cookie?: never;
         };
+        requestBody?: {
+            content: {
+                "application/json": components["schemas"]["SessionEnd"] | null;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Session"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
         requestBody?: never;
         responses: {
             /** @description Successful Response */
             200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Draft"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_session: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SessionSign"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Session"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    add_addendum: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AddendumCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2778,7 +8612,12 @@ export interface operations {
     };
     get_run_figures: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Begin of a window, seconds on the figure's clock. */
+                start_s?: number | null;
+                /** @description End of that window, seconds. */
+                end_s?: number | null;
+            };
             header?: never;
             path: {
                 run_id: string;
@@ -2850,6 +8689,48 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
+                };
+            };
+        };
+    };
+    turn: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SideRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Accepted"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -3136,6 +9017,44 @@ export interface operations {
         };
     };
     pause: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Accepted"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    less: {
         parameters: {
             query?: never;
             header?: never;

@@ -4,10 +4,17 @@ import { IconArchive, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
 import { api, type Recording } from "../api/client";
+import { AssessmentsSection } from "../assessments/AssessmentsSection";
+import { Episodes } from "../episodes/Episodes";
+import { DataSection } from "../exchange/DataSection";
 import { PatientForm } from "../patients/PatientForm";
+import { Programmes } from "../programmes/Programmes";
 import { SessionTable } from "../sessions/SessionTable";
-import { formatDay, formatMoment, formatSpan } from "../shared/format";
+import { formatDay, formatMoment, formatSpan, sideWord } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
+import { More } from "../shared/More";
+import { madeOf } from "../shared/madeOf";
+import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 
@@ -21,12 +28,10 @@ export function PatientPage() {
     queryKey: ["recordings", patientId],
     queryFn: () => api.recordings(patientId),
   });
-  const sessions = useQuery({
-    queryKey: ["sessions", "of", patientId],
-    queryFn: () => api.patientSessions(patientId),
-  });
+  const sessions = usePages(["sessions", "of", patientId], (after) => api.patientSessions(patientId, after));
   const archive = useMutation({
-    mutationFn: (archived: boolean) => api.updatePatient(patientId, { archived }),
+    mutationFn: (archived: boolean) =>
+      api.updatePatient(patientId, { archived, updated_at: patient.data?.updated_at ?? null }),
     onSuccess: (saved) => {
       queries.setQueryData(["patient", patientId], saved);
       void queries.invalidateQueries({ queryKey: ["patients"] });
@@ -54,38 +59,47 @@ export function PatientPage() {
                 To the station
               </ButtonLink>
             )}
-            <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
-              Edit
-            </Button>
-            <Button
-              variant="default"
-              leftSection={<IconArchive size={20} />}
-              loading={archive.isPending}
-              onClick={() => archive.mutate(!who.archived_at)}
-            >
-              {who.archived_at ? "Restore" : "Archive"}
-            </Button>
+            {!who.erased_at && (
+              <>
+                <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
+                  Edit
+                </Button>
+                <Button
+                  variant="default"
+                  leftSection={<IconArchive size={20} />}
+                  loading={archive.isPending}
+                  onClick={() => archive.mutate(!who.archived_at)}
+                >
+                  {who.archived_at ? "Restore" : "Archive"}
+                </Button>
+              </>
+            )}
           </Group>
         </Group>
         <Group gap="lg">
           <Text>Clinic number {who.clinic_number}</Text>
-          <Text>{who.affected_side === "left" ? "Left" : "Right"} shoulder</Text>
+          {who.dominant_side && <Text>{sideWord(who.dominant_side)}-handed</Text>}
           {who.birth_date && <Text>Born {formatDay(who.birth_date)}</Text>}
-          {who.archived_at && <Badge color="gray">Archived</Badge>}
+          {who.archived_at && <Badge color="gray">{who.erased_at ? "Erased" : "Archived"}</Badge>}
         </Group>
         {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
         <ProblemNote error={archive.error} />
       </Stack>
+      <Episodes patient={who} />
+      <AssessmentsSection patientId={patientId} />
       <Stack gap="xs">
         <Title order={3}>Recordings</Title>
         <ProblemNote error={recordings.error} />
         {recordings.data && <Recordings items={recordings.data.items} />}
       </Stack>
+      <Programmes patientId={patientId} />
       <Stack gap="xs">
         <Title order={3}>Sessions</Title>
         <ProblemNote error={sessions.error} />
-        {sessions.data && <SessionTable items={sessions.data.items} />}
+        {sessions.items && <SessionTable items={sessions.items} />}
+        <More list={sessions} />
       </Stack>
+      <DataSection patientId={patientId} />
       <Modal opened={editing} onClose={form.close} title="Edit patient" size="lg">
         <PatientForm patient={who} onDone={form.close} />
       </Modal>
@@ -100,7 +114,7 @@ function Recordings({ items }: { items: Recording[] }) {
       <Table.Thead>
         <Table.Tr>
           <Table.Th>Name</Table.Th>
-          <Table.Th>Taught</Table.Th>
+          <Table.Th>Taught or made</Table.Th>
           <Table.Th>Side</Table.Th>
           <Table.Th ta="right">Length</Table.Th>
         </Table.Tr>
@@ -113,6 +127,11 @@ function Recordings({ items }: { items: Recording[] }) {
                 {recording.name}
               </PageLink>
               {recording.archived_at && " (archived)"}
+              {recording.parent_id && (
+                <Text size="sm" c="dimmed">
+                  {madeOf(recording, items)}
+                </Text>
+              )}
             </Table.Td>
             <Table.Td>{formatMoment(recording.taught_at)}</Table.Td>
             <Table.Td>{recording.side === "left" ? "Left" : "Right"}</Table.Td>

@@ -11,6 +11,12 @@ const SEXES = [
   { value: "other", label: "Other" },
 ];
 
+const SIDES = [
+  { value: "", label: "Not stated" },
+  { value: "left", label: "Left" },
+  { value: "right", label: "Right" },
+];
+
 /** Sign a patient up, or change a record. What the service finds wrong stands at its field. */
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
   const queries = useQueryClient();
@@ -20,26 +26,31 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     kana: patient?.kana ?? "",
     birth_date: patient?.birth_date ?? "",
     sex: patient?.sex ?? "unknown",
-    affected_side: patient?.affected_side ?? ("" as Patient["affected_side"] | ""),
+    dominant_side: patient?.dominant_side ?? "",
     notes: patient?.notes ?? "",
   });
+  // Of the record that these values are from: a newer one may arrive while somebody writes.
+  const [version] = useState(patient?.updated_at ?? null);
+  // Said once, when signing up: from then on it is the episode's.
+  const [side, setSide] = useState<"left" | "right" | "">("");
   const save = useMutation({
     mutationFn: () => {
       const body = {
         ...values,
         kana: values.kana || null,
         birth_date: values.birth_date || null,
-        affected_side: values.affected_side as Patient["affected_side"],
+        dominant_side: (values.dominant_side || null) as Patient["dominant_side"],
       };
       return patient
-        ? api.updatePatient(patient.id, { ...body, updated_at: patient.updated_at })
-        : api.createPatient(body);
+        ? api.updatePatient(patient.id, { ...body, updated_at: version })
+        : api.createPatient({ ...body, affected_side: side as "left" | "right" });
     },
     onSuccess: (saved) => {
       void queries.invalidateQueries({ queryKey: ["patients"] });
       queries.setQueryData(["patient", saved.id], saved);
       onDone(saved);
     },
+    onError: () => void queries.invalidateQueries({ queryKey: ["patient", patient?.id] }),
   });
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const text = (name: "clinic_number" | "name" | "kana" | "birth_date" | "notes") => ({
@@ -60,27 +71,29 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
         <TextInput label="Name" required data-autofocus {...text("name")} />
         <TextInput label="Reading of the name (kana)" {...text("kana")} />
         <TextInput label="Clinic number" required {...text("clinic_number")} />
-        <div>
-          <Text component="label" fw={500} id="affected-side">
-            Shoulder that is treated
-          </Text>
-          <SegmentedControl
-            size="md"
-            fullWidth
-            aria-labelledby="affected-side"
-            value={values.affected_side}
-            onChange={(side) => setValues({ ...values, affected_side: side as Patient["affected_side"] })}
-            data={[
-              { value: "left", label: "Left" },
-              { value: "right", label: "Right" },
-            ]}
-          />
-          {fields.affected_side && (
-            <Text size="sm" c="grape.9">
-              Choose left or right.
+        {!patient && (
+          <div>
+            <Text component="label" fw={500} id="affected-side">
+              Shoulder that is treated
             </Text>
-          )}
-        </div>
+            <SegmentedControl
+              size="md"
+              fullWidth
+              aria-labelledby="affected-side"
+              value={side}
+              onChange={(chosen) => setSide(chosen as "left" | "right")}
+              data={[
+                { value: "left", label: "Left" },
+                { value: "right", label: "Right" },
+              ]}
+            />
+            {fields.affected_side && (
+              <Text size="sm" c="grape.9">
+                Choose left or right.
+              </Text>
+            )}
+          </div>
+        )}
         <Group grow align="start">
           <TextInput label="Birth date" type="date" {...text("birth_date")} />
           <Select
@@ -89,6 +102,13 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
             allowDeselect={false}
             value={values.sex}
             onChange={(sex) => setValues({ ...values, sex: (sex ?? "unknown") as Patient["sex"] })}
+          />
+          <Select
+            label="Dominant side"
+            data={SIDES}
+            allowDeselect={false}
+            value={values.dominant_side}
+            onChange={(dominant) => setValues({ ...values, dominant_side: dominant ?? "" })}
           />
         </Group>
         <Textarea label="Notes" autosize minRows={2} {...text("notes")} />

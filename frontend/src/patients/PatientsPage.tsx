@@ -1,13 +1,15 @@
 import { Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, TextInput, Title } from "@mantine/core";
 import { useDebouncedValue, useDisclosure } from "@mantine/hooks";
 import { IconSearch, IconUserPlus } from "@tabler/icons-react";
-import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
 import { api } from "../api/client";
-import { formatDay } from "../shared/format";
+import { ImportPatients } from "../exchange/ImportPatients";
+import { OpenErasures } from "../exchange/OpenErasures";
+import { formatDay, sideWord } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { More } from "../shared/More";
+import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { PatientForm } from "./PatientForm";
@@ -17,53 +19,47 @@ export function PatientsPage() {
   const navigate = useNavigate();
   const [search, setSearch] = useState("");
   const [archived, setArchived] = useState(false);
-  const [offset, setOffset] = useState(0);
   const [words] = useDebouncedValue(search, 200);
   const [signingUp, form] = useDisclosure(false);
-  const found = useQuery({
-    queryKey: ["patients", words, archived, offset],
-    queryFn: () => api.patients(words, archived, offset),
-    placeholderData: keepPreviousData,
-  });
-  const items = found.data?.items ?? [];
+  const found = usePages(["patients", words, archived], (after) => api.patients(words, archived, after));
+  const { items } = found;
   return (
     <Stack>
       <Group justify="space-between">
         <Title order={2}>Patients</Title>
-        <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
-          New patient
-        </Button>
+        <Group>
+          <ImportPatients />
+          <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
+            New patient
+          </Button>
+        </Group>
       </Group>
-      <Group>
+      <OpenErasures />
+      <Group align="end">
         <TextInput
-          aria-label="Search"
-          placeholder="Name, kana or clinic number"
+          label="Search"
+          description="Any parts of name, kana, clinic number and birth date, such as “sato 1968-04”"
           leftSection={<IconSearch size={18} />}
-          w={360}
+          w={460}
+          maxLength={100}
           value={search}
-          onChange={(event) => {
-            setSearch(event.currentTarget.value);
-            setOffset(0);
-          }}
+          onChange={(event) => setSearch(event.currentTarget.value)}
         />
         <Switch
           size="md"
           label="Archived"
           checked={archived}
-          onChange={(event) => {
-            setArchived(event.currentTarget.checked);
-            setOffset(0);
-          }}
+          onChange={(event) => setArchived(event.currentTarget.checked)}
         />
       </Group>
       <ProblemNote error={found.error} />
       {found.isPending && <Skeleton h={200} />}
-      {found.data && items.length === 0 && (
+      {items?.length === 0 && (
         <Text>
           {words || archived ? "Nobody matches." : "Nobody is signed up yet. Begin with “New patient”."}
         </Text>
       )}
-      {items.length > 0 && (
+      {items && items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
@@ -88,13 +84,13 @@ export function PatientsPage() {
                 </Table.Td>
                 <Table.Td>{patient.clinic_number}</Table.Td>
                 <Table.Td>{patient.birth_date ? formatDay(patient.birth_date) : "–"}</Table.Td>
-                <Table.Td>{patient.affected_side === "left" ? "Left" : "Right"}</Table.Td>
+                <Table.Td>{sideWord(patient.affected_side)}</Table.Td>
               </Table.Tr>
             ))}
           </Table.Tbody>
         </Table>
       )}
-      <More total={found.data?.total ?? 0} offset={offset} onOffset={setOffset} />
+      <More list={found} />
       <Modal opened={signingUp} onClose={form.close} title="New patient" size="lg">
         <PatientForm
           onDone={(saved) => {

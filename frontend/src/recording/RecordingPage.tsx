@@ -10,23 +10,30 @@ import {
   TextInput,
   Title,
 } from "@mantine/core";
-import { IconArchive, IconCheck, IconDownload, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
+import { useDisclosure } from "@mantine/hooks";
+import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { useParams } from "@tanstack/react-router";
+import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { api, type Schemas } from "../api/client";
+import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
+import { FIXTURES } from "../shared/fixtures";
 import { formatDeg, formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
-import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { EditPanel } from "./EditPanel";
+import { RecordingFigure } from "./RecordingFigure";
 
 /** One recording: what it is, what each motor does in it, and its curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
   const queries = useQueryClient();
-  const [name, setName] = useState<string | null>(null);
+  const navigate = useNavigate();
+  // With the version that it began with: somebody else's newer name may arrive meanwhile.
+  const [renamed, setRenamed] = useState<{ name: string; seen: string } | null>(null);
+  const [editing, panel] = useDisclosure(false);
   const recording = useQuery({
     queryKey: ["recording", recordingId],
     queryFn: () => api.recording(recordingId),
@@ -37,16 +44,17 @@ export function RecordingPage() {
     queryFn: () => api.patient(patientId ?? ""),
     enabled: patientId !== undefined,
   });
-  const figure = useQuery({
-    queryKey: ["recording-figure", recordingId],
-    queryFn: () => api.recordingFigure(recordingId),
-    enabled: recording.data?.readable === true,
-    staleTime: Number.POSITIVE_INFINITY,
+  const parentId = recording.data?.parent_id ?? null;
+  const parent = useQuery({
+    queryKey: ["recording", parentId],
+    queryFn: () => api.recording(parentId ?? ""),
+    enabled: parentId !== null,
   });
   const update = useMutation({
     mutationFn: (change: Schemas["RecordingUpdate"]) => api.updateRecording(recordingId, change),
+    onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
     onSuccess: (saved) => {
-      setName(null);
+      setRenamed(null);
       queries.setQueryData(["recording", recordingId], saved);
       void queries.invalidateQueries({ queryKey: ["recordings"] });
     },
@@ -63,10 +71,15 @@ export function RecordingPage() {
         </PageLink>
       )}
       <Group justify="space-between" align="start">
-        {name === null ? (
+        {renamed === null ? (
           <Group gap="xs">
             <Title order={2}>{it.name}</Title>
-            <ActionIcon variant="subtle" size={44} aria-label="Rename" onClick={() => setName(it.name)}>
+            <ActionIcon
+              variant="subtle"
+              size={44}
+              aria-label="Rename"
+              onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
+            >
               <IconPencil size={20} />
             </ActionIcon>
           </Group>
@@ -74,15 +87,15 @@ export function RecordingPage() {
           <form
             onSubmit={(event) => {
               event.preventDefault();
-              update.mutate({ name });
+              update.mutate({ name: renamed.name, updated_at: renamed.seen });
             }}
           >
             <Group gap="xs">
               <TextInput
                 aria-label="Name"
                 w={360}
-                value={name}
-                onChange={(event) => setName(event.currentTarget.value)}
+                value={renamed.name}
+                onChange={(event) => setRenamed({ ...renamed, name: event.currentTarget.value })}
               />
               <ActionIcon type="submit" size={44} aria-label="Save name" loading={update.isPending}>
                 <IconCheck size={20} />
@@ -100,38 +113,70 @@ export function RecordingPage() {
               Play at the station
             </ButtonLink>
           )}
-          <Button
-            component="a"
-            variant="default"
-            href={`/api/recordings/${it.id}/samples.csv`}
-            leftSection={<IconDownload size={20} />}
-            disabled={!it.readable}
-          >
-            CSV
-          </Button>
+          {!it.archived_at && it.readable && (
+            <Button
+              variant="default"
+              leftSection={<IconAdjustments size={20} />}
+              aria-expanded={editing}
+              onClick={panel.toggle}
+            >
+              Edit
+            </Button>
+          )}
+          <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
           <Button
             variant="default"
             leftSection={<IconArchive size={20} />}
-            onClick={() => update.mutate({ archived: !it.archived_at })}
+            onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
           >
             {it.archived_at ? "Restore" : "Archive"}
           </Button>
         </Group>
       </Group>
       <Group gap="lg">
-        <Text>Taught {formatMoment(it.taught_at)}</Text>
+        <Text>
+          {it.parent_id ? "Made" : "Taught"} {formatMoment(it.taught_at)}
+        </Text>
         <Text>{it.side === "left" ? "Left" : "Right"} shoulder</Text>
         <Text>
-          {formatSpan(it.duration_s)}, {it.samples} samples at {it.rate_hz} Hz
+          {formatSpan(it.duration_s)}, {it.samples} samples
+          {!it.parent_id && ` at ${it.rate_hz} Hz`}
         </Text>
         <Text>{it.station}</Text>
+        {it.taught_by && <Text>Taught by {it.taught_by}</Text>}
+        {it.fixtures.length > 0 && <Text>With {it.fixtures.map((one) => FIXTURES[one]).join(" and ")}</Text>}
         {it.archived_at && <Badge color="gray">Archived</Badge>}
       </Group>
+      {it.parent_id && (
+        <Text data-testid="made-of">
+          Made of{" "}
+          <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
+            {parent.data?.name ?? "another recording"}
+          </PageLink>
+          . Done to what was taught: {it.done.join(", ")}.
+        </Text>
+      )}
       <ProblemNote error={update.error} />
+      {editing && (
+        <EditPanel
+          key={it.id}
+          recording={it}
+          onKept={(made) => {
+            panel.close();
+            void queries.invalidateQueries({ queryKey: ["recordings"] });
+            void navigate({ to: "/recordings/$recordingId", params: { recordingId: made.id } });
+          }}
+        />
+      )}
       {!it.readable && (
         <Text fw={600}>Its samples are damaged and cannot be read. Restore them from a backup.</Text>
       )}
-      <EditableNote label="Note" value={it.note} save={(note) => update.mutateAsync({ note })} />
+      <EditableNote
+        label="Note"
+        value={it.note}
+        version={it.updated_at}
+        save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
+      />
       {it.ranges.length > 0 && (
         <Table maw={640} withTableBorder verticalSpacing="xs">
           <Table.Thead>
@@ -154,9 +199,7 @@ export function RecordingPage() {
           </Table.Tbody>
         </Table>
       )}
-      <ProblemNote error={figure.error} />
-      {it.readable && figure.isPending && <Skeleton h={400} />}
-      {figure.data && <Plot figure={figure.data} label="Angles of the five motors over time" />}
+      {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
   );
 }

@@ -1,14 +1,20 @@
-import { Badge, Button, Card, Group, SimpleGrid, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
-import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { Badge, Card, Group, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
-import { api, type Run, type Session } from "../api/client";
-import { EditableNote } from "../shared/EditableNote";
-import { formatClock, formatDeg, formatMoment } from "../shared/format";
+import { api, type Run } from "../api/client";
+import { SampleLinks } from "../exchange/SampleLinks";
+import { PlannedAndDone } from "../programmes/PlannedAndDone";
+import { ReportLinks } from "../reports/ReportLinks";
+import { formatClock, formatDeg, formatMoment, formatRange } from "../shared/format";
 import { LOAD_LEVELS } from "../shared/levels";
 import { ButtonLink, PageLink } from "../shared/links";
-import { Plot } from "../shared/Plot";
+import { NoteCard } from "../shared/NoteCard";
 import { ProblemNote } from "../shared/problem";
+import { settingsWords } from "../shared/settings";
 import { useTitle } from "../shared/title";
+import { Alarms } from "./Alarms";
+import { Facts } from "./Facts";
+import { RunFigures } from "./RunFigures";
 
 const OUTCOMES: Record<Run["outcome"], string> = {
   loaded: "Going on",
@@ -22,14 +28,7 @@ const OUTCOMES: Record<Run["outcome"], string> = {
 /** One visit: what was played, and how closely the playback followed the teaching. */
 export function SessionPage() {
   const { sessionId } = useParams({ from: "/sessions/$sessionId" });
-  const queries = useQueryClient();
   const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
-  const keep = (saved: Session) => queries.setQueryData(["session", sessionId], saved);
-  const end = useMutation({ mutationFn: () => api.endSession(sessionId), onSuccess: keep });
-  const note = useMutation({
-    mutationFn: (text: string) => api.updateSession(sessionId, { note: text }),
-    onSuccess: keep,
-  });
   useTitle(session.data ? `Session of ${session.data.patient.name}` : "Session");
   if (session.error) return <ProblemNote error={session.error} />;
   if (!session.data) return <Skeleton h={300} />;
@@ -54,14 +53,14 @@ export function SessionPage() {
             <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
               To the station
             </ButtonLink>
-            <Button loading={end.isPending} onClick={() => end.mutate()}>
-              End session
-            </Button>
           </Group>
         )}
       </Group>
-      <ProblemNote error={end.error} />
-      <EditableNote label="Note" value={it.note} save={(text) => note.mutateAsync(text)} />
+      <Facts session={it} />
+      <ReportLinks of="sessions" id={it.id} />
+      <PlannedAndDone sessionId={it.id} />
+      <NoteCard key={it.id} session={it} />
+      <Alarms sessionId={it.id} />
       {it.runs.length === 0 && <Text>Nothing has been played in this session yet.</Text>}
       {it.runs.map((run, place) => (
         <RunCard key={run.id} run={run} number={place + 1} />
@@ -71,12 +70,7 @@ export function SessionPage() {
 }
 
 function RunCard({ run, number }: { run: Run; number: number }) {
-  const figures = useQuery({
-    queryKey: ["run-figures", run.id],
-    queryFn: () => api.runFigures(run.id),
-    enabled: run.comparison !== null,
-    staleTime: Number.POSITIVE_INFINITY,
-  });
+  const changes = settingsWords(run);
   return (
     <Card withBorder padding="lg" component="section" aria-label={`Playback ${number}`}>
       <Stack>
@@ -104,23 +98,17 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             Resistance level {run.load_level} of {LOAD_LEVELS}
           </Text>
         )}
+        {changes && <Text>{changes}</Text>}
+        <Text data-testid="done">{doneWords(run)}</Text>
         {run.stop && <Text fw={600}>{run.stop.message}</Text>}
         {run.comparison ? (
           <>
+            <Group justify="end">
+              <SampleLinks of="runs" id={run.id} />
+            </Group>
             <Errors run={run} comparison={run.comparison} />
-            <ProblemNote error={figures.error} />
-            {figures.isPending && <Skeleton h={340} />}
-            <SimpleGrid cols={{ base: 1, lg: 2 }}>
-              {figures.data?.motors.map(({ motor, figure }) => (
-                <div key={motor}>
-                  <Title order={4}>Motor {motor}</Title>
-                  <Plot
-                    figure={figure}
-                    label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}
-                  />
-                </div>
-              ))}
-            </SimpleGrid>
+            <Motions motions={run.comparison.motions} />
+            <RunFigures runId={run.id} />
           </>
         ) : (
           <Text>Nothing was played, so there is nothing to compare.</Text>
@@ -130,32 +118,138 @@ function RunCard({ run, number }: { run: Run; number: number }) {
   );
 }
 
-function Errors({ run, comparison }: { run: Run; comparison: NonNullable<Run["comparison"]> }) {
+/** How much of it was done, and what came in between. */
+function doneWords(run: Run): string {
+  const words: string[] = [];
+  if (run.repetitions_done !== null) {
+    words.push(`${run.repetitions_done} of ${run.repetitions} repetitions`);
+  }
+  if (run.reversals) words.push(`taken back ${run.reversals === 1 ? "once" : `${run.reversals} times`}`);
+  if (run.least_range_percent !== null) words.push(`down to ${run.least_range_percent} % of its range`);
+  return words.join(", ");
+}
+
+type Comparison = NonNullable<Run["comparison"]>;
+
+function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
   return (
-    <Table maw={640} withTableBorder verticalSpacing="xs" data-testid="errors">
-      <Table.Caption>
-        Playback minus teaching, {comparison.samples} samples{run.rate_hz ? ` at ${run.rate_hz} Hz` : ""}
-      </Table.Caption>
-      <Table.Thead>
-        <Table.Tr>
-          <Table.Th>Motor</Table.Th>
-          <Table.Th ta="right">Peak, deg</Table.Th>
-          <Table.Th ta="right">at, s</Table.Th>
-          <Table.Th ta="right">RMSE, deg</Table.Th>
-          <Table.Th ta="right">Start, deg</Table.Th>
-        </Table.Tr>
-      </Table.Thead>
-      <Table.Tbody>
-        {comparison.motors.map((motor) => (
-          <Table.Tr key={motor.motor}>
-            <Table.Td>{motor.motor}</Table.Td>
-            <Table.Td ta="right">{formatDeg(motor.peak_deg, 2)}</Table.Td>
-            <Table.Td ta="right">{motor.peak_at_s.toFixed(1)}</Table.Td>
-            <Table.Td ta="right">{formatDeg(motor.rmse_deg, 2)}</Table.Td>
-            <Table.Td ta="right">{formatDeg(motor.start_deg, 2)}</Table.Td>
-          </Table.Tr>
+    <Table.ScrollContainer minWidth={860}>
+      <Table withTableBorder verticalSpacing="xs" data-testid="errors">
+        <Table.Caption>
+          Playback minus teaching, {comparison.samples} samples{run.rate_hz ? ` at ${run.rate_hz} Hz` : ""}. A
+          positive lag is late. Smoothness is the spectral arc length: about −1.4 for one smooth movement,
+          lower with every stop and with tremor.
+        </Table.Caption>
+        <Head
+          first="Motor"
+          others={[
+            "Peak, deg",
+            "at, s",
+            "RMSE, deg",
+            "Start, deg",
+            "Lag, ms",
+            "Taught, deg",
+            "Reached, deg",
+            "Torque peak, Nm",
+            "Smoothness taught",
+            "played",
+          ]}
+        />
+        <Table.Tbody>
+          {comparison.motors.map((motor) => (
+            <Row
+              key={motor.motor}
+              first={String(motor.motor)}
+              others={[
+                ...errorCells(motor),
+                formatDeg(motor.torque_peak_nm, 2),
+                formatDeg(motor.taught_smoothness, 2),
+                formatDeg(motor.played_smoothness, 2),
+              ]}
+            />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+/** What the body did, beside what the apparatus can do and what a healthy shoulder does. */
+function Motions({ motions }: { motions: Comparison["motions"] }) {
+  if (motions.length === 0) return null;
+  return (
+    <Table.ScrollContainer minWidth={860}>
+      <Table withTableBorder verticalSpacing="xs" data-testid="motions">
+        <Table.Caption>The same by the body's motions, in its own angles</Table.Caption>
+        <Head
+          first="Motion"
+          others={[
+            "Peak, deg",
+            "at, s",
+            "RMSE, deg",
+            "Start, deg",
+            "Lag, ms",
+            "Taught, deg",
+            "Reached, deg",
+            "Apparatus, deg",
+            "Healthy shoulder, deg",
+          ]}
+        />
+        <Table.Tbody>
+          {motions.map((motion) => (
+            <Row
+              key={motion.motion}
+              first={`${motion.motion} ${motion.name}`}
+              others={[
+                ...errorCells(motion),
+                formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
+                formatRange(motion.reference_min_deg, motion.reference_max_deg),
+              ]}
+            />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+function errorCells(it: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
+  return [
+    formatDeg(it.peak_deg, 2),
+    it.peak_at_s.toFixed(1),
+    formatDeg(it.rmse_deg, 2),
+    formatDeg(it.start_deg, 2),
+    formatDeg(it.lag_ms, 0),
+    formatRange(it.taught_min_deg, it.taught_max_deg),
+    formatRange(it.played_min_deg, it.played_max_deg),
+  ];
+}
+
+function Head({ first, others }: { first: string; others: string[] }) {
+  return (
+    <Table.Thead>
+      <Table.Tr>
+        <Table.Th>{first}</Table.Th>
+        {others.map((name) => (
+          <Table.Th key={name} ta="right">
+            {name}
+          </Table.Th>
         ))}
-      </Table.Tbody>
-    </Table>
+      </Table.Tr>
+    </Table.Thead>
+  );
+}
+
+function Row({ first, others }: { first: string; others: string[] }) {
+  return (
+    <Table.Tr>
+      <Table.Td>{first}</Table.Td>
+      {others.map((text, place) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: a cell is its column.
+        <Table.Td key={place} ta="right">
+          {text}
+        </Table.Td>
+      ))}
+    </Table.Tr>
   );
 }

@@ -1,28 +1,36 @@
 import { Skeleton, Stack, Title } from "@mantine/core";
-import { keepPreviousData, useQuery } from "@tanstack/react-query";
-import { useState } from "react";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useSearch } from "@tanstack/react-router";
 import { api } from "../api/client";
 import { More } from "../shared/More";
+import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { asWanted } from "./filters";
+import { SessionFilters } from "./SessionFilters";
 import { SessionTable } from "./SessionTable";
 
-/** What was done, with all patients, newest first. */
+/** What was done, with all patients, newest first; what the list is narrowed to stands in the address. */
 export function SessionsPage() {
   useTitle("Sessions");
-  const [offset, setOffset] = useState(0);
-  const found = useQuery({
-    queryKey: ["sessions", offset],
-    queryFn: () => api.sessions(offset),
-    placeholderData: keepPreviousData,
-  });
+  const filters = useSearch({ from: "/sessions" });
+  const navigate = useNavigate({ from: "/sessions" });
+  const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const found = usePages(["sessions", filters], (after) => api.sessions(asWanted(filters), after));
   return (
     <Stack>
       <Title order={2}>Sessions</Title>
-      <ProblemNote error={found.error} />
+      <SessionFilters
+        value={filters}
+        choices={choices.data}
+        onChange={(search) => void navigate({ search, replace: true })}
+      />
+      <ProblemNote error={found.error ?? choices.error} />
       {found.isPending && <Skeleton h={200} />}
-      {found.data && <SessionTable items={found.data.items} withPatient />}
-      <More total={found.data?.total ?? 0} offset={offset} onOffset={setOffset} />
+      {found.items && (
+        <SessionTable items={found.items} withPatient narrowed={Object.keys(filters).length > 0} />
+      )}
+      <More list={found} />
     </Stack>
   );
 }

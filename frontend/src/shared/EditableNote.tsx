@@ -7,11 +7,22 @@ import { ProblemNote } from "./problem";
 export function EditableNote(props: {
   label: string;
   value: string;
-  save: (note: string) => Promise<unknown>;
+  /** Of the record that it stands in; given back with the note as it was when the writing began. */
+  version?: string;
+  save: (note: string, seen: string | null) => Promise<unknown>;
 }) {
   const [draft, setDraft] = useState<string | null>(null);
-  const saving = useMutation({ mutationFn: props.save, onSuccess: () => setDraft(null) });
+  const [seen, setSeen] = useState<string | null>(null);
+  const saving = useMutation({
+    mutationFn: (note: string) => props.save(note, seen),
+    onSuccess: () => setDraft(null),
+  });
   const changed = draft !== null && draft !== props.value;
+  const write = (text: string) => {
+    // Somebody else's newer note may arrive meanwhile, and must not be taken for one that was read.
+    if (draft === null) setSeen(props.version ?? null);
+    setDraft(text);
+  };
   return (
     <Stack gap="xs">
       <Textarea
@@ -19,7 +30,7 @@ export function EditableNote(props: {
         autosize
         minRows={2}
         value={draft ?? props.value}
-        onChange={(event) => setDraft(event.currentTarget.value)}
+        onChange={(event) => write(event.currentTarget.value)}
       />
       {changed && (
         <Group>

@@ -1,19 +1,14 @@
-import { Group, Pagination, Text } from "@mantine/core";
+import { Button } from "@mantine/core";
 
-const PAGE = 50;
+/** What a list that grows can be asked for: TanStack's infinite query is one. */
+type Growing = { hasNextPage: boolean; isFetchingNextPage: boolean; fetchNextPage: () => unknown };
 
-/** Further pages of a list, where there are any. */
-export function More(props: { total: number; offset: number; onOffset: (offset: number) => void }) {
-  if (props.total <= PAGE) return null;
+/** More of a list, where there is more. */
+export function More({ list }: { list: Growing }) {
+  if (!list.hasNextPage) return null;
   return (
-    <Group justify="space-between">
-      <Text size="sm">{props.total} in all</Text>
-      <Pagination
-        size="lg"
-        total={Math.ceil(props.total / PAGE)}
-        value={props.offset / PAGE + 1}
-        onChange={(page) => props.onOffset((page - 1) * PAGE)}
-      />
-    </Group>
+    <Button variant="default" loading={list.isFetchingNextPage} onClick={() => void list.fetchNextPage()}>
+      Show more
+    </Button>
   );
 }

@@ -1,29 +1,56 @@
 import { Skeleton } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
+import { type PlotWindow, windowOf } from "./window";
 
-const config = { responsive: true, displaylogo: false };
+// A double click shows all of it again, whatever part was last asked for.
+const config = {
+  responsive: true,
+  displaylogo: false,
+  doubleClick: "autosize",
+  modeBarButtonsToRemove: ["resetScale2d"],
+};
 
-/** A Plotly figure as the service built it. Plotly is large, and comes only when a figure is looked at. */
-export function Plot({ figure, label }: { figure: Schemas["Figure"]; label: string }) {
+/**
+ * A Plotly figure as the service built it. Plotly is large, and comes only when a figure is looked at.
+ *
+ * Of a long motion the service draws what a screen can show; onWindow hears which part somebody looks at closer, to ask for that.
+ */
+export function Plot({
+  figure,
+  label,
+  onWindow,
+}: {
+  figure: Schemas["Figure"];
+  label: string;
+  onWindow?: (window: PlotWindow | null) => void;
+}) {
   const place = useRef<HTMLDivElement>(null);
   const [drawn, setDrawn] = useState(false);
+  const heard = useRef(onWindow);
+  heard.current = onWindow;
+  const ending = useRef(() => {});
   useEffect(() => {
     const element = place.current;
     if (!element) return;
     let gone = false;
-    let purge = () => {};
     void import("plotly.js-cartesian-dist-min").then(async ({ default: Plotly }) => {
       if (gone) return;
-      await Plotly.react(element, figure.data, figure.layout, config);
-      purge = () => Plotly.purge(element);
+      // Plotly writes into the layout it is given what is done to it.
+      const plot = await Plotly.react(element, figure.data, structuredClone(figure.layout), config);
+      plot.removeAllListeners("plotly_relayout");
+      plot.on("plotly_relayout", (change) => {
+        const window = windowOf(change);
+        if (window !== undefined) heard.current?.(window);
+      });
+      ending.current = () => Plotly.purge(element);
       setDrawn(true);
     });
     return () => {
       gone = true;
-      purge();
     };
   }, [figure]);
+  useEffect(() => () => ending.current(), []);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>

@@ -1,62 +1,101 @@
-import { Card, Group, Progress, Select, Stack, Text, Title } from "@mantine/core";
-import { IconArrowBackUp, IconPlayerPause, IconPlayerPlay, IconTargetArrow } from "@tabler/icons-react";
+import { Group, Progress, Select, Stack, Text } from "@mantine/core";
+import {
+  IconArrowBackUp,
+  IconArrowsDiagonalMinimize2,
+  IconPlayerPause,
+  IconPlayerPlay,
+  IconTargetArrow,
+} from "@tabler/icons-react";
 import { useQuery, useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
-import { api, type Schemas } from "../api/client";
+import { api, type Schemas, type Session } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
 import { formatSpan } from "../shared/format";
+import { LoadLevel, lastLevel, useLastRuns } from "../shared/LoadLevel";
 import { LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
+import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
+import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
 import { CommandButton } from "./CommandButton";
-import { LoadLevel, useLastLevel } from "./LoadLevel";
+
 import { pathWords, TakenBack } from "./TakenBack";
+import { CheckList, useChecklist } from "./visit/CheckList";
+import { isDone, nextItem } from "./visit/steps";
 
 /** Playback: choose, load, move to the start, play; each a step of its own. */
-export function PlayPanel({ patientId, wanted }: { patientId: string; wanted: string | null }) {
+export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {
+  const { patientId, session, wanted } = props;
   const run = useLive("run");
   // Kept here, so that it outlives the run that it was chosen for.
   const [level, setLevel] = useState<number | null>(null);
   return (
-    <Card withBorder component="section" aria-label="Play back">
-      <Stack>
-        <Title order={3}>Play back</Title>
-        {run ? (
-          <Loaded run={run} />
-        ) : (
-          <Choose patientId={patientId} wanted={wanted} level={level} onLevel={setLevel} />
-        )}
-        <LastRun patientId={patientId} />
-      </Stack>
-    </Card>
+    <Stack component="section" aria-label="Play back">
+      {run ? (
+        <Loaded run={run} />
+      ) : (
+        session && <Choose session={session} wanted={wanted} level={level} onLevel={setLevel} />
+      )}
+      <LastRun patientId={patientId} />
+    </Stack>
   );
 }
 
 type Choice = {
-  patientId: string;
+  session: Session;
   wanted: string | null;
   level: number | null;
-  onLevel: (level: number) => void;
+  onLevel: (level: number | null) => void;
 };
 
-function Choose({ patientId, wanted, level, onLevel }: Choice) {
+const PLANNED = "planned-";
+
+function Choose({ session, wanted, level, onLevel }: Choice) {
+  const patientId = session.patient.id;
   const queries = useQueryClient();
   const recordings = useQuery({
     queryKey: ["recordings", patientId],
     queryFn: () => api.recordings(patientId),
   });
-  const last = useLastLevel(patientId);
-  const shownLevel = level ?? last.data ?? LOAD_LEVELS;
+  const last = useLastRuns(patientId);
+  const levelOfLast = lastLevel(last.data ?? []);
+  const planned = session.programme?.items ?? [];
+  const next = nextItem(planned, session.runs);
   const [chosen, setChosen] = useState<string | null>(wanted);
-  const items = (recordings.data?.items ?? []).filter((one) => !one.archived_at);
-  const value = items.some((one) => one.id === chosen) ? chosen : (items[0]?.id ?? null);
+  const recorded = (recordings.data?.items ?? []).filter((one) => !one.archived_at);
+  const choices = [
+    ...planned.map((one) => ({
+      value: `${PLANNED}${one.position}`,
+      label: `${one.position}. ${one.recording_name}${isDone(one, session.runs) ? " · done" : ""}`,
+    })),
+    ...recorded.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` })),
+  ];
+  // What is planned next, unless somebody has chosen.
+  const standing = next ? `${PLANNED}${next.position}` : (recorded[0]?.id ?? null);
+  const value = choices.some((one) => one.value === chosen) ? chosen : standing;
+  const item = planned.find((one) => `${PLANNED}${one.position}` === value) ?? null;
+  const recordingId = item?.recording_id ?? value;
+  const shownLevel = level ?? item?.load_level ?? levelOfLast ?? LOAD_LEVELS;
+  // By recording: what is slow enough for one motion says nothing about another.
+  const [settings, setSettings] = useState<Record<string, Settings>>({});
+  const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
+  const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
+  const checklist = useChecklist(session.id, recordingId);
   const load = async () => {
-    const session = await api.createSession(patientId);
-    await api.load({ session_id: session.id, recording_id: value ?? "", load_level: shownLevel });
+    await api.load({
+      session_id: session.id,
+      recording_id: recordingId ?? "",
+      programme_position: item?.position ?? null,
+      load_level: shownLevel,
+      ...shownSettings,
+    });
+    // What comes next is the programme's again.
+    if (item) setChosen(null);
+    if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
   };
-  if (recordings.data && items.length === 0) return <Text>Nothing to play yet: teach a motion first.</Text>;
+  if (recordings.data && choices.length === 0) return <Text>Nothing to play yet: teach a motion first.</Text>;
   return (
     <>
       <ProblemNote error={recordings.error ?? last.error} />
@@ -64,12 +103,34 @@ function Choose({ patientId, wanted, level, onLevel }: Choice) {
         size="lg"
         label="Recording"
         allowDeselect={false}
-        data={items.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` }))}
+        data={
+          planned.length === 0
+            ? choices
+            : [
+                { group: "Planned", items: choices.slice(0, planned.length) },
+                { group: "Besides", items: choices.slice(planned.length) },
+              ]
+        }
         value={value}
         onChange={setChosen}
       />
-      <LoadLevel value={shownLevel} last={last.data ?? null} onChange={onLevel} />
-      <CommandButton command="load" disabled={value === null || last.isPending} send={load}>
+      {checklist.data?.complete === false && (
+        <>
+          <Text fw={600}>Before it is loaded:</Text>
+          <CheckList sessionId={session.id} recordingId={recordingId} onlyOpen />
+        </>
+      )}
+      <PlaySettings
+        value={shownSettings}
+        last={settingsOfLast}
+        onChange={(given) => value && setSettings({ ...settings, [value]: given })}
+      />
+      <LoadLevel value={shownLevel} last={levelOfLast} onChange={onLevel} />
+      <CommandButton
+        command="load"
+        disabled={value === null || last.isPending || checklist.data?.complete !== true}
+        send={load}
+      >
         Load
       </CommandButton>
     </>
@@ -89,6 +150,7 @@ function Loaded({ run }: { run: Schemas["RunLive"] }) {
           · resistance level {run.load_level} of {LOAD_LEVELS}
         </Text>
       </Text>
+      {run.changes.length > 0 && <Text data-testid="changes">Played {run.changes.join(", ")}</Text>}
       {mode === "ready" && (
         <>
           <Text>
@@ -126,6 +188,11 @@ function Loaded({ run }: { run: Schemas["RunLive"] }) {
             </Text>
           </Group>
           <Progress size={20} value={share} aria-label="Progress of the playback" transitionDuration={100} />
+          {run.range_percent < 99.5 && (
+            <Text size="lg" data-testid="range">
+              {Math.round(run.range_percent)} % of the range; it comes back repetition by repetition
+            </Text>
+          )}
           <TakenBack mode={mode} run={run} />
           <Group>
             {mode === "paused" && (
@@ -138,6 +205,14 @@ function Loaded({ run }: { run: Schemas["RunLive"] }) {
                 Pause
               </CommandButton>
             )}
+            <CommandButton
+              command="less"
+              send={api.less}
+              variant="default"
+              leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
+            >
+              Less
+            </CommandButton>
             <CommandButton
               command="return"
               send={api.goBack}

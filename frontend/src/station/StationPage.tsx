@@ -1,16 +1,20 @@
-import { Grid, Select, Stack, Text, Title } from "@mantine/core";
+import { Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { api } from "../api/client";
 import { useLive, useStation } from "../live/hooks";
+import { PatientSelect } from "../patients/PatientSelect";
+import { sideWord } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { WhoField } from "../shared/WhoField";
 import { Angles } from "./Angles";
 import { Lately } from "./Lately";
 import { LoopHealth } from "./LoopHealth";
-import { PlayPanel } from "./PlayPanel";
 import { SimulatorPanel } from "./SimulatorPanel";
+import { StandsFor } from "./StandsFor";
 import { TeachPanel } from "./TeachPanel";
+import { Visit } from "./visit/Visit";
 
 /** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
 export function StationPage() {
@@ -23,22 +27,11 @@ export function StationPage() {
   // Whoever is on the apparatus is the one this page is about.
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
   const patientId = onApparatus ?? search.patient ?? null;
-  const patients = useQuery({
-    queryKey: ["patients", "", false, 0],
-    queryFn: () => api.patients("", false, 0),
-  });
   const patient = useQuery({
     queryKey: ["patient", patientId],
     queryFn: () => api.patient(patientId ?? ""),
     enabled: patientId !== null,
   });
-  const choices = (patients.data?.items ?? []).map((one) => ({
-    value: one.id,
-    label: `${one.name} (${one.clinic_number})`,
-  }));
-  if (patient.data && !choices.some((one) => one.value === patient.data.id)) {
-    choices.push({ value: patient.data.id, label: `${patient.data.name} (${patient.data.clinic_number})` });
-  }
   return (
     <Stack>
       <Title order={2} style={{ position: "absolute", left: -9999 }}>
@@ -47,29 +40,24 @@ export function StationPage() {
       <Grid gap="lg">
         <Grid.Col span={{ base: 12, md: 6 }}>
           <Stack>
-            <Select
-              size="lg"
-              label="Patient"
-              placeholder={
-                choices.length ? "Who is on the apparatus?" : "Sign a patient up first, under Patients"
-              }
-              searchable
-              data={choices}
-              value={patientId}
+            <WhoField />
+            <PatientSelect
+              chosen={patient.data}
               disabled={onApparatus !== undefined}
               onChange={(chosen) => void navigate({ search: chosen ? { patient: chosen } : {} })}
             />
             {patient.data && (
               <Text>
-                {patient.data.affected_side === "left" ? "Left" : "Right"} shoulder
+                {sideWord(patient.data.affected_side)} shoulder
                 {patient.data.notes ? ` · ${patient.data.notes}` : ""}
               </Text>
             )}
-            <ProblemNote error={patients.error ?? patient.error} />
+            <ProblemNote error={patient.error} />
+            <StandsFor wanted={patient.data?.affected_side ?? undefined} />
             {/* What cannot be done now gives its place to what is going on. */}
             {patientId && !run && <TeachPanel patientId={patientId} />}
             {patientId && !teaching && (
-              <PlayPanel key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+              <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
             )}
             {station?.simulated && <SimulatorPanel />}
           </Stack>

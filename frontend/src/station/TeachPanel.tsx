@@ -1,4 +1,4 @@
-import { Card, Group, List, Stack, Text, TextInput, Title } from "@mantine/core";
+import { Card, Group, List, SegmentedControl, Stack, Text, TextInput, Title } from "@mantine/core";
 import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
 import { api, type Schemas } from "../api/client";
@@ -6,14 +6,19 @@ import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
 import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
+import { useWho } from "../shared/who";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
+
+type Fixtures = NonNullable<Schemas["TeachRequest"]["fixtures"]>;
 
 /** Teaching: torque is off, the therapist moves the arm, and what is done with the pedal down is recorded. */
 export function TeachPanel({ patientId }: { patientId: string }) {
   const alive = useAlive();
   const teaching = useLive("teaching");
+  const [who] = useWho();
   const [name, setName] = useState("");
+  const [fixtures, setFixtures] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
   return (
     <Card withBorder component="section" aria-label="Teach">
@@ -34,10 +39,19 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             </Group>
           </div>
         ) : (
-          <Group align="end" wrap="nowrap">
+          <>
+            <SegmentedControl
+              size="md"
+              aria-label="What the arm is in"
+              value={fixtures}
+              onChange={setFixtures}
+              data={[
+                { value: "arm_fixer_1", label: "Arm fixer 1 (motions 1 to 5)" },
+                { value: "arm_fixer_2,elbow_fixer_1", label: "Arm fixer 2 and elbow fixer 1 (motion 6)" },
+              ]}
+            />
             <TextInput
               size="lg"
-              flex={1}
               label="Name of the motion"
               placeholder="Motion"
               value={name}
@@ -47,11 +61,18 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             <CommandButton
               command="teach"
               leftSection={<IconHandGrab size={26} />}
-              send={() => api.teach({ patient_id: patientId, name: name.trim() || "Motion" })}
+              send={() =>
+                api.teach({
+                  patient_id: patientId,
+                  name: name.trim() || "Motion",
+                  taught_by: who,
+                  fixtures: fixtures.split(",") as Fixtures,
+                })
+              }
             >
               Start teaching
             </CommandButton>
-          </Group>
+          </>
         )}
         {saved.length > 0 && (
           <List data-testid="saved">

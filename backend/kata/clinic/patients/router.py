@@ -6,6 +6,8 @@ from uuid import UUID
 from fastapi import APIRouter, Query
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.fields import NO_NUL
+from kata.clinic.pages import After, Limit
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import Patient, PatientCreate, PatientPage, PatientUpdate
 
@@ -15,15 +17,24 @@ router = APIRouter(prefix="/api/patients", tags=["patients"])
 @router.get("", responses=PROBLEMS.of(422))
 def list_patients(
     database: TheDatabase,
-    search: Annotated[str, Query(max_length=100, description="Words of name, kana or clinic number.")] = "",
+    search: Annotated[
+        str,
+        Query(
+            max_length=100,
+            pattern=NO_NUL,
+            description="Parts of name, kana or clinic number, and of the birth date (1968, 1968-04, 1968-04-12). Every word has "
+            "to be found; case, width, accents and the kind of kana do not matter.",
+            examples=["yamada 1968"],
+        ),
+    ] = "",
     archived: Annotated[bool, Query(description="Archived patients instead of present ones.")] = False,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    offset: Annotated[int, Query(ge=0)] = 0,
+    limit: Limit = 50,
+    after: After = None,
 ) -> PatientPage:
     """Patients in the order of their names."""
     with database.read() as session:
-        rows, total = service.find(session, search=search, archived=archived, limit=limit, offset=offset)
-        return PatientPage(items=[Patient.model_validate(row) for row in rows], total=total)
+        rows, further = service.find(session, search=search, archived=archived, limit=limit, after=after)
+        return PatientPage(items=[Patient.model_validate(row) for row in rows], next=further)
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(409, 422))

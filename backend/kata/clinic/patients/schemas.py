@@ -4,19 +4,13 @@ from datetime import date
 from typing import Annotated, Literal
 from uuid import UUID
 
-from pydantic import Field, StringConstraints, field_validator
+from pydantic import Field, StringConstraints
 
-from kata.clinic.fields import Moment, Name, Note, Schema, Side
-from kata.database.base import utc_now
+from kata.clinic.fields import NO_NUL, Moment, Name, Note, PastDay, Schema, Side
+from kata.clinic.pages import Next
 
 Sex = Literal["female", "male", "other", "unknown"]
-ClinicNumber = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=32)]
-
-
-def _not_in_the_future(birth_date: date | None) -> date | None:
-    if birth_date and not date(1900, 1, 1) <= birth_date <= utc_now().date():
-        raise ValueError("must be between 1900 and today")
-    return birth_date
+ClinicNumber = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=32, pattern=NO_NUL)]
 
 
 class PatientCreate(Schema):
@@ -25,12 +19,11 @@ class PatientCreate(Schema):
     clinic_number: ClinicNumber = Field(description="The clinic's own number, unique.", examples=["K-0042"])
     name: Name = Field(examples=["Yamada Hanako"])
     kana: Name | None = Field(None, description="Reading of the name.", examples=["ヤマダ ハナコ"])
-    birth_date: date | None = Field(None, examples=["1968-04-12"])
+    birth_date: PastDay | None = Field(None, examples=["1968-04-12"])
     sex: Sex = "unknown"
-    affected_side: Side = Field(description="The shoulder that is treated.")
+    dominant_side: Side | None = None
+    affected_side: Side = Field(description="The shoulder that is treated; its episode of care is opened with this.")
     notes: Note = Field("", examples=["Sleeps badly on the left side."])
-
-    _birth_date = field_validator("birth_date")(_not_in_the_future)
 
 
 class PatientUpdate(Schema):
@@ -39,14 +32,12 @@ class PatientUpdate(Schema):
     clinic_number: ClinicNumber | None = None
     name: Name | None = None
     kana: Name | None = None
-    birth_date: date | None = None
+    birth_date: PastDay | None = None
     sex: Sex | None = None
-    affected_side: Side | None = None
+    dominant_side: Side | None = None
     notes: Note | None = None
     archived: bool | None = Field(None, description="True archives, false restores.")
     updated_at: Moment | None = None
-
-    _birth_date = field_validator("birth_date")(_not_in_the_future)
 
 
 class Patient(Schema):
@@ -58,15 +49,18 @@ class Patient(Schema):
     kana: str | None
     birth_date: date | None
     sex: Sex
-    affected_side: Side
+    dominant_side: Side | None
+    affected_side: Side | None = Field(description="Of the episode that goes on, or was the last; null without any.")
+    episode_id: UUID | None = Field(description="Of the episode that goes on, or was the last; null without any.")
     notes: str
     created_at: Moment
     updated_at: Moment
     archived_at: Moment | None
+    erased_at: Moment | None = Field(description="When what tells who this is was taken away. UTC.")
 
 
 class PatientPage(Schema):
-    """Some of the patients that match."""
+    """Some of the patients that match, in the order of their names."""
 
     items: list[Patient]
-    total: int = Field(ge=0, description="How many match in all.")
+    next: Next

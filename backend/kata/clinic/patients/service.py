@@ -1,49 +1,63 @@
 """What is done with patients. Commits nothing: the request does."""
 
+from collections.abc import Sequence
+from typing import Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import func, or_, select
+from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, selectinload
 
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.pages import Keyset
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
+from kata.clinic.patients.search import words_of
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.problems import ProblemError, check_version, not_found
 from kata.database.base import utc_now
 
-_MAY_BE_EMPTIED = {"kana", "birth_date"}
+_BY_NAME: Final = Keyset(tuple[str, UUID], PatientRow.name, PatientRow.id)
+_MAY_BE_EMPTIED: Final = {"kana", "birth_date", "dominant_side"}
 
 
-def find(session: Session, *, search: str, archived: bool, limit: int, offset: int) -> tuple[list[PatientRow], int]:
-    """Patients by name, kana or number, in the order of their names; and how many there are in all."""
-    query = select(PatientRow)
+def find(
+    session: Session, *, search: str, archived: bool, limit: int, after: str | None
+) -> tuple[Sequence[PatientRow], str | None]:
+    """Patients by name, kana, number or birth date, in the order of their names; and where the next page begins.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    # First only who they are, which one index tells; then their records, a page of them.
+    query = select(PatientRow.id)
     query = query.where(PatientRow.archived_at.is_not(None) if archived else PatientRow.archived_at.is_(None))
-    for word in search.split():
-        columns = (PatientRow.name, PatientRow.kana, PatientRow.clinic_number)
-        query = query.where(or_(*(column.icontains(word, autoescape=True) for column in columns)))
-    total = session.scalar(select(func.count()).select_from(query.subquery())) or 0
-    rows = session.scalars(query.order_by(PatientRow.name, PatientRow.id).limit(limit).offset(offset))
-    return list(rows), total
+    for word in words_of(search):
+        query = query.where(PatientRow.search_text.contains(word, autoescape=True))
+    found = _BY_NAME.page(query, after, limit).subquery()
+    records = select(PatientRow).join(found, found.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)
+    rows = session.scalars(records.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))).all()
+    return _BY_NAME.cut(rows, limit, lambda row: (row.name, row.id))
 
 
-def get(session: Session, patient_id: UUID) -> PatientRow:
-    """One patient.
+def get(session: Session, patient_id: UUID, *, to_change: bool = False) -> PatientRow:
+    """One patient; ``to_change``: kept from everybody else until this is committed.
 
     :raises ProblemError: 404.
     """
-    row = session.get(PatientRow, patient_id)
+    row = session.get(PatientRow, patient_id, with_for_update=to_change or None)
     if row is None:
         raise not_found("patient")
     return row
 
 
 def create(session: Session, patient: PatientCreate) -> PatientRow:
-    """Sign a patient up.
+    """Sign a patient up, and open the episode of care.
 
     :raises ProblemError: 409 when the clinic number is taken.
     """
     now = utc_now()
-    row = PatientRow(id=uuid4(), created_at=now, updated_at=now, archived_at=None, **patient.model_dump())
+    given = patient.model_dump(exclude={"affected_side"})
+    row = PatientRow(id=uuid4(), created_at=now, updated_at=now, archived_at=None, **given)
+    row.episodes = [EpisodeRow(id=uuid4(), side=patient.affected_side, opened_at=now, updated_at=now)]
     session.add(row)
     _flush(session, patient.clinic_number)
     return row
@@ -52,16 +66,11 @@ def create(session: Session, patient: PatientCreate) -> PatientRow:
 def update(session: Session, patient_id: UUID, change: PatientUpdate) -> PatientRow:
     """Change what is given, leave the rest.
 
-    :raises ProblemError: 404; 409 when somebody else changed it meanwhile, or the clinic number is taken.
+    :raises ProblemError: 404; 409 when somebody else changed it meanwhile, the clinic number is taken, or it was erased.
     """
-    row = get(session, patient_id)
-    if change.updated_at and change.updated_at != row.updated_at:
-        raise ProblemError(
-            409,
-            "edited_meanwhile",
-            "Somebody else has changed this record in the meantime.",
-            "Reload it, and make your change again.",
-        )
+    row = get(session, patient_id, to_change=True)
+    check_not_erased(row)
+    check_version(row.updated_at, change.updated_at)
     given = change.model_dump(exclude_unset=True, exclude={"archived", "updated_at"})
     for name, value in given.items():
         if value is not None or name in _MAY_BE_EMPTIED:
@@ -71,6 +80,17 @@ def update(session: Session, patient_id: UUID, change: PatientUpdate) -> Patient
     row.updated_at = utc_now()
     _flush(session, row.clinic_number)
     return row
+
+
+def check_not_erased(row: PatientRow) -> None:
+    """Nothing is written any more about somebody of whom nobody knows who it is.
+
+    :raises ProblemError: 409.
+    """
+    if row.erased_at:
+        raise ProblemError(
+            409, "erased", "This record was erased and stays as it is.", "Sign the patient up anew, should they return."
+        )
 
 
 def _flush(session: Session, clinic_number: str) -> None:

@@ -1,27 +1,83 @@
-"""Table of patients."""
+"""Tables of patients."""
 
 from datetime import date, datetime
+from typing import Any
 from uuid import UUID
 
-from sqlalchemy import String, Text
-from sqlalchemy.orm import Mapped, mapped_column
+from sqlalchemy import Connection, ForeignKey, Index, String, Text, event
+from sqlalchemy.engine.default import DefaultExecutionContext
+from sqlalchemy.orm import Mapped, Mapper, mapped_column, relationship
 
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import search
 from kata.database.base import Base, UtcDateTime
+
+
+def _found_by(context: DefaultExecutionContext) -> str:
+    given: dict[str, Any] = context.get_current_parameters()  # type: ignore[no-untyped-call]
+    return search.text_of(given["name"], given.get("kana"), given["clinic_number"], given.get("birth_date"))
 
 
 class PatientRow(Base):
     """A patient; archived, never deleted."""
 
     __tablename__ = "patients"
+    # The whole search is answered from it, in the order of the list.
+    __table_args__ = (Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),)
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     clinic_number: Mapped[str] = mapped_column(String(32), unique=True)
-    name: Mapped[str] = mapped_column(String(100), index=True)
+    name: Mapped[str] = mapped_column(String(100))
     kana: Mapped[str | None] = mapped_column(String(100))
     birth_date: Mapped[date | None]
     sex: Mapped[str] = mapped_column(String(8))
-    affected_side: Mapped[str] = mapped_column(String(8))
+    dominant_side: Mapped[str | None] = mapped_column(String(8))
     notes: Mapped[str] = mapped_column(Text)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    erased_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """When what tells who this is was taken away at the patient's request."""
+    search_text: Mapped[str] = mapped_column(String(search.LONGEST), default=_found_by)
+    """:func:`kata.clinic.patients.search.text_of`; written with every change of what it is made of."""
+
+    episodes: Mapped[list[EpisodeRow]] = relationship(order_by=EpisodeRow.opened_at, lazy="selectin")
+
+    @property
+    def episode(self) -> EpisodeRow | None:
+        """The one that goes on, the newest of them; the last one where none does."""
+        going_on = [episode for episode in self.episodes if episode.closed_at is None]
+        newest = going_on or self.episodes
+        return newest[-1] if newest else None
+
+    @property
+    def episode_id(self) -> UUID | None:
+        """Of :attr:`episode`."""
+        return self.episode.id if self.episode else None
+
+    @property
+    def affected_side(self) -> str | None:
+        """The shoulder that is treated, or was last."""
+        return self.episode.side if self.episode else None
+
+
+@event.listens_for(PatientRow, "before_update")
+def _changed(mapper: Mapper[PatientRow], connection: Connection, row: PatientRow) -> None:
+    row.search_text = search.text_of(row.name, row.kana, row.clinic_number, row.birth_date)
+
+
+class ErasureRow(Base):
+    """A patient asked for the record to be erased, and what was decided."""
+
+    __tablename__ = "erasures"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
+    asked_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    reason: Mapped[str] = mapped_column(Text)
+    noted_by: Mapped[str] = mapped_column(String(100))
+    decided_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    decided_by: Mapped[str] = mapped_column(String(100), default="")
+    decision: Mapped[str | None] = mapped_column(String(8))
+    """erased or refused."""
+    explanation: Mapped[str] = mapped_column(Text, default="")

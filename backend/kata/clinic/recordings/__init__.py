@@ -1,1 +1,1 @@
-"""Recordings: motions that were taught, one a take, immutable."""
+"""Recordings: motions that were taught, one a take, and what was made of them; immutable."""

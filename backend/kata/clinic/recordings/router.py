@@ -1,18 +1,18 @@
 """REST for recordings."""
 
-import csv
-import io
-from collections.abc import Iterator
 from uuid import UUID
 
 from fastapi import APIRouter
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures
+from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
 from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service
+from kata.clinic.recordings.derive import Derived, Source, derive
+from kata.clinic.recordings.edits import Edit
 from kata.clinic.recordings.schemas import (
     Figure,
     MotorRange,
@@ -22,7 +22,9 @@ from kata.clinic.recordings.schemas import (
     RecordingUpdate,
 )
 from kata.database.engine import Database
-from kata.motion.axes import AXES
+from kata.motion.edit import EditError
+from kata.motion.trajectory import TrajectoryError
+from kata.station.station import Station
 
 router = APIRouter(tags=["recordings"])
 
@@ -42,7 +44,7 @@ def get_recording(database: TheDatabase, recording_id: UUID) -> RecordingDetail:
     return _detail(database, recording_id)
 
 
-@router.patch("/api/recordings/{recording_id}", responses=PROBLEMS.of(404, 422))
+@router.patch("/api/recordings/{recording_id}", responses=PROBLEMS.of(404, 409, 422))
 def update_recording(database: TheDatabase, recording_id: UUID, change: RecordingUpdate) -> RecordingDetail:
     """Rename, annotate, archive or restore; what was recorded does not change."""
     with database.write() as session:
@@ -50,39 +52,67 @@ def update_recording(database: TheDatabase, recording_id: UUID, change: Recordin
     return _detail(database, recording_id)
 
 
+@router.post("/api/recordings/{recording_id}/derived", status_code=201, responses=PROBLEMS.of(404, 410, 422))
+def derive_recording(
+    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
+) -> RecordingDetail:
+    """Do something to a recording, and keep what comes of it as a new one of the same patient; the old one stays as it is.
+
+    It is checked against the station's limits first, as at loading: what leaves them is refused with motor and time.
+    """
+    _, made = _derived(database, worker, station, recording_id, wanted)
+    with database.write() as session:
+        new_id = service.keep_derived(session, recording_id, made, wanted.name, station.config.name).id
+    return _detail(database, new_id)
+
+
+@router.post(
+    "/api/recordings/{recording_id}/derived/preview", response_model=Figure, responses=PROBLEMS.of(404, 410, 422)
+)
+def preview_derived_recording(
+    database: TheDatabase, worker: TheFigures, station: TheStation, recording_id: UUID, wanted: Edit
+) -> StreamingResponse:
+    """What would come of it, over what it is made of; checked in the same way, and not kept."""
+    source, made = _derived(database, worker, station, recording_id, wanted)
+    figure = worker.build(figures.derived, source.series, made.series)
+    return StreamingResponse(figures.pieces(figure), media_type="application/json")
+
+
 @router.get("/api/recordings/{recording_id}/figure", response_model=Figure, responses=PROBLEMS.of(404, 410, 422))
-def get_recording_figure(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
-    """The five motors' angles over time, one under the other."""
+def get_recording_figure(
+    database: TheDatabase, worker: TheFigures, window: TheWindow, recording_id: UUID
+) -> StreamingResponse:
+    """The five motors' angles over time, one under the other; each line with its peaks.
+
+    Of a short one, or of a window that is short, every sample; a window is given in seconds of the figure's clock.
+    """
+    with database.read() as session:
+        parts = service.figure_parts(session, recording_id, window)
+    return StreamingResponse(figures.pieces(worker.build(figures.recording, parts)), media_type="application/json")
+
+
+def _derived(
+    database: Database, worker: FigureWorker, station: Station, recording_id: UUID, wanted: Edit
+) -> tuple[Source, Derived]:
     with database.read() as session:
         service.samples(session, recording_id)
-        blob = service.samples_blob(session, recording_id)
-    return StreamingResponse(figures.pieces(worker.build(figures.recording, blob)), media_type="application/json")
-
-
-@router.get(
-    "/api/recordings/{recording_id}/samples.csv",
-    response_class=StreamingResponse,
-    responses=PROBLEMS.of(404, 410, 422) | {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}},
-)
-def get_recording_samples(database: TheDatabase, recording_id: UUID) -> StreamingResponse:
-    """The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``."""
-    with database.read() as session:
-        taught = service.samples(session, recording_id)
-
-    def lines() -> Iterator[str]:
-        buffer = io.StringIO()
-        writer = csv.writer(buffer)
-        writer.writerow(["time_s", *(f"motor_{motor}_deg" for motor in AXES)])
-        for time_s, angles in zip(taught.times_s, taught.angles_deg, strict=True):
-            writer.writerow([f"{time_s:.6f}", *(f"{angle:.4f}" for angle in angles)])
-            if buffer.tell() > 1 << 16:
-                yield buffer.getvalue()
-                buffer.seek(0)
-                buffer.truncate()
-        yield buffer.getvalue()
-
-    headers = {"Content-Disposition": f'attachment; filename="recording-{recording_id}.csv"'}
-    return StreamingResponse(lines(), media_type="text/csv", headers=headers)
+        source = service.source(session, recording_id)
+    try:
+        return source, worker.build(derive, source, wanted, station.config)
+    except EditError as error:
+        raise ProblemError(
+            422,
+            "impossible",
+            f"This cannot be done to this recording: {error}.",
+            "Choose other numbers, or trim it first.",
+        ) from error
+    except TrajectoryError as error:
+        raise ProblemError(
+            422,
+            "unplayable",
+            f"What comes of this cannot be played: {error}.",
+            "Choose other numbers, or trim it first.",
+        ) from error
 
 
 def _detail(database: Database, recording_id: UUID) -> RecordingDetail:

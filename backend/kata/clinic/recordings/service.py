@@ -3,18 +3,24 @@
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
-from uuid import UUID, uuid5
+from uuid import UUID, uuid4, uuid5
 
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.clinic.problems import ProblemError, not_found
+from kata.clinic import overview
+from kata.clinic.fields import LONGEST_NAME
+from kata.clinic.figures import RecordingParts, Window
+from kata.clinic.patients import service as patients
+from kata.clinic.problems import ProblemError, check_version, not_found
+from kata.clinic.recordings.derive import Derived, Source
 from kata.clinic.recordings.schemas import MotorRange, RecordingUpdate
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, RecordingRow, RecordingSamplesRow, TeachingRow
-from kata.database import arrays
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
+from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 
 SHORTEST_TAKE_S: Final = 0.5
@@ -37,12 +43,12 @@ def of_patient(session: Session, patient_id: UUID) -> list[RecordingRow]:
     return list(session.scalars(query.order_by(*order)))
 
 
-def get(session: Session, recording_id: UUID) -> RecordingRow:
-    """One recording, without its samples.
+def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> RecordingRow:
+    """One recording, without its samples; ``to_change``: kept from everybody else until this is committed.
 
     :raises ProblemError: 404.
     """
-    row = session.get(RecordingRow, recording_id)
+    row = session.get(RecordingRow, recording_id, with_for_update=to_change or None)
     if row is None:
         raise not_found("recording")
     return row
@@ -54,8 +60,8 @@ def samples(session: Session, recording_id: UUID) -> Samples:
     :raises ProblemError: 404; 410 when they are damaged.
     """
     try:
-        columns = arrays.decode(samples_blob(session, recording_id))
-    except arrays.UnreadableError as error:
+        columns = unpack(stored_samples(session, recording_id))
+    except UnreadableError as error:
         raise ProblemError(
             410,
             "unreadable_samples",
@@ -65,44 +71,102 @@ def samples(session: Session, recording_id: UUID) -> Samples:
     return Samples(columns["time_s"], columns["angle_deg"])
 
 
-def samples_blob(session: Session, recording_id: UUID) -> bytes:
+def stored_samples(session: Session, recording_id: UUID) -> Series:
     """A recording's samples as they are stored; empty when they are missing.
 
     :raises ProblemError: 404.
     """
     get(session, recording_id)
-    row = session.get(RecordingSamplesRow, recording_id)
-    return row.data if row else b""
+    return SAMPLES.read(session, recording_id)
+
+
+def figure_parts(session: Session, recording_id: UUID, window: Window | None) -> RecordingParts:
+    """What its figure is drawn from.
+
+    :raises ProblemError: 404.
+    """
+    get(session, recording_id)
+    if window:
+        return RecordingParts(SAMPLES.read_within(session, recording_id, "time_s", *window), None, window)
+    seen = SAMPLES.overview(session, recording_id)
+    return RecordingParts(SAMPLES.read(session, recording_id) if seen is None else None, seen, None)
 
 
 def ranges(taught: Samples) -> list[MotorRange]:
     """What each motor does."""
-    step = max(1, round(_SPEED_WINDOW_S / float(np.median(np.diff(taught.times_s)))))
-    spans = taught.times_s[step:] - taught.times_s[:-step]
-    speeds = np.abs(taught.angles_deg[step:] - taught.angles_deg[:-step]) / spans[:, None]
-    return [
-        MotorRange(
-            motor=axis + 1,
-            min_deg=float(angles.min()),
-            max_deg=float(angles.max()),
-            max_speed_deg_s=float(speeds[:, axis].max(initial=0.0)),
+    # What was put together of several parts has its samples at several distances.
+    begins_s = taught.times_s[taught.times_s <= taught.times_s[-1] - _SPEED_WINDOW_S]
+    found = []
+    for axis, angles in enumerate(taught.angles_deg.T):
+        later = np.interp(begins_s + _SPEED_WINDOW_S, taught.times_s, angles)
+        speeds = np.abs(later - angles[: len(begins_s)]) / _SPEED_WINDOW_S
+        found.append(
+            MotorRange(
+                motor=axis + 1,
+                min_deg=float(angles.min()),
+                max_deg=float(angles.max()),
+                max_speed_deg_s=float(speeds.max(initial=0.0)),
+            )
         )
-        for axis, angles in enumerate(taught.angles_deg.T)
-    ]
+    return found
+
+
+def source(session: Session, recording_id: UUID) -> Source:
+    """What another recording is made of.
+
+    :raises ProblemError: 404.
+    """
+    row = get(session, recording_id)
+    return Source(stored_samples(session, recording_id), "left" if row.side == "left" else "right", tuple(row.done))
+
+
+def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:
+    """Write down what was made of a recording; named after that and what was done, unless a name is given.
+
+    :raises ProblemError: 404.
+    """
+    parent = get(session, parent_id)
+    what = made.done[-1]
+    row = RecordingRow(
+        id=uuid4(),
+        patient_id=parent.patient_id,
+        teaching_id=None,
+        take=None,
+        parent_id=parent.id,
+        done=list(made.done),
+        name=name or f"{parent.name[: LONGEST_NAME - len(what) - 2]}, {what}",
+        side=made.side,
+        station=station,
+        taught_by=parent.taught_by,
+        fixtures=list(parent.fixtures),
+        taught_at=utc_now(),
+        duration_s=made.duration_s,
+        rate_hz=parent.rate_hz,
+        samples=made.samples,
+        note="",
+        archived_at=None,
+    )
+    session.add(row)
+    session.flush()
+    SAMPLES.keep(session, row.id, made.series, made.overview)
+    return row
 
 
 def update(session: Session, recording_id: UUID, change: RecordingUpdate) -> RecordingRow:
     """Rename, annotate, archive or restore.
 
-    :raises ProblemError: 404.
+    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
     """
-    row = get(session, recording_id)
+    row = get(session, recording_id, to_change=True)
+    patients.check_not_erased(patients.get(session, row.patient_id))
+    check_version(row.updated_at, change.updated_at)
     if change.name is not None:
         row.name = change.name
     if change.note is not None:
         row.note = change.note
     if change.archived is not None:
         row.archived_at = (row.archived_at or utc_now()) if change.archived else None
+    row.updated_at = utc_now()
     return row
 
 
@@ -121,7 +185,7 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
         recording_id = uuid5(teaching.id, str(take))
         if times_s[-1] < SHORTEST_TAKE_S or session.get(RecordingRow, recording_id):
             continue
-        data = arrays.encode({"time_s": times_s, "angle_deg": journal.measured_deg[taken]}, SAMPLE_COLUMNS)
+        angles_deg = journal.measured_deg[taken].astype(np.float64)
         row = RecordingRow(
             id=recording_id,
             patient_id=teaching.patient_id,
@@ -130,6 +194,8 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
             name=teaching.name if take == 1 else f"{teaching.name[:90]} ({take})",
             side=teaching.side,
             station=journal.station,
+            taught_by=teaching.taught_by,
+            fixtures=list(teaching.fixtures),
             taught_at=_wall_time(journal, int(journal.t_ns[taken][0])),
             duration_s=float(times_s[-1]),
             rate_hz=journal.rate_hz,
@@ -139,7 +205,8 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
         )
         session.add(row)
         session.flush()
-        session.add(RecordingSamplesRow(recording_id=recording_id, data=data))
+        series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
+        SAMPLES.keep(session, recording_id, series, overview.of_recording(times_s, angles_deg))
         new.append(row)
     return new
 

@@ -3,13 +3,14 @@
 from datetime import datetime
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, LargeBinary, String, Text, UniqueConstraint
+from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from kata.database.arrays import Column
-from kata.database.base import Base, UtcDateTime
+from kata.database.base import Base, UtcDateTime, utc_now
+from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
 
-SAMPLE_COLUMNS = (Column("time_s", "s", 1e-6), Column("angle_deg", "deg", 1e-4))
+SAMPLE_COLUMNS = (Column("time_s", "s", 1e-6), Column("angle_deg", "deg", 1e-4, counted=True))
 """``time_s`` (n,) from 0 at the first sample; ``angle_deg`` (n, 5) motor angles, axis order."""
 
 
@@ -22,35 +23,58 @@ class TeachingRow(Base):
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
     name: Mapped[str] = mapped_column(String(100))
     side: Mapped[str] = mapped_column(String(8))
+    taught_by: Mapped[str] = mapped_column(String(100), default="")
+    fixtures: Mapped[list[str]] = mapped_column(JSON, default=list)
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
 
 
 class RecordingRow(Base):
-    """One take. Name and note may change, what was recorded may not."""
+    """One take, what was made of another recording, or what came in a file. Name and note may change, its samples may not.
+
+    Of teaching with take, and parent, it has one; what came in a file has neither.
+    """
 
     __tablename__ = "recordings"
     __table_args__ = (UniqueConstraint("teaching_id", "take"),)
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
-    teaching_id: Mapped[UUID] = mapped_column(ForeignKey("teachings.id"))
-    take: Mapped[int]
+    teaching_id: Mapped[UUID | None] = mapped_column(ForeignKey("teachings.id"))
+    take: Mapped[int | None]
+    parent_id: Mapped[UUID | None] = mapped_column(ForeignKey("recordings.id"))
+    done: Mapped[list[str]] = mapped_column(JSON, default=list)
+    """What was done to what was taught, in order and in words; the last of it to the parent."""
     name: Mapped[str] = mapped_column(String(100))
     side: Mapped[str] = mapped_column(String(8))
     station: Mapped[str] = mapped_column(String(100))
+    taught_by: Mapped[str] = mapped_column(String(100), default="")
+    fixtures: Mapped[list[str]] = mapped_column(JSON, default=list)
+    """Which ones the arm was in (arm fixers and elbow fixers); none where nobody said."""
     taught_at: Mapped[datetime] = mapped_column(UtcDateTime)
     duration_s: Mapped[float]
     rate_hz: Mapped[int]
     samples: Mapped[int]
     note: Mapped[str] = mapped_column(Text)
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
-class RecordingSamplesRow(Base):
+class RecordingSamplesRow(SamplesColumns, Base):
     """The samples, apart from the record, so that a list never loads them."""
 
     __tablename__ = "recording_samples"
 
     recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"), primary_key=True)
-    data: Mapped[bytes] = mapped_column(LargeBinary)
-    """:mod:`kata.database.arrays`, :data:`SAMPLE_COLUMNS`."""
+
+
+class RecordingSampleBlockRow(SampleBlockColumns, Base):
+    """A minute of them (:data:`SAMPLE_COLUMNS`)."""
+
+    __tablename__ = "recording_sample_blocks"
+
+    recording_id: Mapped[UUID] = mapped_column(
+        ForeignKey("recording_samples.recording_id", ondelete="CASCADE"), primary_key=True
+    )
+
+
+SAMPLES = SampleTables(RecordingSamplesRow, RecordingSampleBlockRow, "recording_id")

@@ -3,41 +3,47 @@
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures
-from kata.clinic.patients import service as patients
-from kata.clinic.sessions import service
-from kata.clinic.sessions.schemas import Run, RunFigures, Session, SessionCreate, SessionPage, SessionUpdate
+from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.clinic.sessions import checks, ending, service, signing
+from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.draft import draft
+from kata.clinic.sessions.schemas import (
+    AddendumCreate,
+    Checklist,
+    CheckTick,
+    Draft,
+    Run,
+    RunFigures,
+    Session,
+    SessionCreate,
+    SessionEnd,
+    SessionSign,
+    SessionUpdate,
+)
 
 router = APIRouter(tags=["sessions"])
-Limit = Annotated[int, Query(ge=1, le=200)]
-Offset = Annotated[int, Query(ge=0)]
 
 
-@router.get("/api/sessions", responses=PROBLEMS.of(422))
-def list_sessions(database: TheDatabase, limit: Limit = 50, offset: Offset = 0) -> SessionPage:
-    """Sessions of all patients, newest first."""
-    return _page(database, None, limit, offset)
+async def _apparatus(station: TheStation) -> checks.Apparatus:
+    # In the event loop, where the station lives.
+    return checks.apparatus(station.info.name, station.live())
 
 
-@router.get("/api/patients/{patient_id}/sessions", responses=PROBLEMS.of(404, 422))
-def list_patient_sessions(
-    database: TheDatabase, patient_id: UUID, limit: Limit = 50, offset: Offset = 0
-) -> SessionPage:
-    """A patient's sessions, newest first."""
-    with database.read() as session:
-        patients.get(session, patient_id)
-    return _page(database, patient_id, limit, offset)
+TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
 
 
 @router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
-def create_session(database: TheDatabase, wanted: SessionCreate) -> Session:
-    """Begin a session. A patient has one open session at most: if there is one, it goes on."""
+def create_session(database: TheDatabase, station: TheStation, wanted: SessionCreate) -> Session:
+    """Begin a session at this station. A patient has one open session at most: if there is one, it goes on."""
     with database.write() as session:
-        return service.as_session(service.begin(session, wanted.patient_id))
+        row = service.begin(
+            session, wanted.patient_id, wanted.therapist or "", wanted.programme_version_id, station.info.name
+        )
+        return service.as_session(row)
 
 
 @router.get("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
@@ -47,18 +53,62 @@ def get_session(database: TheDatabase, session_id: UUID) -> Session:
         return service.as_session(service.get(session, session_id))
 
 
-@router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
+@router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
 def update_session(database: TheDatabase, session_id: UUID, change: SessionUpdate) -> Session:
-    """Change the note."""
+    """Change note, pain, therapist or programme, until it is signed."""
     with database.write() as session:
         return service.as_session(service.change(session, session_id, change))
 
 
-@router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
-def end_session(database: TheDatabase, session_id: UUID) -> Session:
-    """End a session; ending it again changes nothing."""
+@router.get("/api/sessions/{session_id}/checklist", responses=PROBLEMS.of(404, 410, 422))
+def get_checklist(
+    database: TheDatabase,
+    there: TheApparatus,
+    session_id: UUID,
+    recording_id: Annotated[UUID | None, Query(description="What is to be played: it says which fixtures.")] = None,
+) -> Checklist:
+    """What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself."""
+    with database.read() as session:
+        return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
+
+
+@router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
+def tick_check(
+    database: TheDatabase, there: TheApparatus, session_id: UUID, check: CheckName, given: CheckTick
+) -> Checklist:
+    """Somebody has looked, and it is in order."""
     with database.write() as session:
-        return service.as_session(service.end(session, session_id))
+        return checks.as_checklist(checks.tick(session, session_id, check, given, there))
+
+
+@router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
+def end_session(database: TheDatabase, session_id: UUID, given: SessionEnd | None = None) -> Session:
+    """End a session; ending it again changes nothing but the reason, if one is given."""
+    with database.write() as session:
+        return service.as_session(service.end(session, session_id, given.reason if given else None))
+
+
+@router.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
+def get_draft(database: TheDatabase, session_id: UUID) -> Draft:
+    """A note from what was measured, to be read and edited; nothing is kept of it."""
+    with database.read() as session:
+        told = service.as_session(service.get(session, session_id))
+    planned = told.programme.items if told.programme else []
+    return Draft(text=draft(told), end_reason=ending.suggested_reason(planned, told.runs))
+
+
+@router.post("/api/sessions/{session_id}/sign", responses=PROBLEMS.of(404, 409, 422))
+def sign_session(database: TheDatabase, session_id: UUID, given: SessionSign) -> Session:
+    """Sign the note of an ended session. From then on it stays as it is, and only addenda are added."""
+    with database.write() as session:
+        return service.as_session(signing.sign(session, session_id, given))
+
+
+@router.post("/api/sessions/{session_id}/addenda", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+def add_addendum(database: TheDatabase, session_id: UUID, given: AddendumCreate) -> Session:
+    """Add to a signed note."""
+    with database.write() as session:
+        return service.as_session(signing.add(session, session_id, given))
 
 
 @router.get("/api/runs/{run_id}", responses=PROBLEMS.of(404, 422))
@@ -69,14 +119,11 @@ def get_run(database: TheDatabase, run_id: UUID) -> Run:
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))
-def get_run_figures(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
-    """For each motor the paper's figure: teaching and playback on the left axis, error on the right one."""
-    with database.read() as session:
-        taught, run = service.figure_blobs(session, run_id)
-    return StreamingResponse(figures.pieces(worker.build(figures.run, taught, run)), media_type="application/json")
+def get_run_figures(database: TheDatabase, worker: TheFigures, window: TheWindow, run_id: UUID) -> StreamingResponse:
+    """For each motor the paper's figure: teaching and playback on the left axis, error on the right one.
 
-
-def _page(database: TheDatabase, patient_id: UUID | None, limit: int, offset: int) -> SessionPage:
+    Each line with its peaks; of a short run, or of a window that is short, every sample.
+    """
     with database.read() as session:
-        rows, total = service.find(session, patient_id=patient_id, limit=limit, offset=offset)
-        return SessionPage(items=[service.as_summary(row) for row in rows], total=total)
+        parts = service.figure_parts(session, run_id, window)
+    return StreamingResponse(figures.pieces(worker.build(figures.run, parts)), media_type="application/json")

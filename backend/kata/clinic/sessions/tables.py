@@ -1,40 +1,99 @@
 """Tables of sessions and runs."""
 
 from datetime import datetime
+from typing import Any
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, LargeBinary, String, Text
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
+from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import Column
-from kata.database.base import Base, UtcDateTime
+from kata.database.base import Base, UtcDateTime, utc_now
+from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
+from kata.motion.axes import BASIC_MOTIONS
 
 SAMPLE_COLUMNS = (
     Column("time_s", "s", 1e-6),
     Column("phase", "", 1.0),
-    Column("path_s", "s", 1e-6),
-    Column("setpoint_deg", "deg", 1e-4),
-    Column("measured_deg", "deg", 1e-4),
-    Column("torque_nm", "Nm", 1e-4),
+    Column("path_s", "s", 1e-6, along="time_s"),
+    Column("setpoint_deg", "deg", 2e-3),
+    Column("measured_deg", "deg", 1e-4, counted=True),
+    Column("torque_nm", "Nm", 1e-4, counted=True),
 )
-"""(n,) time since the run's first sample, phase (device.journal), place on the recording; (n, 5) in axis order."""
+"""(n,) time since the run's first sample, phase (device.journal), place on the recording; (n, 5) in axis order.
+
+A setpoint goes to its drive in counts of 0.088 deg: what is finer than a fortieth of one never got there."""
 
 
 class SessionRow(Base):
-    """One visit."""
+    """One visit. Once it is signed only addenda are added."""
 
     __tablename__ = "sessions"
+    __table_args__ = (
+        Index("ix_sessions_started_at_id", "started_at", "id"),
+        Index("ix_sessions_patient_id_started_at", "patient_id", "started_at", "id"),
+        Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
+        Index("ix_sessions_station_started_at", "station", "started_at", "id"),
+        Index("ix_sessions_therapist_station_started_at", "therapist", "station", "started_at", "id"),
+    )
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
-    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
-    started_at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"))
+    episode_id: Mapped[UUID | None] = mapped_column(ForeignKey("episodes.id"), index=True)
+    programme_version_id: Mapped[UUID | None] = mapped_column(ForeignKey("programme_versions.id"))
+    """What was planned; None where recordings were chosen one by one."""
+    therapist: Mapped[str] = mapped_column(String(100), default="")
+    station: Mapped[str] = mapped_column(String(100), default="")
+    started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    checks: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    """The checklist's answers (:class:`kata.clinic.sessions.checklist.Answer`)."""
+    pain_before: Mapped[int | None]
+    pain_during: Mapped[int | None]
+    pain_after: Mapped[int | None]
+    """0 to 10."""
+    end_reason: Mapped[str | None] = mapped_column(String(16))
     note: Mapped[str] = mapped_column(Text)
+    signed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    signed_by: Mapped[str] = mapped_column(String(100), default="")
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime, default=utc_now)
+    run_count: Mapped[int] = mapped_column(default=0)
+    stop_count: Mapped[int] = mapped_column(default=0)
+    """Kept with every run that begins and ends, so that a list need not count."""
 
+    addenda: Mapped[list["AddendumRow"]] = relationship(order_by="AddendumRow.written_at", lazy="selectin")
     patient: Mapped[PatientRow] = relationship(lazy="joined", innerjoin=True)
+    episode: Mapped[EpisodeRow | None] = relationship(viewonly=True)
+    programme_version: Mapped[ProgrammeVersionRow | None] = relationship()
     runs: Mapped[list["RunRow"]] = relationship(order_by="RunRow.started_at", lazy="selectin", viewonly=True)
+
+
+class AddendumRow(Base):
+    """What was added to a signed note."""
+
+    __tablename__ = "addenda"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
+    written_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    written_by: Mapped[str] = mapped_column(String(100))
+    text: Mapped[str] = mapped_column(Text)
+
+
+class SessionStopRow(Base):
+    """A cause that stopped something in a session: found by cause and time, without looking through all the runs."""
+
+    __tablename__ = "session_stops"
+    __table_args__ = (Index("ix_session_stops_code_started_at", "code", "started_at", "session_id"),)
+
+    session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
+    code: Mapped[str] = mapped_column(String(32), primary_key=True)
+    started_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    """The session's."""
 
 
 class RunRow(Base):
@@ -45,6 +104,8 @@ class RunRow(Base):
     id: Mapped[UUID] = mapped_column(primary_key=True)
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), index=True)
     recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"), index=True)
+    programme_position: Mapped[int | None]
+    """Which item of the session's programme it was; None where it was chosen besides."""
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     outcome: Mapped[str] = mapped_column(String(16))
@@ -53,31 +114,125 @@ class RunRow(Base):
     rate_hz: Mapped[int | None]
     load_level: Mapped[int | None]
     """None where it was played before there were levels."""
+    speed_percent: Mapped[float] = mapped_column(default=100.0)
+    repetitions: Mapped[int] = mapped_column(default=1)
+    pause_s: Mapped[float] = mapped_column(default=0.0)
+    range_percent: Mapped[float] = mapped_column(default=100.0)
+    """How the recording was to be played (:class:`kata.motion.edit.Asked`). What was asked of the motors is made from both again
+    whenever it is needed."""
+    method: Mapped[str | None] = mapped_column(String(16))
+    """:data:`kata.motion.method.Method`. None where it was played before there were methods."""
+    corrected_by: Mapped[UUID | None]
+    """The run whose correction it was played with, if it was with one. No foreign key: SQLite could not drop it again."""
     samples: Mapped[int | None]
     """How many were compared: those of the playing itself."""
+    worst_rmse_deg: Mapped[float | None]
+    worst_peak_deg: Mapped[float | None]
+    """The largest of the five motors', without sign: what a list or a chart of many runs asks for."""
+    reversals: Mapped[int | None]
+    """How often the arm was taken back; None where it was played before that was kept."""
+    least_range_percent: Mapped[float | None]
+    """How little of its range was played after somebody asked for less; None where nobody did."""
+    learned_rms_deg: Mapped[float | None]
+    """How much it taught to correct: root of the mean square, of the motor that it is most for; None where it taught nothing, or
+    was played before that was kept."""
+    repetitions_done: Mapped[int | None]
+    """How many were played to their end; None while it has not ended, and for a broken off run of before that was counted."""
+    played_s: Mapped[float | None]
+    """How long the arm was on its path; None while it has not ended, and where that was not kept."""
 
     recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)
     tracking: Mapped[list["MotorTrackingRow"]] = relationship(order_by="MotorTrackingRow.motor", lazy="selectin")
+    motions: Mapped[list["MotionTrackingRow"]] = relationship(order_by="MotionTrackingRow.motion", lazy="selectin")
 
 
-class MotorTrackingRow(Base):
-    """One motor's errors in one run, playback minus teaching."""
+class _TrackingColumns:
+    """One angle's figures in one run (:class:`kata.motion.tracking.Tracking`), playback minus what was asked for.
+
+    Those that may be None are so too for runs of before they were worked out.
+    """
+
+    peak_deg: Mapped[float]
+    peak_at_s: Mapped[float]
+    rmse_deg: Mapped[float]
+    start_deg: Mapped[float]
+    lag_ms: Mapped[float | None]
+    taught_min_deg: Mapped[float | None]
+    taught_max_deg: Mapped[float | None]
+    played_min_deg: Mapped[float | None]
+    played_max_deg: Mapped[float | None]
+    taught_smoothness: Mapped[float | None]
+    played_smoothness: Mapped[float | None]
+
+
+class MotorTrackingRow(_TrackingColumns, Base):
+    """One motor's."""
 
     __tablename__ = "motor_tracking"
 
     run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
     motor: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    peak_deg: Mapped[float]
-    peak_at_s: Mapped[float]
-    rmse_deg: Mapped[float]
-    start_deg: Mapped[float]
+    torque_peak_nm: Mapped[float | None]
 
 
-class RunSamplesRow(Base):
+class MotionTrackingRow(_TrackingColumns, Base):
+    """One basic motion's, in the body's angle: its number is that of Table 2."""
+
+    __tablename__ = "motion_tracking"
+
+    run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    motion: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+
+    @property
+    def name(self) -> str:
+        """As Table 2 calls it."""
+        return BASIC_MOTIONS[self.motion - 1].name
+
+    @property
+    def apparatus_min_deg(self) -> float:
+        """Lower end of the apparatus' ROM."""
+        return BASIC_MOTIONS[self.motion - 1].range_deg[0]
+
+    @property
+    def apparatus_max_deg(self) -> float:
+        """Upper end of the apparatus' ROM."""
+        return BASIC_MOTIONS[self.motion - 1].range_deg[1]
+
+    @property
+    def reference_min_deg(self) -> float:
+        """Lower end of a healthy shoulder's ROM."""
+        return BASIC_MOTIONS[self.motion - 1].reference_deg[0]
+
+    @property
+    def reference_max_deg(self) -> float:
+        """Upper end of a healthy shoulder's ROM."""
+        return BASIC_MOTIONS[self.motion - 1].reference_deg[1]
+
+
+class RunSamplesRow(SamplesColumns, Base):
     """What the run measured, apart from the record, so that a list never loads it."""
 
     __tablename__ = "run_samples"
 
     run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+
+
+class RunSampleBlockRow(SampleBlockColumns, Base):
+    """A minute of it (:data:`SAMPLE_COLUMNS`)."""
+
+    __tablename__ = "run_sample_blocks"
+
+    run_id: Mapped[UUID] = mapped_column(ForeignKey("run_samples.run_id", ondelete="CASCADE"), primary_key=True)
+
+
+SAMPLES = SampleTables(RunSamplesRow, RunSampleBlockRow, "run_id")
+
+
+class RunCorrectionRow(Base):
+    """What a run of the learned method has taught (:mod:`kata.clinic.sessions.learning`)."""
+
+    __tablename__ = "run_corrections"
+
+    run_id: Mapped[UUID] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    station: Mapped[str] = mapped_column(String(100))
     data: Mapped[bytes] = mapped_column(LargeBinary)
-    """:mod:`kata.database.arrays`, :data:`SAMPLE_COLUMNS`."""

@@ -3,7 +3,7 @@ import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useId } from "react";
 import { api, type Run } from "../api/client";
-import { LOAD_LEVELS } from "../shared/levels";
+import { LOAD_LEVELS } from "./levels";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
 
@@ -12,13 +12,13 @@ export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
   return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
 }
 
-/** What this patient was last played with: a level that fits one is not to be forgotten from one run to the next. */
-export function useLastLevel(patientId: string) {
+/** This patient's newest session: what fitted in one run is not to be forgotten in the next. */
+export function useLastRuns(patientId: string) {
   return useQuery({
-    queryKey: ["session", "last-level", patientId],
+    queryKey: ["session", "last-runs", patientId],
     queryFn: async () => {
       const newest = (await api.patientSessions(patientId)).items[0];
-      return newest ? lastLevel((await api.session(newest.id)).runs) : null;
+      return newest ? (await api.session(newest.id)).runs : [];
     },
   });
 }

@@ -1,0 +1,179 @@
+"""What pages ask a service for, over HTTP and one after the other; how long each answer takes."""
+
+import http.client
+import json
+import socket
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote, urlencode
+
+import numpy as np
+import uvicorn
+from fastapi import FastAPI
+
+from kata.bench.clinic import BenchError
+from kata.bench.synthetic import STATIONS, STOPS, THERAPISTS, History
+from kata.clinic.figures import FigureWorker
+from kata.database.engine import Database
+from kata.settings import Settings
+from kata.web.app import create_app
+
+_START_LIMIT_S: Final = 30.0
+_DEEP: Final = 20
+"""So many pages into a list goes whoever leafs through it."""
+
+
+@dataclass(frozen=True)
+class Ask:
+    """One kind of request. What is in braces, and what the query says, is taken from the history, another at every turn.
+
+    A service that has no such path or parameter is not asked.
+    """
+
+    path: str
+    query: dict[str, str] = field(default_factory=dict)
+    leafing: bool = False
+    """Page by page, by what each says of the next."""
+
+    @property
+    def name(self) -> str:
+        """In the table."""
+        query = "&".join(f"{name}={value}" for name, value in self.query.items())
+        return self.path + (f"?{query}" if query else "") + (", further pages" if self.leafing else "")
+
+
+LISTS: Final = (
+    Ask("/api/patients"),
+    Ask("/api/patients", leafing=True),
+    Ask("/api/patients", {"search": "{name}"}),
+    Ask("/api/patients", {"search": "{kana}"}),
+    Ask("/api/patients", {"search": "{number}"}),
+    Ask("/api/patients", {"search": "{born}"}),
+    Ask("/api/patients/{patient_id}"),
+    Ask("/api/patients/{patient_id}/sessions"),
+    Ask("/api/patients/{patient_id}/recordings"),
+    Ask("/api/patients/{patient_id}/episodes"),
+    Ask("/api/patients/{patient_id}/assessments"),
+    Ask("/api/patients/{patient_id}/programmes"),
+    Ask("/api/episodes/{episode_id}"),
+    Ask("/api/episodes/{episode_id}/assessments"),
+    Ask("/api/episodes/{episode_id}/adherence"),
+    Ask("/api/episodes/{episode_id}/progress/{chart}"),
+    Ask("/api/sessions"),
+    Ask("/api/sessions", leafing=True),
+    Ask("/api/sessions", {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"}),
+    Ask("/api/sessions", {"therapist": "{therapist}"}),
+    Ask("/api/sessions", {"station": "{station}"}),
+    Ask("/api/sessions", {"stop": "{stop}"}),
+    Ask("/api/sessions", {"therapist": "{therapist}", "stop": "{stop}"}),
+    Ask("/api/sessions/{session_id}"),
+    Ask("/api/events"),
+    Ask("/api/events", {"station": "{station}"}),
+)
+ERROR_PLOT: Final = Ask("/api/runs/{run_id}/figures")
+
+
+class Service:
+    """The service over a database, without its apparatus, on a port of its own."""
+
+    def __init__(self, app: FastAPI, port: int) -> None:
+        self._app = app
+        self._port = port
+
+    def p95_ms(self, asked: Ask, history: History, times: int) -> float | None:
+        """How long 19 of 20 answers take at most; None where the service has no such thing.
+
+        :raises BenchError: when one is not an answer.
+        """
+        if not self._has(asked):
+            return None
+        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
+        try:
+            took, after = [], None
+            for n in range(times + 1):
+                turn = n % _DEEP
+                after = None if turn == 0 else after
+                query = {name: _of(history, text, n) for name, text in asked.query.items()}
+                query |= {"after": after} if asked.leafing and after else {}
+                began = time.perf_counter()
+                connection.request("GET", f"{_of(history, asked.path, n, quoted=True)}?{urlencode(query)}")
+                answer = connection.getresponse()
+                told = answer.read()
+                took.append((time.perf_counter() - began) * 1000)
+                if answer.status != 200:
+                    raise BenchError(f"{asked.name} was answered with {answer.status}: {told[:300]!r}")
+                after = json.loads(told).get("next") if asked.leafing else None
+        finally:
+            connection.close()
+        # The first one opens the connection, and files.
+        return float(np.percentile(took[1:], 95))
+
+    def _has(self, asked: Ask) -> bool:
+        described: dict[str, Any] = self._app.openapi()["paths"]
+        found = [path for path in described if _shape(path) == _shape(asked.path) and "get" in described[path]]
+        if not found:
+            return False
+        known = {one["name"] for one in described[found[0]]["get"].get("parameters", []) if one["in"] == "query"}
+        return set(asked.query) | ({"after"} if asked.leafing else set()) <= known
+
+
+@contextmanager
+def serving(database: Database, folder: Path) -> Iterator[Service]:
+    """Over HTTP, as a page would ask."""
+    app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
+    figures = FigureWorker()
+    app.state.database, app.state.figures = database, figures
+    # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    listening.bind(("127.0.0.1", 0))
+    listening.listen()
+    server = uvicorn.Server(uvicorn.Config(app, lifespan="off", log_level="error", access_log=False))
+    thread = threading.Thread(target=server.run, args=([listening],), name="service", daemon=True)
+    thread.start()
+    try:
+        limit = time.monotonic() + _START_LIMIT_S
+        while not server.started:
+            if time.monotonic() > limit:
+                raise BenchError("the service did not start")
+            time.sleep(0.01)
+        yield Service(app, listening.getsockname()[1])
+    finally:
+        server.should_exit = True
+        thread.join(_START_LIMIT_S)
+        listening.close()
+        figures.close()
+
+
+def _shape(path: str) -> Sequence[str]:
+    """A path without the names of what stands in braces."""
+    return ["{}" if part.startswith("{") else part for part in path.split("/")]
+
+
+_CHARTS: Final = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
+_KANA: Final = ("ヤマダ", "コバヤシ ケン", "モリ マイ")
+_BORN: Final = ("1968", "1955-03", "1949-12")
+
+
+def _of(history: History, text: str, n: int, *, quoted: bool = False) -> str:
+    choices: dict[str, Sequence[object]] = {
+        "patient_id": history.patients,
+        "episode_id": history.episodes,
+        "session_id": history.sessions,
+        "recording_id": history.recordings,
+        "run_id": (history.hour,),
+        "name": history.names,
+        "kana": _KANA,
+        "number": [f"K-{k:06}" for k in range(100)],
+        "born": _BORN,
+        "chart": _CHARTS,
+        "therapist": THERAPISTS,
+        "station": STATIONS,
+        "stop": STOPS,
+    }
+    chosen = {name: str(of[n % len(of)]) for name, of in choices.items()}
+    return text.format_map({name: quote(value) for name, value in chosen.items()} if quoted else chosen)

@@ -1,0 +1,276 @@
+"""Ten years of a clinic that never was: patients, episodes, assessments, sessions, runs, and one run that lasts an hour.
+
+How closely each motor followed is written down for the patients that are asked for: of all it would be ten million rows, which
+are only ever read by their run.
+"""
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any, Final
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy import Connection, Table
+from sqlalchemy.orm import Session
+
+from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
+from kata.database.engine import Database
+from kata.device.config import StationConfig
+from kata.device.journal import PHASE_PLAYING, Journal, JournalEnd
+from kata.motion.axes import AXES
+
+THERAPISTS: Final = ("Sato", "Suzuki", "Takahashi", "Tanaka", "Watanabe", "Ito")
+STATIONS: Final = ("Station 1", "Station 2", "Station 3")
+STOPS: Final = ("estop_pressed", "pedal_released", "following_error", "service_silent")
+_FAMILIES: Final = (
+    ("Yamada", "ヤマダ"),
+    ("Kobayashi", "コバヤシ"),
+    ("Kato", "カトウ"),
+    ("Mori", "モリ"),
+    ("Abe", "アベ"),
+)
+_GIVEN: Final = (("Hanako", "ハナコ"), ("Ken", "ケン"), ("Mai", "マイ"), ("Yuki", "ユキ"), ("Taro", "タロウ"))
+_FIRST: Final = datetime(2016, 1, 4, 9, 0, tzinfo=UTC)
+_DAYS: Final = 3650
+_RUNS: Final = 2
+_STOPPED: Final = 0.03
+_ASSESSMENTS: Final = 6
+_ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 40.0))
+_BATCH: Final = 20_000
+_PIECE: Final = 200
+_ASKED: Final = 50
+_RATE_HZ: Final = 100
+_COUNT_DEG: Final = 360 / 4096
+_TORQUE_COUNT_NM: Final = 0.00538
+_TORQUE_NOISE_COUNTS: Final = (10.9, 9.4, 12.4, 11.7, 1.6)
+"""Of the simulated apparatus, motor by motor."""
+_ANGLE_NOISE_DEG: Final = 0.01
+_JITTER_S: Final = 3e-5
+_Rows = dict[Any, list[dict[str, Any]]]
+
+
+@dataclass(frozen=True)
+class History:
+    """Whom to ask for."""
+
+    patients: tuple[UUID, ...]
+    episodes: tuple[UUID, ...]
+    sessions: tuple[UUID, ...]
+    recordings: tuple[UUID, ...]
+    names: tuple[str, ...]
+    """What somebody would search for."""
+    hour: UUID
+    """The run that lasts an hour, or as long as was wanted."""
+
+
+def fill(database: Database, patients: int, visits: int, hour_s: float) -> History:
+    """Write it all down; the same every time."""
+    chance = random.Random(7)
+    people = [_Person(n, chance) for n in range(patients)]
+    with database.write() as session:
+        for start in range(0, patients, _PIECE):
+            for person in people[start : start + _PIECE]:
+                person.add_to(session, chance)
+            session.flush()
+            session.expunge_all()
+    some = people[:: max(1, patients // _ASKED)]
+    each = -(-visits // patients)
+    _visits(database, people, visits, {person.number for person in some}, chance)
+    with database.write() as session:
+        hour = _hour(session, people[0], hour_s)
+    with database.writer.connect() as connection:
+        connection.exec_driver_sql("ANALYZE")
+        connection.commit()
+    return History(
+        patients=tuple(person.id for person in some),
+        episodes=tuple(person.episode_id for person in some),
+        sessions=tuple(UUID(int=(2 << 64) + one.number * each) for one in some if one.number * each < visits),
+        recordings=tuple(person.recording_id for person in some),
+        names=tuple(person.search for person in some),
+        hour=hour,
+    )
+
+
+class _Person:
+    """A patient with one episode, assessed now and then, and one recording."""
+
+    def __init__(self, number: int, chance: random.Random) -> None:
+        family, given = chance.choice(_FAMILIES), chance.choice(_GIVEN)
+        self.number = number
+        self.id, self.episode_id, self.recording_id = (UUID(int=(kind << 64) + number) for kind in (4, 5, 6))
+        self.name, self.kana = f"{family[0]} {given[0]} {number}", f"{family[1]} {given[1]}"
+        self.search = f"{family[0]} {number}"
+        self.began = _FIRST + timedelta(days=chance.randrange(_DAYS))
+
+    def add_to(self, session: Session, chance: random.Random) -> None:
+        at = self.began
+        told: dict[str, Any] = {"patient_id": self.id, "side": "left"}
+        session.add(
+            PatientRow(
+                id=self.id, clinic_number=f"K-{self.number:06}", name=self.name, kana=self.kana, sex="female",
+                birth_date=at.date() - timedelta(days=chance.randrange(7000, 30_000)), notes="", created_at=at,
+                updated_at=at,
+            )
+        )  # fmt: skip
+        session.flush()
+        session.add(EpisodeRow(id=self.episode_id, opened_at=at, updated_at=at, **told))
+        teaching = UUID(int=(7 << 64) + self.number)
+        session.add(TeachingRow(id=teaching, name="Lift", started_at=at, **told))
+        session.flush()
+        session.add(
+            RecordingRow(
+                id=self.recording_id, teaching_id=teaching, take=1, name="Lift", station=STATIONS[0], taught_at=at,
+                duration_s=20.0, rate_hz=_RATE_HZ, samples=2001, note="", **told,
+            )
+        )  # fmt: skip
+        for n in range(_ASSESSMENTS):
+            when = at + timedelta(days=7 * n)
+            identity = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n)
+            rom = [
+                RomRow(side="left", motion=motion, kind="passive", position="sitting", angle_deg=angle_deg + 5 * n)
+                for motion, angle_deg in _ROM
+            ]
+            session.add(
+                AssessmentRow(
+                    id=identity, episode_id=self.episode_id, assessed_at=when, assessed_by=chance.choice(THERAPISTS),
+                    note="", pain_rest=3, pain_active=max(0, 7 - n), pain_passive=2, pain_average=4,
+                    spadi=[max(0, 8 - n)] * 13, spadi_score=max(0, 8 - n) * 10.0, updated_at=when, rom=rom,
+                )
+            )  # fmt: skip
+
+
+def _visits(
+    database: Database, people: Sequence[_Person], count: int, compared: set[int], chance: random.Random
+) -> None:
+    """A patient's sessions follow each other day by day from the begin of the episode."""
+    each = -(-count // len(people))
+    with database.writer.connect() as connection:
+        if not database.file:
+            connection.exec_driver_sql("SET timezone = 'UTC'")
+        for start in range(0, count, _BATCH):
+            rows: _Rows = {SessionRow: [], RunRow: [], SessionStopRow: [], MotorTrackingRow: []}
+            for n in range(start, min(start + _BATCH, count)):
+                person = people[n // each]
+                _visit(rows, n, person, n % each, person.number in compared, chance)
+            for table, some in rows.items():
+                _load(connection, table.__table__, some)
+        connection.commit()
+
+
+def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chance: random.Random) -> None:
+    began = person.began + timedelta(days=nth % 200, minutes=15 * chance.randrange(36), seconds=nth)
+    at, ended = _moment(began), _moment(began + timedelta(minutes=20))
+    key = f"{(2 << 64) + n:032x}"
+    stop = chance.choice(STOPS) if chance.random() < _STOPPED else None
+    visit = {
+        "id": key, "patient_id": person.id.hex, "episode_id": person.episode_id.hex, "started_at": at,
+        "therapist": chance.choice(THERAPISTS), "station": chance.choice(STATIONS), "ended_at": ended, "checks": "[]",
+        "pain_before": 4, "pain_during": 4, "pain_after": 3, "end_reason": "completed", "note": "Went well.",
+        "signed_at": ended, "signed_by": "Sato", "updated_at": ended, "run_count": _RUNS, "stop_count": int(bool(stop)),
+    }  # fmt: skip
+    rows[SessionRow].append(visit)
+    if stop:
+        rows[SessionStopRow].append({"session_id": key, "code": stop, "started_at": at})
+    for run in range(_RUNS):
+        stopped = stop if run == _RUNS - 1 else None
+        run_key = f"{(3 << 64) + n * _RUNS + run:032x}"
+        if compared:
+            figures = {"peak_deg": 3.0, "peak_at_s": 1.0, "rmse_deg": 1.0, "start_deg": 0.0}
+            rows[MotorTrackingRow] += [{"run_id": run_key, "motor": motor} | figures for motor in AXES]
+        rows[RunRow].append(
+            {
+                "id": run_key, "session_id": key, "recording_id": person.recording_id.hex,
+                "started_at": at, "ended_at": ended, "outcome": "stopped" if stopped else "completed",
+                "stop_code": stopped, "stop_message": "It was stopped." if stopped else None, "rate_hz": _RATE_HZ,
+                "load_level": 8, "speed_percent": 100.0, "repetitions": 3, "pause_s": 1.0, "range_percent": 90.0,
+                "method": "learned", "samples": 6000 if compared else None, "worst_rmse_deg": 1.0 + chance.random(),
+                "worst_peak_deg": 3.0 + chance.random(), "reversals": 0,
+            }
+        )  # fmt: skip
+
+
+def _load(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
+    """As quickly as the database takes rows in: none of SQLAlchemy's own work for each."""
+    if not rows:
+        return
+    names = list(rows[0])
+    values = [tuple(row.values()) for row in rows]
+    columns = ", ".join(names)
+    cursor = connection.connection.cursor()
+    if connection.dialect.name == "sqlite":
+        marks = ", ".join("?" * len(names))
+        cursor.executemany(f"INSERT INTO {table.name} ({columns}) VALUES ({marks})", values)
+    else:
+        with cursor.copy(f"COPY {table.name} ({columns}) FROM STDIN") as copy:
+            for row in values:
+                copy.write_row(row)
+    cursor.close()
+
+
+def _moment(at: datetime) -> str:
+    """As SQLite keeps it, and PostgreSQL understands it where the zone is UTC."""
+    return at.strftime("%Y-%m-%d %H:%M:%S.%f")
+
+
+def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:
+    """Played by drives: in counts, behind the setpoint, with the noise of the simulated ones, by a clock that jitters."""
+    noise = np.random.default_rng(7)
+    count = round(lasts_s * _RATE_HZ) + 1
+    times_s = np.arange(count) / _RATE_HZ + noise.normal(0, _JITTER_S, count)
+    times_s -= times_s[0]
+
+    def at(moments_s: Any) -> Any:
+        swings = np.sin(2 * np.pi * moments_s[:, None] / np.array([7.9, 8.3, 11.3, 9.7, 13.1]))
+        return np.array([0.0, 0.0, 55.0, 30.0, 0.0]) + np.array([12.0, 9.0, 40.0, 30.0, 25.0]) * swings
+
+    def counts(values: Any, count: float) -> Any:
+        return np.rint(values / count) * count
+
+    measured = counts(at(times_s - 0.05) + noise.normal(0, _ANGLE_NOISE_DEG, (count, 5)), _COUNT_DEG)
+    shaking = noise.normal(0, 1, (count, 5)) * _TORQUE_NOISE_COUNTS * _TORQUE_COUNT_NM
+    torque = counts(shaking + at(times_s) / 50, _TORQUE_COUNT_NM)
+    began = person.began
+    teaching = TeachingRow(id=UUID(int=9), patient_id=person.id, name="An hour", side="left", started_at=began)
+    session.add(teaching)
+    session.flush()
+    zeros = np.zeros((count, 5))
+    kept = recordings.keep_teaching(
+        session, _journal("teaching", teaching.id, began, times_s, counts(at(times_s), _COUNT_DEG), zeros, zeros)
+    )
+    assert kept
+    visit = sessions.begin(session, person.id)
+    run = sessions.begin_run(session, visit.id, kept[0].id)
+    sessions.keep_run(session, _journal("run", run.id, began, times_s, measured, at(times_s), torque), StationConfig())
+    return run.id
+
+
+def _journal(
+    kind: Any, identity: UUID, began: datetime, times_s: Any, measured: Any, setpoint: Any, torque: Any
+) -> Journal:
+    count = len(times_s)
+    return Journal(
+        kind=kind,
+        id=str(identity),
+        recording_id=None,
+        station=STATIONS[0],
+        rate_hz=_RATE_HZ,
+        started_at=began,
+        started_ns=0,
+        t_ns=np.round(times_s * 1e9).astype(np.int64),
+        take=np.ones(count, dtype=np.uint32),
+        phase=np.full(count, PHASE_PLAYING if kind == "run" else 0, dtype=np.uint8),
+        path_s=times_s,
+        setpoint_deg=setpoint.astype(np.float32),
+        measured_deg=measured.astype(np.float32),
+        torque_nm=torque.astype(np.float32),
+        end=JournalEnd(reason="completed" if kind == "run" else "finished"),
+        truncated=False,
+    )

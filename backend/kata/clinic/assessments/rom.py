@@ -1,0 +1,104 @@
+"""Range of motion: which motions are measured, with the arm where, what is plausible, and how far a healthy shoulder goes.
+
+Reference angles are those of the Japanese Orthopaedic Association and the Japanese Association of Rehabilitation Medicine,
+"Indication and measurement of the range of motion of joints" (1995, revised 2022): Jpn J Rehabil Med 32, 207-217 and 58,
+1188-1200; rotation with the arm raised sideways from its section on other methods. Rotation with the arm raised forward
+has none there: it is the reference of the apparatus' motion 6 (Sun et al., Robotics 2025, 14, 12, Table 2).
+
+The bounds tell a slip of the keys from a finding: beyond the most supple shoulder above, and below zero as far as a
+contracture can keep an arm from neutral.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+MotionId = Literal[
+    "flexion",
+    "extension",
+    "abduction",
+    "adduction",
+    "external_rotation",
+    "internal_rotation",
+    "horizontal_flexion",
+    "horizontal_extension",
+    "scapular_flexion",
+    "scapular_extension",
+    "scapular_elevation",
+    "scapular_depression",
+]
+Position = Literal["", "at_side", "abducted_90", "flexed_90"]
+Kind = Literal["active", "passive"]
+KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+
+
+@dataclass(frozen=True)
+class Loinc:
+    """LOINC's codes of one motion; they say nothing of side and arm position."""
+
+    active: str
+    passive: str
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One motion with the arm in one position: what is measured, whichever side, actively or passively."""
+
+    motion: MotionId
+    position: Position
+    """Empty where nothing is to be said of it."""
+    english: str
+    japanese: str
+    lowest_deg: float
+    highest_deg: float
+    reference_deg: float
+    loinc: Loinc | None = None
+
+
+_EXTERNAL: Final = Loinc("41387-2", "41388-0")
+_INTERNAL: Final = Loinc("41391-4", "41392-2")
+
+MEASURES: Final = (
+    Measure("flexion", "", "Flexion", "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
+    Measure("extension", "", "Extension", "伸展", -30, 90, 50, Loinc("41385-6", "41386-4")),
+    Measure("abduction", "", "Abduction", "外転", -20, 200, 180, Loinc("41381-5", "41382-3")),
+    Measure("adduction", "", "Adduction", "内転", -60, 90, 0),
+    Measure("external_rotation", "at_side", "External rotation, arm at the side", "外旋(1st)", -60, 120, 60, _EXTERNAL),
+    Measure("internal_rotation", "at_side", "Internal rotation, arm at the side", "内旋(1st)", -60, 120, 80, _INTERNAL),
+    Measure(
+        "external_rotation", "abducted_90", "External rotation, arm abducted 90°", "外旋(2nd)", -60, 130, 90, _EXTERNAL
+    ),
+    Measure(
+        "internal_rotation", "abducted_90", "Internal rotation, arm abducted 90°", "内旋(2nd)", -60, 120, 70, _INTERNAL
+    ),
+    Measure(
+        "external_rotation", "flexed_90", "External rotation, arm flexed 90°", "外旋(3rd)", -60, 130, 25, _EXTERNAL
+    ),
+    Measure(
+        "internal_rotation", "flexed_90", "Internal rotation, arm flexed 90°", "内旋(3rd)", -60, 120, 80, _INTERNAL
+    ),
+    Measure("horizontal_flexion", "", "Horizontal flexion", "水平屈曲", -30, 170, 135),
+    Measure("horizontal_extension", "", "Horizontal extension", "水平伸展", -60, 90, 30),
+    Measure("scapular_flexion", "", "Scapular flexion", "肩甲帯 屈曲", -20, 60, 20),
+    Measure("scapular_extension", "", "Scapular extension", "肩甲帯 伸展", -20, 60, 20),
+    Measure("scapular_elevation", "", "Scapular elevation", "肩甲帯 挙上", -20, 60, 20),
+    Measure("scapular_depression", "", "Scapular depression", "肩甲帯 引き下げ", -20, 60, 10),
+)
+"""In the order in which they are asked for and listed."""
+
+_BY_KEY: Final[dict[tuple[str, str], Measure]] = {(measure.motion, measure.position): measure for measure in MEASURES}
+_PLACES: Final[dict[tuple[str, str], int]] = {key: place for place, key in enumerate(_BY_KEY)}
+
+
+def measure_of(motion: str, position: str) -> Measure | None:
+    """The measure of a motion with the arm in a position; None where there is no such thing."""
+    return _BY_KEY.get((motion, position))
+
+
+def positions_of(motion: MotionId) -> tuple[Position, ...]:
+    """In which positions of the arm a motion is measured; only the empty one where nothing is to be said of it."""
+    return tuple(measure.position for measure in MEASURES if measure.motion == motion)
+
+
+def place_of(motion: str, position: str) -> int:
+    """Where in the order of :data:`MEASURES`; at the end for what an older version knew."""
+    return _PLACES.get((motion, position), len(MEASURES))

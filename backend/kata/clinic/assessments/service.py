@@ -1,0 +1,211 @@
+"""What is done with assessments. Commits nothing: the request does."""
+
+from dataclasses import asdict
+from datetime import datetime
+from typing import Any, Final
+from uuid import UUID, uuid4
+
+from sqlalchemy import ColumnElement, func, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.assessments import rom, spadi
+from kata.clinic.assessments.schemas import (
+    Assessment,
+    AssessmentCreate,
+    AssessmentForm,
+    AssessmentUpdate,
+    RomEntry,
+    RomMeasure,
+    SpadiItem,
+    SpadiScore,
+    has_findings,
+)
+from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
+from kata.clinic.problems import ProblemError, check_version, not_found
+from kata.database.base import utc_now
+
+_MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"}
+
+
+def form() -> AssessmentForm:
+    """What may be asked for."""
+    measures = [
+        RomMeasure(
+            motion=measure.motion,
+            position=measure.position,
+            name=measure.english,
+            name_ja=measure.japanese,
+            lowest_deg=measure.lowest_deg,
+            highest_deg=measure.highest_deg,
+            reference_deg=measure.reference_deg,
+        )
+        for measure in rom.MEASURES
+    ]
+    items = [SpadiItem(subscale=item.subscale, text=item.english, text_ja=item.japanese) for item in spadi.ITEMS]
+    perhaps, surely = spadi.IMPORTANT_CHANGE
+    return AssessmentForm(rom=measures, spadi=items, spadi_perhaps_important=perhaps, spadi_important=surely)
+
+
+def episode_of(session: Session, episode_id: UUID) -> EpisodeRow:
+    """The episode that is assessed.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(EpisodeRow, episode_id)
+    if row is None:
+        raise not_found("episode")
+    return row
+
+
+def get(session: Session, assessment_id: UUID) -> AssessmentRow:
+    """One assessment.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(AssessmentRow, assessment_id)
+    if row is None:
+        raise not_found("assessment")
+    return row
+
+
+def of_episode(
+    session: Session, episode_id: UUID, *, limit: int, offset: int
+) -> tuple[list[AssessmentRow], int, AssessmentRow | None]:
+    """An episode's, newest first; how many there are in all; and the first of them that was not withdrawn.
+
+    :raises ProblemError: 404.
+    """
+    episode_of(session, episode_id)
+    rows, total = _find(session, AssessmentRow.episode_id == episode_id, limit=limit, offset=offset)
+    first = (
+        select(AssessmentRow)
+        .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))
+        .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
+        .limit(1)
+    )
+    return rows, total, session.scalars(first).first()
+
+
+def of_patient(session: Session, patient_id: UUID, *, limit: int, offset: int) -> tuple[list[AssessmentRow], int]:
+    """Those of all of a patient's episodes, newest first; and how many there are in all.
+
+    :raises ProblemError: 404.
+    """
+    episodes = [episode.id for episode in patients.get(session, patient_id).episodes]
+    return _find(session, AssessmentRow.episode_id.in_(episodes), limit=limit, offset=offset)
+
+
+def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> AssessmentRow:
+    """Keep what was found.
+
+    :raises ProblemError: 404; 409 for an archived patient.
+    """
+    episode = episode_of(session, episode_id)
+    patient = patients.get(session, episode.patient_id)
+    if patient.archived_at:
+        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+    row = AssessmentRow(
+        id=uuid4(),
+        episode_id=episode_id,
+        updated_at=utc_now(),
+        withdrawn_at=None,
+        rom=_rows(found.rom),
+        spadi_score=_total(found.spadi),
+        **found.model_dump(exclude={"rom"}),
+    )
+    session.add(row)
+    session.flush()
+    return row
+
+
+def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> AssessmentRow:
+    """Change what is given, leave the rest.
+
+    :raises ProblemError: 404; 409 when somebody else changed it meanwhile, or it was withdrawn; 422 when nothing is left.
+    """
+    row = _to_change(session, assessment_id, given.updated_at)
+    if row.withdrawn_at:
+        raise ProblemError(
+            409, "withdrawn", "This assessment was withdrawn and stays as it is.", "Enter a new one instead."
+        )
+    for name, value in given.model_dump(exclude_unset=True, exclude={"rom", "updated_at"}).items():
+        if value is not None or name in _MAY_BE_EMPTIED:
+            setattr(row, name, value)
+    if given.rom is not None:
+        row.rom = _rows(given.rom)
+    if not has_findings(as_assessment(row)):
+        raise ProblemError(
+            422, "nothing_found", "Nothing would be left in this assessment.", "Withdraw it if it was a mistake."
+        )
+    row.spadi_score = _total(row.spadi)
+    row.updated_at = utc_now()
+    session.flush()
+    return row
+
+
+def withdraw(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
+    """It was entered by mistake; from now on it counts for nothing, and can still be seen. Once.
+
+    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
+    """
+    if (row := get(session, assessment_id)).withdrawn_at:
+        return row
+    row = _to_change(session, assessment_id, seen)
+    row.withdrawn_at = row.updated_at = utc_now()
+    session.flush()
+    return row
+
+
+def as_assessment(row: AssessmentRow) -> Assessment:
+    """As it goes out. What an older version may have kept and this one does not know is left out, the rest stays readable."""
+    entries = sorted(row.rom, key=lambda one: (rom.place_of(one.motion, one.position), one.side, one.kind))
+    scored = SpadiScore(**asdict(spadi.score(row.spadi))) if row.spadi else None
+    return Assessment(
+        id=row.id,
+        episode_id=row.episode_id,
+        assessed_at=row.assessed_at,
+        assessed_by=row.assessed_by,
+        rom=[_entry(one) for one in entries if rom.measure_of(one.motion, one.position)],
+        pain_rest=row.pain_rest,
+        pain_active=row.pain_active,
+        pain_passive=row.pain_passive,
+        pain_average=row.pain_average,
+        spadi=row.spadi,
+        spadi_score=scored,
+        note=row.note,
+        updated_at=row.updated_at,
+        withdrawn_at=row.withdrawn_at,
+    )
+
+
+def _find(session: Session, which: ColumnElement[bool], *, limit: int, offset: int) -> tuple[list[AssessmentRow], int]:
+    total = session.scalar(select(func.count()).select_from(AssessmentRow).where(which)) or 0
+    newest_first = (AssessmentRow.assessed_at.desc(), AssessmentRow.id)
+    rows = session.scalars(select(AssessmentRow).where(which).order_by(*newest_first).limit(limit).offset(offset))
+    return list(rows), total
+
+
+def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:
+    """Locked on PostgreSQL, where two could otherwise find the same version and both save; SQLite has one writer."""
+    row = session.get(AssessmentRow, assessment_id, with_for_update=True, populate_existing=True)
+    if row is None:
+        raise not_found("assessment")
+    patients.check_not_erased(patients.get(session, episode_of(session, row.episode_id).patient_id))
+    check_version(row.updated_at, seen)
+    return row
+
+
+def _entry(row: RomRow) -> RomEntry:
+    """Not judged again: what was kept when other bounds held is still to be read."""
+    kept: dict[str, Any] = {"side": row.side, "motion": row.motion, "kind": row.kind, "position": row.position}
+    return RomEntry.model_construct(**kept, angle_deg=row.angle_deg)
+
+
+def _rows(entries: list[RomEntry]) -> list[RomRow]:
+    return [RomRow(**entry.model_dump()) for entry in entries]
+
+
+def _total(answers: list[int | None] | None) -> float | None:
+    return spadi.score(answers).total if answers else None

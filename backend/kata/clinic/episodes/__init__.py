@@ -1,0 +1,1 @@
+"""Episodes of care: one shoulder, from referral to discharge."""

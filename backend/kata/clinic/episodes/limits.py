@@ -1,0 +1,124 @@
+"""A doctor's limits, held against what is about to be played.
+
+They are of the body's angles. What is one motor's alone the device is told as well, and refuses setpoints beyond it; motions 1
+and 2, which both turn on motors 1 and 2, and which of its two motions motor 4 makes, are looked at here, before anything moves.
+"""
+
+import math
+from typing import Final
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy.orm import Session
+
+from kata.clinic.episodes import service
+from kata.clinic.episodes.schemas import MotionLimit
+from kata.clinic.patients import service as patients
+from kata.clinic.problems import ProblemError
+from kata.motion.axes import AXES, BASIC_MOTIONS, Side
+from kata.motion.edit import Motion
+from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.motion.method import Method, reference
+from kata.motion.shoulder import motion_of_motor_4
+
+MotorLimits = tuple[tuple[float, float], ...]
+"""Lowest and highest angle of each motor, or none at all (:attr:`kata.device.messages.Load.limits_deg`)."""
+
+_STEP_S: Final = 0.01
+"""Setpoints are no closer together."""
+_FREE_DEG: Final = (-360.0, 360.0)
+"""No motor goes so far."""
+_SCAPULA: Final = (1, 2)
+_MOTOR_4: Final = (3, 5)
+
+
+def check(
+    session: Session, patient_id: UUID, side: Side, motion: Motion, load_level: int, method: Method
+) -> MotorLimits:
+    """Refuse what a doctor does not allow this shoulder.
+
+    :param motion: what the run asks of the motors.
+    :returns: what of it the device can keep an eye on itself.
+    :raises ProblemError: 409 without an open episode of that shoulder; 422 where a limit is left: it names motion, time and
+        both angles.
+    """
+    episode = service.going_on(session, patient_id, side)
+    if episode is None:
+        name = patients.get(session, patient_id).name
+        raise ProblemError(
+            409,
+            "no_open_episode",
+            f"No care of the {side} shoulder of {name} goes on.",
+            "Open an episode of that shoulder on the patient's page first.",
+        )
+    if episode.max_load_level is not None and load_level > episode.max_load_level:
+        raise ProblemError(
+            422,
+            "level_not_allowed",
+            f"Load level {load_level} is above {episode.max_load_level}, the highest that {episode.limits_by} allows.",
+            f"Choose level {episode.max_load_level} or lower.",
+        )
+    limits = {limit.motion: limit for limit in map(MotionLimit.model_validate, episode.limits)}
+    if limits:
+        _check_path(limits, side, motion, method, episode.limits_by)
+    return _of_motors(limits)
+
+
+def _check_path(limits: dict[int, MotionLimit], side: Side, motion: Motion, method: Method, doctor: str) -> None:
+    path = reference(method, motion.times_s, motion.angles_deg)
+    times_s = np.append(np.arange(0.0, path.duration_s, _STEP_S), path.duration_s)
+    angles = path.along(times_s)
+    if any(number in limits for number in _SCAPULA):
+        angles = _body(angles, side)
+    by_motor_4 = motion_of_motor_4(angles[:, 2])
+    for number, limit in sorted(limits.items()):
+        basic = BASIC_MOTIONS[number - 1]
+        made = by_motor_4 == number if number in _MOTOR_4 else np.full(len(times_s), True)
+        lowest = -math.inf if limit.lowest_deg is None else limit.lowest_deg
+        highest = math.inf if limit.highest_deg is None else limit.highest_deg
+        angle = angles[:, basic.axis - 1]
+        beyond = np.where(made, np.maximum(lowest - angle, angle - highest), -math.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > 0:
+            over = angle[worst] > highest
+            # Away from the limit, so that what is refused never reads like what is allowed.
+            shown = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
+            raise ProblemError(
+                422,
+                "beyond_doctors_limit",
+                f"Motion {number} ({basic.name.lower()}) would go to {shown:.1f} deg at {times_s[worst]:.1f} s; "
+                f"{doctor} allows {f'no more than {highest:g}' if over else f'no less than {lowest:g}'} deg.",
+                "Choose less range, or make a recording with less of this one.",
+            )
+
+
+def _body(motors_deg: Floats, side: Side) -> Floats:
+    try:
+        return pose_deg(motors_deg, side)
+    except OutOfReachError as error:
+        raise ProblemError(
+            422,
+            "scapula_unknown",
+            "Where this recording takes the scapula cannot be told, so the doctor's limit of it cannot be kept.",
+            "Teach the motion again.",
+        ) from error
+
+
+def _of_motors(limits: dict[int, MotionLimit]) -> MotorLimits:
+    """Of motor 4 only what neither of its motions may leave."""
+    if not any(motion in limits for motion in (3, 4, 5, 6)):
+        return ()
+    return tuple(_of_motor(motor, limits) for motor in AXES)
+
+
+def _of_motor(motor: int, limits: dict[int, MotionLimit]) -> tuple[float, float]:
+    made = [basic.number for basic in BASIC_MOTIONS if basic.motors == (motor,)]
+    known = [limits[number] for number in made if number in limits]
+    if not made or len(known) < len(made):
+        return _FREE_DEG
+    lowest = [limit.lowest_deg for limit in known if limit.lowest_deg is not None]
+    highest = [limit.highest_deg for limit in known if limit.highest_deg is not None]
+    return (
+        min(lowest) if len(lowest) == len(made) else _FREE_DEG[0],
+        max(highest) if len(highest) == len(made) else _FREE_DEG[1],
+    )

@@ -1,0 +1,133 @@
+"""Episodes of care as they go in and out."""
+
+from typing import Annotated, Final, Literal, Self
+from uuid import UUID
+
+from pydantic import Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
+
+from kata.clinic.fields import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
+from kata.motion.axes import BASIC_MOTIONS
+from kata.station.schemas import LoadLevel
+
+StageName = Literal["freezing", "frozen", "thawing"]
+Diagnosis = Annotated[str, StringConstraints(strip_whitespace=True, max_length=200, pattern=NO_NUL)]
+
+_LOWEST_DEG: Final = min(motion.range_deg[0] for motion in BASIC_MOTIONS)
+_HIGHEST_DEG: Final = max(motion.range_deg[1] for motion in BASIC_MOTIONS)
+
+
+class MotionLimit(Schema):
+    """How far a doctor lets one of the six basic motions go, in the body's angle."""
+
+    motion: int = Field(ge=1, le=6, description="Its row of Table 2 of Sun et al. (2025).", examples=[4])
+    lowest_deg: float | None = Field(
+        None,
+        ge=_LOWEST_DEG,
+        le=_HIGHEST_DEG,
+        description="Degrees; null: as far as the apparatus goes.",
+        examples=[0.0],
+    )
+    highest_deg: float | None = Field(
+        None,
+        ge=_LOWEST_DEG,
+        le=_HIGHEST_DEG,
+        description="Degrees; null: as far as the apparatus goes.",
+        examples=[90.0],
+    )
+
+    @model_validator(mode="after")
+    def _is_a_limit(self) -> Self:
+        if self.lowest_deg is None and self.highest_deg is None:
+            raise PydanticCustomError("limit_without_angle", "must have a lowest or a highest angle")
+        if self.lowest_deg is not None and self.highest_deg is not None and self.lowest_deg >= self.highest_deg:
+            raise PydanticCustomError("limits_crossed", "must have a lowest angle below the highest one")
+        return self
+
+
+class _Given(Schema):
+    """What both opening and changing may say."""
+
+    @model_validator(mode="after")
+    def _each_motion_once(self) -> Self:
+        limits: list[MotionLimit] = getattr(self, "limits", None) or []
+        if len({limit.motion for limit in limits}) < len(limits):
+            raise PydanticCustomError("motion_twice", "must name each motion once")
+        return self
+
+
+_LIMITS: Final = "What the doctor allows, one entry a motion; motions without one go as far as the apparatus does."
+_LEVEL: Final = "The highest load level that the doctor allows; null: any."
+_DOCTOR: Final = "The doctor who set the limits: needed where there are any."
+Limits = Annotated[list[MotionLimit], Field(max_length=len(BASIC_MOTIONS), description=_LIMITS)]
+
+
+class EpisodeCreate(_Given):
+    """What is known when the care of a shoulder begins."""
+
+    side: Side
+    diagnosis: Diagnosis = Field("", examples=["Adhesive capsulitis"])
+    onset_on: PastDay | None = Field(None, description="When the trouble began.", examples=["2026-05-01"])
+    contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
+    limits: Limits = Field(default_factory=list)
+    max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
+
+
+class EpisodeUpdate(_Given):
+    """Any part of it. ``updated_at`` is the one the editor saw; if the episode has changed since, nothing is saved."""
+
+    diagnosis: Diagnosis | None = None
+    onset_on: PastDay | None = None
+    contraindications: Note | None = None
+    limits: Limits | None = None
+    max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    limits_by: Doer | None = Field(None, description=_DOCTOR)
+    updated_at: Moment | None = None
+
+
+class EpisodeClose(Schema):
+    """How the care of a shoulder ended."""
+
+    closing_note: Note = Field("", examples=["Discharged: full range, no pain."])
+    updated_at: Moment | None = None
+
+
+class StageCreate(Schema):
+    """From a day on, the shoulder is in a stage."""
+
+    stage: StageName
+    since: PastDay = Field(examples=["2026-08-01"])
+
+
+class Stage(StageCreate):
+    """A stage that was noted."""
+
+    id: UUID
+    noted_at: Moment
+
+
+class Episode(Schema):
+    """The care of one shoulder, from referral to discharge."""
+
+    id: UUID
+    patient_id: UUID
+    side: Side
+    diagnosis: str
+    onset_on: PastDay | None
+    contraindications: str
+    limits: Limits
+    max_load_level: LoadLevel | None = Field(description=_LEVEL)
+    limits_by: str = Field(description=_DOCTOR)
+    opened_at: Moment
+    closed_at: Moment | None
+    closing_note: str
+    updated_at: Moment
+    stage: Stage | None = Field(description="The newest one; null where none was noted.")
+    stages: list[Stage] = Field(description="In the order of their days.")
+
+
+class EpisodeList(Schema):
+    """A patient's episodes: those that go on first, then by when they were opened, newest first."""
+
+    items: list[Episode]

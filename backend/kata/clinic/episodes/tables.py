@@ -1,0 +1,51 @@
+"""Tables of episodes and their stages."""
+
+from datetime import date, datetime
+from typing import Any
+from uuid import UUID
+
+from sqlalchemy import JSON, ForeignKey, String, Text
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from kata.database.base import Base, UtcDateTime
+
+
+class EpisodeRow(Base):
+    """The care of one shoulder, from referral to discharge."""
+
+    __tablename__ = "episodes"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
+    side: Mapped[str] = mapped_column(String(8))
+    diagnosis: Mapped[str] = mapped_column(String(200), default="")
+    onset_on: Mapped[date | None]
+    contraindications: Mapped[str] = mapped_column(Text, default="")
+    limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    """What a doctor has set, one entry a motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
+    max_load_level: Mapped[int | None]
+    limits_by: Mapped[str] = mapped_column(String(100), default="")
+    """The doctor who set the limits."""
+    opened_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    closed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    closing_note: Mapped[str] = mapped_column(Text, default="")
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+    stages: Mapped[list["StageRow"]] = relationship(order_by="StageRow.since, StageRow.noted_at", lazy="selectin")
+
+    @property
+    def stage(self) -> "StageRow | None":
+        """The newest one noted."""
+        return self.stages[-1] if self.stages else None
+
+
+class StageRow(Base):
+    """From a day on, the shoulder was in a stage: freezing, frozen or thawing."""
+
+    __tablename__ = "stages"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), index=True)
+    stage: Mapped[str] = mapped_column(String(16))
+    since: Mapped[date]
+    noted_at: Mapped[datetime] = mapped_column(UtcDateTime)

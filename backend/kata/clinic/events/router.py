@@ -1,0 +1,39 @@
+"""REST for what happened on the apparatus."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query
+
+from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.events import service
+from kata.clinic.events.schemas import DeviceEvent, DeviceEventPage, EventKind
+from kata.clinic.pages import After, Limit
+
+router = APIRouter(tags=["events"])
+
+
+@router.get("/api/events", responses=PROBLEMS.of(422))
+def list_events(
+    database: TheDatabase,
+    station: Annotated[str | None, Query(max_length=100)] = None,
+    session_id: UUID | None = None,
+    patient_id: UUID | None = None,
+    kind: EventKind | None = None,
+    code: Annotated[str | None, Query(max_length=32)] = None,
+    after: After = None,
+    limit: Limit = 50,
+) -> DeviceEventPage:
+    """What the device told, newest first: every event, and every alarm with when it was acknowledged."""
+    with database.read() as session:
+        rows, following = service.find(
+            session,
+            station=station,
+            session_id=session_id,
+            patient_id=patient_id,
+            kind=kind,
+            code=code,
+            after=after,
+            limit=limit,
+        )
+        return DeviceEventPage(items=[DeviceEvent.model_validate(row) for row in rows], next=following)

@@ -1,0 +1,69 @@
+"""What is asked of device events and stations. Commits nothing: the request does."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Final
+from uuid import UUID
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from kata.clinic.events.observer import ESTOP_TESTED
+from kata.clinic.events.schemas import EventKind
+from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.pages import Keyset
+from kata.database.base import utc_now
+
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
+_LEFT_OPEN_AMONG: Final = 1000
+"""An alarm that was open when the service ended is among a station's last events."""
+
+
+def register(session: Session, name: str, config: str) -> None:
+    """A station's service has started, with this TOML; what it left open when it ended is over."""
+    now = utc_now()
+    row = session.get(StationRow, name)
+    if row is None:
+        row = StationRow(name=name, registered_at=now)
+        session.add(row)
+    row.config, row.started_at = config, now
+    last = select(DeviceEventRow).where(DeviceEventRow.station == name).order_by(DeviceEventRow.at.desc())
+    among = last.limit(_LEFT_OPEN_AMONG).subquery()
+    left_open = select(among.c.id).where(among.c.kind == "alarm", among.c.ended_at.is_(None))
+    session.execute(update(DeviceEventRow).where(DeviceEventRow.id.in_(left_open)).values(ended_at=now))
+
+
+def find(
+    session: Session,
+    *,
+    station: str | None,
+    session_id: UUID | None,
+    patient_id: UUID | None,
+    kind: EventKind | None,
+    code: str | None,
+    after: str | None,
+    limit: int,
+) -> tuple[Sequence[DeviceEventRow], str | None]:
+    """Events, newest first; and where the next page begins.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    query = select(DeviceEventRow)
+    wanted = (
+        (DeviceEventRow.station, station),
+        (DeviceEventRow.session_id, session_id),
+        (DeviceEventRow.patient_id, patient_id),
+        (DeviceEventRow.kind, kind),
+        (DeviceEventRow.code, code),
+    )
+    query = query.where(*(column == value for column, value in wanted if value is not None))
+    rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
+    return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.id))
+
+
+def estop_tested_at(session: Session, station: str, since: datetime) -> datetime | None:
+    """When the emergency stop was last pressed and released, if it was since then."""
+    query = select(DeviceEventRow.at).where(
+        DeviceEventRow.station == station, DeviceEventRow.at >= since, DeviceEventRow.code == ESTOP_TESTED
+    )
+    return session.scalars(query.order_by(DeviceEventRow.at.desc())).first()

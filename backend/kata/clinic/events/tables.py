@@ -1,0 +1,45 @@
+"""Tables of what happened on the apparatus, and of the stations."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import ForeignKey, Index, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from kata.database.base import Base, UtcDateTime
+
+
+class DeviceEventRow(Base):
+    """Something that the device process told; an alarm where it stopped something."""
+
+    __tablename__ = "device_events"
+    __table_args__ = (Index("ix_device_events_station_at", "station", "at"),)
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    station: Mapped[str] = mapped_column(String(100))
+    at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    kind: Mapped[str] = mapped_column(String(8))
+    """alarm or event."""
+    code: Mapped[str] = mapped_column(String(32))
+    message: Mapped[str] = mapped_column(Text)
+    category: Mapped[int | None]
+    """Of the stop, where it is an alarm."""
+    axis: Mapped[int | None]
+    patient_id: Mapped[UUID | None] = mapped_column(ForeignKey("patients.id"), index=True)
+    session_id: Mapped[UUID | None] = mapped_column(ForeignKey("sessions.id"), index=True)
+    run_id: Mapped[UUID | None]
+    """No foreign key: a run that the device refused is forgotten, what happened is not."""
+    ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """When an alarm was acknowledged, its cause gone."""
+
+
+class StationRow(Base):
+    """An apparatus, as its service last knew it."""
+
+    __tablename__ = "stations"
+
+    name: Mapped[str] = mapped_column(String(100), primary_key=True)
+    config: Mapped[str] = mapped_column(Text)
+    """Its TOML."""
+    registered_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    started_at: Mapped[datetime] = mapped_column(UtcDateTime)

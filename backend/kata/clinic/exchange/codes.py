@@ -1,0 +1,136 @@
+"""The codes that FHIR resources of ours speak in, and the small parts that all of them are made of.
+
+LOINC and SNOMED CT where they have a code, one declared code system of our own where they have none. Its address and that
+of everything else of ours is an OID under 2.25, which is a UUID and needs nobody's registration.
+"""
+
+import math
+from datetime import date, datetime
+from typing import Any, Final
+from uuid import UUID, uuid5
+
+from kata.clinic.assessments.rom import KINDS, MEASURES, measure_of
+
+Resource = dict[str, Any]
+"""A resource or a part of one, as JSON has it."""
+
+
+def _oid(of: str) -> str:
+    return f"urn:oid:2.25.{UUID(of).int}"
+
+
+NAMESPACE: Final = UUID("0d7cb53c-49d5-4c3c-9f5e-0a0c6a0b9f51")
+"""What has no id of its own gets one that follows from this and its name."""
+CLINIC_NUMBER: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a01")
+LOCAL: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a02")
+SPADI: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a03")
+STAGE_SINCE: Final = _oid("6e0f2a6f-2f5b-4f6a-8d0f-6b9e0e1c1a04")
+"""Extension of a condition's stage: the day from which on it was in it."""
+NAME_REPRESENTATION: Final = "http://hl7.org/fhir/StructureDefinition/iso21090-EN-representation"
+LOINC: Final = "http://loinc.org"
+SNOMED: Final = "http://snomed.info/sct"
+UCUM: Final = "http://unitsofmeasure.org"
+HL7: Final = "http://terminology.hl7.org/CodeSystem/"
+PAIN: Final = "72514-3"
+
+_ROM_LOCAL: Final = {
+    f"rom-{measure.motion.replace('_', '-')}-{kind}": f"{measure.english.partition(',')[0]}, {kind} range of motion"
+    for measure in MEASURES
+    if measure.loinc is None
+    for kind in KINDS
+}
+LOCAL_CODES: Final[dict[str, str]] = {
+    "apparatus": "Shoulder rehabilitation apparatus that plays back what a therapist has taught",
+    "session": "Session on the shoulder rehabilitation apparatus",
+    "arm-position": "Position of the arm during the measurement",
+    "position-at_side": "Arm at the side",
+    "position-abducted_90": "Arm abducted to 90 degrees",
+    "position-flexed_90": "Arm flexed to 90 degrees",
+    "pain-context": "When the pain was felt",
+    "pain-rest": "Pain at rest",
+    "pain-active": "Pain when moving the arm oneself",
+    "pain-passive": "Pain when the arm is moved",
+    "pain-average": "Average pain over the last week",
+    "pain-before": "Pain before the session",
+    "pain-during": "Pain during the session",
+    "pain-after": "Pain after the session",
+    "stage-freezing": "Freezing",
+    "stage-frozen": "Frozen",
+    "stage-thawing": "Thawing",
+    "spadi-total": "Shoulder Pain and Disability Index, total score (0 none, 100 the worst)",
+    "assessment-note": "Note of an assessment",
+    "run-tracking": "Tracking error of one playback: what was played minus what was taught",
+    "run-outcome": "How a playback ended",
+    "run-repetitions": "Repetitions asked for in a playback",
+    "tracking-peak": "Largest tracking error, without sign",
+    **{f"motion-{number}-rmse": f"Root mean square tracking error of basic motion {number}" for number in range(1, 7)},
+    **{f"motion-{number}-lowest": f"Lowest angle of basic motion {number} in a playback" for number in range(1, 7)},
+    **{f"motion-{number}-highest": f"Highest angle of basic motion {number} in a playback" for number in range(1, 7)},
+    **_ROM_LOCAL,
+}
+"""Every code of our own and what it means."""
+
+
+def local(code: str) -> Resource:
+    """A concept of our own; it must be declared."""
+    return concept(LOCAL, code, LOCAL_CODES[code])
+
+
+def concept(system: str, code: str, display: str, text: str = "") -> Resource:
+    """A CodeableConcept of one code."""
+    return lean({"coding": [{"system": system, "code": code, "display": display}], "text": text})
+
+
+def rom_code(motion: str, position: str, kind: str) -> Resource:
+    """What was measured: LOINC's where it has one for this motion; a text alone for what an older version knew."""
+    measure = measure_of(motion, position)
+    if measure is None:
+        return {"text": f"{motion.replace('_', ' ')}, {kind} range of motion"}
+    if measure.loinc is None:
+        return local(f"rom-{motion.replace('_', '-')}-{kind}")
+    code = measure.loinc.active if kind == "active" else measure.loinc.passive
+    name = f"Shoulder {measure.english.partition(',')[0]} {kind.capitalize()} Range of Motion Quantitative"
+    return concept(LOINC, code, name)
+
+
+def shoulder(side: str) -> Resource:
+    """A body site."""
+    if side == "left":
+        return concept(SNOMED, "91775009", "Structure of left shoulder")
+    return concept(SNOMED, "91774008", "Structure of right shoulder")
+
+
+def quantity(value: float | None, unit: str) -> Resource | None:
+    """A measured value; None where there is none."""
+    if value is None or not math.isfinite(value):
+        return None
+    return {"value": round(value, 4), "unit": unit, "system": UCUM, "code": unit}
+
+
+def reference(to: UUID, display: str = "") -> Resource:
+    """A reference to an entry of the same bundle."""
+    return lean({"reference": f"urn:uuid:{to}", "display": display})
+
+
+def key(*names: object) -> UUID:
+    """The id of something that has none of its own: the same every time."""
+    return uuid5(NAMESPACE, "/".join(str(name) for name in names))
+
+
+def when(moment: datetime | date | None) -> str | None:
+    """A dateTime or date."""
+    return moment.isoformat() if moment else None
+
+
+def noted(text: str, by: str = "", at: datetime | None = None) -> Resource | None:
+    """An Annotation; None where nothing is written."""
+    return lean({"authorString": by, "time": when(at), "text": text}) if text.strip() else None
+
+
+def lean(resource: Resource) -> Resource:
+    """Without what is empty: FHIR has no empty values."""
+    return {
+        name: [one for one in value if one] if isinstance(value, list) else value
+        for name, value in resource.items()
+        if value not in (None, "", [], {}) and not (isinstance(value, list) and not any(value))
+    }

@@ -1,0 +1,118 @@
+"""Samples of a recording or a run as CSV and Parquet: one table, with units in its names and the rest in its metadata.
+
+To be run in the worker process that builds figures: an hour of samples must not keep the service from its heartbeats.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+from arro3.core import Array, DataType, Field, Schema, Table
+from arro3.io import write_csv, write_parquet
+from numpy.typing import NDArray
+
+from kata.database.series import Series, unpack
+from kata.device import journal
+from kata.motion.axes import AXES
+
+SampleFormat = Literal["csv", "parquet"]
+SCHEMA_VERSION: Final = "kata-samples-table/1"
+_DECIMALS: Final = {"s": 6, "deg": 4, "Nm": 4}
+"""As finely as samples are stored."""
+_OF_RECORDING: Final = {"angle_deg": ("motor_{}_deg", "deg")}
+_OF_RUN: Final = {
+    "setpoint_deg": ("motor_{}_setpoint_deg", "deg"),
+    "measured_deg": ("motor_{}_measured_deg", "deg"),
+    "torque_nm": ("motor_{}_torque_nm", "Nm"),
+}
+_PHASES: Final = ", ".join(
+    f"{number} {name}"
+    for number, name in (
+        (journal.PHASE_APPROACHING, "approaching"),
+        (journal.PHASE_PLAYING, "playing"),
+        (journal.PHASE_PAUSED, "paused"),
+        (journal.PHASE_RETURNING, "returning"),
+        (journal.PHASE_STOPPING, "stopping"),
+        (journal.PHASE_REVERSING, "going back before resistance"),
+        (journal.PHASE_LESSENED, "playing with less range"),
+    )
+)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where samples come from. A patient is known by an id that says nothing to strangers."""
+
+    kind: Literal["recording", "run"]
+    id: str
+    patient_id: str
+    side: str
+    station: str
+    rate_hz: int | None
+    begins_at: str
+    """UTC of the first sample, as ISO 8601."""
+
+
+def write(series: Series, origin: Origin, wanted: SampleFormat, path: Path) -> None:
+    """Write stored samples to a file.
+
+    :raises UnreadableError: when they are damaged.
+    """
+    table = _table(unpack(series), origin)
+    if wanted == "csv":
+        write_csv(table, path)
+    else:
+        write_parquet(
+            table,
+            path,
+            compression="snappy",
+            dictionary_enabled=False,
+            created_by="Kata",
+            max_row_group_size=1 << 16,
+            key_value_metadata=_metadata(origin),
+        )
+
+
+def _table(samples: dict[str, NDArray[np.float64]], origin: Origin) -> Table:
+    arrays: list[Array] = []
+    fields: list[Field] = []
+
+    def add(name: str, unit: str, values: NDArray[np.float64]) -> None:
+        rounded = np.round(values, _DECIMALS[unit])
+        # Only the place on the path can be missing; a list is slow, and the only way to say null.
+        array = (
+            Array([None if math.isnan(one) else one for one in rounded.tolist()], DataType.float64())
+            if np.isnan(rounded).any()
+            else Array.from_numpy(rounded)
+        )
+        arrays.append(array)
+        fields.append(Field(name, DataType.float64(), nullable=True, metadata={"unit": unit}))
+
+    add("time_s", "s", samples["time_s"])
+    if "phase" in samples:
+        arrays.append(Array.from_numpy(samples["phase"].astype(np.int8)))
+        fields.append(Field("phase", DataType.int8(), nullable=True, metadata={"values": _PHASES}))
+        add("path_s", "s", samples["path_s"])
+    for column, (name, unit) in (_OF_RECORDING if "angle_deg" in samples else _OF_RUN).items():
+        for axis, motor in enumerate(AXES):
+            add(name.format(motor), unit, np.ascontiguousarray(samples[column][:, axis]))
+    return Table.from_arrays(arrays, schema=Schema(fields, metadata=_metadata(origin)))
+
+
+def _metadata(origin: Origin) -> dict[str, str]:
+    told: dict[str, Any] = {
+        "schema": SCHEMA_VERSION,
+        f"{origin.kind}_id": origin.id,
+        "patient_id": origin.patient_id,
+        "side": origin.side,
+        "station": origin.station,
+        "rate_hz": "" if origin.rate_hz is None else str(origin.rate_hz),
+        "axis_order": "motors 1 to 5: scapula 1, scapula 2, shoulder abduction, shoulder flexion, external rotation",
+        "clock": "time_s counts from the first sample by the device's monotonic clock, as each motor's answer came in",
+        "begins_at": origin.begins_at,
+    }
+    if origin.kind == "run":
+        told["path_s"] = "place on the motion that was asked for; missing where the arm was on its way to it"
+    return told

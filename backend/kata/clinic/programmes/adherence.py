@@ -1,0 +1,174 @@
+"""How regularly an episode's programmes are done, week by week. Counted by the database: no samples, and no run by itself."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
+from typing import Final
+from uuid import UUID
+
+from pydantic import Field
+from sqlalchemy import and_, case, func, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.fields import Schema
+from kata.clinic.problems import not_found
+from kata.clinic.programmes.schemas import Wish
+from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.database.base import utc_now
+
+_WEEK: Final = timedelta(days=7)
+
+
+class AdherenceWeek(Schema):
+    """One week, from Monday."""
+
+    begins_on: date = Field(description="Its Monday, by the clinic's clock.", examples=["2026-11-16"])
+    sessions: int = Field(ge=0, description="Sessions in which something was played.", examples=[2])
+    sessions_wished: Wish = Field(description="What the programme said at its end; null where none said anything.")
+    repetitions_planned: int = Field(ge=0, description="By the programmes of these sessions.", examples=[60])
+    repetitions_done: int = Field(ge=0, description="Of those; more than planned counts nothing.", examples=[54])
+
+
+class Adherence(Schema):
+    """From the first session or programme to the present week, or to that in which the episode was closed."""
+
+    weeks: list[AdherenceWeek] = Field(description="Oldest first; weeks without a session are there too.")
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A session in which something was played: when, and repetitions planned and done of its programme."""
+
+    started_at: datetime
+    planned: int = 0
+    done: int = 0
+
+
+@dataclass(frozen=True)
+class Said:
+    """A version of a programme said from a moment on how many sessions a week there are to be, or that no more."""
+
+    programme_id: UUID
+    made_at: datetime
+    sessions_per_week: int | None
+    archived_at: datetime | None
+
+
+def by_week(visits: Iterable[Visit], said: Iterable[Said], until: datetime, offset: timedelta) -> list[AdherenceWeek]:
+    """``offset``: of the clinic's clock from UTC. The weeks of what lies after ``until`` are there only if something was done."""
+    visits, said = list(visits), sorted(said, key=lambda one: one.made_at)
+    moments = [visit.started_at for visit in visits] + [one.made_at for one in said]
+    if not moments:
+        return []
+    of_week: dict[date, list[Visit]] = defaultdict(list)
+    for visit in visits:
+        of_week[_monday(visit.started_at, offset)].append(visit)
+    monday = _monday(min(moments), offset)
+    last = max(_monday(until, offset), *of_week, monday)
+    weeks = []
+    while monday <= last:
+        weeks.append(_week(monday, of_week[monday], _wish(said, _moment(monday, offset))))
+        monday += _WEEK
+    return weeks
+
+
+def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> Adherence:
+    """An episode's weeks.
+
+    :raises ProblemError: 404.
+    """
+    episode = session.get(EpisodeRow, episode_id)
+    if episode is None:
+        raise not_found("episode")
+    until = episode.closed_at or utc_now()
+    weeks = by_week(
+        _visits(session, episode_id), _said(session, episode_id), until, timedelta(minutes=utc_offset_minutes)
+    )
+    return Adherence(weeks=weeks)
+
+
+def _visits(session: Session, episode_id: UUID) -> list[Visit]:
+    """One row a session, whatever was played in it: an item done twice makes up for no other one."""
+    of_items = (
+        select(RunRow.session_id, RunRow.programme_position, func.sum(RunRow.repetitions_done).label("done"))
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
+        .where(SessionRow.episode_id == episode_id, RunRow.outcome.not_in(("loaded", "unloaded")))
+        .group_by(RunRow.session_id, RunRow.programme_position)
+        .subquery()
+    )
+    planned, done = ProgrammeItemRow.repetitions, of_items.c.done
+    played = (
+        select(
+            SessionRow.started_at,
+            SessionRow.programme_version_id,
+            func.sum(case((planned < done, planned), (planned >= done, done), else_=0)),
+        )
+        .join(of_items, of_items.c.session_id == SessionRow.id)
+        .outerjoin(
+            ProgrammeItemRow,
+            and_(
+                ProgrammeItemRow.version_id == SessionRow.programme_version_id,
+                ProgrammeItemRow.position == of_items.c.programme_position,
+            ),
+        )
+        .group_by(SessionRow.id)
+    )
+    prescribed = (
+        select(ProgrammeItemRow.version_id, func.sum(planned).label("repetitions"))
+        .join(ProgrammeVersionRow, ProgrammeVersionRow.id == ProgrammeItemRow.version_id)
+        .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
+        .where(ProgrammeRow.episode_id == episode_id)
+        .group_by(ProgrammeItemRow.version_id)
+    )
+    plans: dict[UUID, int] = {row.version_id: row.repetitions for row in session.execute(prescribed)}
+    return [
+        Visit(started_at, plans.get(version_id, 0) if version_id else 0, done)
+        for started_at, version_id, done in session.execute(played)
+    ]
+
+
+def _said(session: Session, episode_id: UUID) -> list[Said]:
+    query = (
+        select(
+            ProgrammeVersionRow.programme_id,
+            ProgrammeVersionRow.made_at,
+            ProgrammeVersionRow.sessions_per_week,
+            ProgrammeRow.archived_at,
+        )
+        .join(ProgrammeRow, ProgrammeRow.id == ProgrammeVersionRow.programme_id)
+        .where(ProgrammeRow.episode_id == episode_id)
+    )
+    return [Said(*row) for row in session.execute(query)]
+
+
+def _week(monday: date, visits: list[Visit], wish: int | None) -> AdherenceWeek:
+    return AdherenceWeek(
+        begins_on=monday,
+        sessions=len(visits),
+        sessions_wished=wish,
+        repetitions_planned=sum(visit.planned for visit in visits),
+        repetitions_done=sum(visit.done for visit in visits),
+    )
+
+
+def _wish(said: list[Said], begins: datetime) -> int | None:
+    """What the programmes said at the end of a week, in the order in which they said it; where several wish, the newest."""
+    newest: dict[UUID, Said] = {}
+    for one in said:
+        if one.made_at < begins + _WEEK and not (one.archived_at and one.archived_at < begins):
+            newest.pop(one.programme_id, None)
+            newest[one.programme_id] = one
+    wishes = [one.sessions_per_week for one in newest.values() if one.sessions_per_week]
+    return wishes[-1] if wishes else None
+
+
+def _monday(moment: datetime, offset: timedelta) -> date:
+    day = (moment + offset).date()
+    return day - timedelta(days=day.weekday())
+
+
+def _moment(day: date, offset: timedelta) -> datetime:
+    return datetime(day.year, day.month, day.day, tzinfo=UTC) - offset

@@ -1,0 +1,135 @@
+"""Whether recordings can be played as a programme says, and how long that takes.
+
+What the database knows is looked up first; samples are looked at in the worker process that builds figures, because an hour
+of motion must not keep the service from its heartbeats, and outside of any transaction.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from uuid import UUID
+
+from sqlalchemy.orm import Session
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.figures import FigureWorker
+from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.programmes.schemas import ItemWanted
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow
+from kata.database.arrays import UnreadableError
+from kata.database.series import Series, unpack
+from kata.device.config import StationConfig
+from kata.motion.edit import Asked, EditError, Motion, as_asked
+from kata.motion.method import Method, reference
+from kata.motion.repetitions import pace
+from kata.motion.trajectory import TrajectoryError
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the database knows of the items: who does not fit, by place, and the samples of the others."""
+
+    problems: dict[int, ProblemError]
+    samples: dict[UUID, Series]
+
+
+@dataclass(frozen=True)
+class Way:
+    """One recording, and how it is played."""
+
+    recording_id: UUID
+    asked: Asked
+    method: Method
+
+
+def way(item: ItemWanted) -> Way:
+    """All that how long it takes depends on."""
+    asked = Asked(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
+    return Way(item.recording_id, asked, item.method)
+
+
+def misfits(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> dict[int, ProblemError]:
+    """By place, from 1: which of the recordings cannot be in this episode's programme, and why."""
+    found = {}
+    for place, item in enumerate(items, start=1):
+        problem = _misfit(session.get(RecordingRow, item.recording_id), item, episode, place)
+        if problem:
+            found[place] = problem
+    return found
+
+
+def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) -> Found:
+    """What is needed to check these items."""
+    problems = misfits(session, episode, items)
+    fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
+    return Found(problems, {key: recordings.stored_samples(session, key) for key in fitting})
+
+
+def check(
+    worker: FigureWorker, found: Found, items: Sequence[ItemWanted], config: StationConfig
+) -> list[float | ProblemError]:
+    """How many seconds each item takes, or why it cannot be played; waits for the worker, so call it from a worker thread."""
+    ways = {way(item) for place, item in enumerate(items, start=1) if place not in found.problems}
+    lasting = dict(worker.build(durations, tuple(ways), found.samples, config)) if ways else {}
+    checked: list[float | ProblemError] = []
+    for place, item in enumerate(items, start=1):
+        lasts_s = found.problems[place] if place in found.problems else lasting[way(item)]
+        checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, str) else lasts_s)
+    return checked
+
+
+def durations(ways: Sequence[Way], samples: dict[UUID, Series], config: StationConfig) -> list[tuple[Way, float | str]]:
+    """In the worker process: how many seconds each takes, or why this station could not play it."""
+    return [(one, _duration(one, samples[one.recording_id], config)) for one in ways]
+
+
+def _duration(one: Way, series: Series, config: StationConfig) -> float | str:
+    try:
+        columns = unpack(series)
+        motion = Motion(columns["time_s"], columns["angle_deg"])
+        found = pace(motion, one.asked)
+        # All that is in many repetitions is in two of them.
+        few = as_asked(motion, replace(one.asked, repetitions=min(one.asked.repetitions, 2)))
+        config.check_reference(one.method, reference(one.method, few.times_s, few.angles_deg))
+    except UnreadableError:
+        return "its samples are damaged"
+    except (EditError, TrajectoryError) as error:
+        return str(error)
+    return found.duration_s
+
+
+def _unplayable(place: int, why: str) -> ProblemError:
+    return ProblemError(
+        422,
+        "unplayable",
+        f"Item {place} cannot be played like that: {why}.",
+        "Choose other settings, or another recording.",
+    )
+
+
+def _misfit(recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int) -> ProblemError | None:
+    if recording is None:
+        return not_found("recording")
+    what = f"Item {place}, {recording.name},"
+    if recording.patient_id != episode.patient_id:
+        return ProblemError(
+            409, "other_patient", f"{what} was taught to another patient.", "Choose one of this patient's own."
+        )
+    if recording.side != episode.side:
+        return ProblemError(
+            409,
+            "other_side",
+            f"{what} is of the {recording.side} shoulder, and the {episode.side} one is treated.",
+            "Choose another recording, or make one for the other shoulder of it.",
+        )
+    if recording.archived_at:
+        return ProblemError(409, "archived", f"{what} is archived.", "Restore it first, or choose another.")
+    if episode.max_load_level is not None and item.load_level > episode.max_load_level:
+        by = f" by {episode.limits_by}" if episode.limits_by else ""
+        return ProblemError(
+            409,
+            "above_limit",
+            f"{what} has resistance level {item.load_level}, and {episode.max_load_level} is the highest allowed{by}.",
+            "Choose a lower level, or have the limit changed.",
+        )
+    return None

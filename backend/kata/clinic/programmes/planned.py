@@ -1,0 +1,219 @@
+"""Planned against done: a session's programme item by item, with the runs of it, what was left out and what was played besides."""
+
+from collections.abc import Sequence
+from typing import Final, Literal
+from uuid import UUID
+
+from pydantic import Field
+from sqlalchemy import select
+from sqlalchemy.orm import Session, lazyload
+
+from kata.clinic.fields import Moment, Schema
+from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.programmes import service
+from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
+from kata.clinic.programmes.tables import ProgrammeVersionRow
+from kata.clinic.sessions.schemas import Asked, Outcome
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.motion.method import Method
+from kata.station.schemas import LoadLevel
+
+Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]
+Share = Literal["all", "some", "none"]
+_SETTINGS: Final[tuple[Setting, ...]] = (
+    "speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method",
+)  # fmt: skip
+_Count = Field(ge=0, description="Repetitions.", examples=[10])
+
+
+class PlannedRun(Asked):
+    """One playback, beside what was planned of it."""
+
+    run_id: UUID
+    recording_id: UUID
+    recording_name: str
+    started_at: Moment
+    outcome: Outcome
+    load_level: LoadLevel | None
+    method: Method | None
+    least_range_percent: float | None = Field(
+        description="How little of its range was played after somebody asked for less; null where nobody did."
+    )
+    repetitions_done: int | None = Field(
+        ge=0, description="Played to their end; null while it goes on, and where that was not counted yet."
+    )
+    changed: list[Setting] = Field(description="Which settings were other ones than planned.")
+
+
+class ItemDone(ProgrammeItem):
+    """One item of the programme, and what was done of it."""
+
+    runs: list[PlannedRun] = Field(description="In their order.")
+    repetitions_done: int = _Count
+    done: Share = Field(
+        description="none: left out, or its turn has not come yet. some: fewer repetitions than planned."
+    )
+
+
+class PlanTimer(Schema):
+    """How much of the programme's time is left."""
+
+    minutes: float = Field(ge=0, description="Minutes of playing after which no further item is begun.")
+    played_s: Duration
+    left_s: float = Field(ge=0, description="Seconds; 0: no further item is to be begun.")
+
+
+class Plan(Schema):
+    """What was done of a programme."""
+
+    items: list[ItemDone]
+    besides: list[PlannedRun] = Field(description="Played without being planned.")
+    repetitions_planned: int = _Count
+    repetitions_done: int = Field(
+        ge=0, description="Of those that were planned; what is more than planned counts nothing."
+    )
+
+
+class PlannedProgramme(Schema):
+    """Which programme, as it was when the session began."""
+
+    id: UUID
+    name: str
+    version_id: UUID
+    number: Number
+    duration_s: Duration
+
+
+class SessionPlan(Plan):
+    """A session's programme, and what was done of it."""
+
+    session_id: UUID
+    ended: bool
+    programme: PlannedProgramme | None = Field(description="Null where recordings were chosen one by one.")
+    played_s: Duration
+    timer: PlanTimer | None
+
+
+def left_s(timer_minutes: float, played_s: float) -> float:
+    """How much playing time is left; at 0 no further item is begun, what has begun is played to its end."""
+    return max(0.0, 60.0 * timer_minutes - played_s)
+
+
+def check_timer(session: Session, session_id: UUID) -> None:
+    """Before another item is begun.
+
+    :raises ProblemError: 404; 409 when the programme's time is over.
+    """
+    timer = of_session(session, session_id).timer
+    if timer and not timer.left_s:
+        raise ProblemError(
+            409,
+            "timer_over",
+            f"The {timer.minutes:g} minutes of this programme are over.",
+            "Go on to the pain after it; what is still to be played can be chosen besides the programme.",
+        )
+
+
+def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:
+    """Item by item; a run of another recording than the item's was none of it."""
+    recordings = {item.position: item.recording_id for item in items}
+    of_items: dict[int, list[RunRow]] = {item.position: [] for item in items}
+    besides = []
+    for run in runs:
+        position = run.programme_position
+        if position is not None and recordings.get(position) == run.recording_id:
+            of_items[position].append(run)
+        else:
+            besides.append(_as_run(run, None))
+    told = [_item(item, of_items[item.position]) for item in items]
+    return Plan(
+        items=told,
+        besides=besides,
+        repetitions_planned=sum(item.repetitions for item in items),
+        repetitions_done=sum(min(one.repetitions, one.repetitions_done) for one in told),
+    )
+
+
+def of_session(session: Session, session_id: UUID) -> SessionPlan:
+    """What was planned in a session, and done.
+
+    :raises ProblemError: 404.
+    """
+    visit = session.execute(
+        select(SessionRow.ended_at, SessionRow.programme_version_id).where(SessionRow.id == session_id)
+    ).one_or_none()
+    if visit is None:
+        raise not_found("session")
+    version = session.get(ProgrammeVersionRow, visit.programme_version_id) if visit.programme_version_id else None
+    runs = _runs(session, session_id)
+    played_s = sum(run.played_s or 0.0 for run in runs)
+    programme, timer, items = None, None, []
+    if version:
+        told = service.as_version(version)
+        items = told.items
+        programme = PlannedProgramme(
+            id=version.programme_id,
+            name=version.programme.name,
+            version_id=version.id,
+            number=version.number,
+            duration_s=told.duration_s,
+        )
+        if version.timer_minutes:
+            timer = PlanTimer(
+                minutes=version.timer_minutes, played_s=played_s, left_s=left_s(version.timer_minutes, played_s)
+            )
+    return SessionPlan(
+        session_id=session_id,
+        ended=visit.ended_at is not None,
+        programme=programme,
+        played_s=played_s,
+        timer=timer,
+        **dict(compare(items, runs)),
+    )
+
+
+def _runs(session: Session, session_id: UUID) -> list[RunRow]:
+    """Without what was measured in them."""
+    query = (
+        select(RunRow)
+        .where(RunRow.session_id == session_id)
+        .options(lazyload(RunRow.tracking), lazyload(RunRow.motions))
+        .order_by(RunRow.started_at, RunRow.id)
+    )
+    return list(session.scalars(query))
+
+
+def _item(item: ProgrammeItem, runs: Sequence[RunRow]) -> ItemDone:
+    done = sum(run.repetitions_done or 0 for run in runs)
+    share: Share = "all" if done >= item.repetitions else "some" if done or any(map(_begun, runs)) else "none"
+    return ItemDone(**dict(item), runs=[_as_run(run, item) for run in runs], repetitions_done=done, done=share)
+
+
+def _begun(run: RunRow) -> bool:
+    return run.outcome != "unloaded" and run.played_s != 0.0
+
+
+def _as_run(run: RunRow, item: ProgrammeItem | None) -> PlannedRun:
+    return PlannedRun(
+        run_id=run.id,
+        recording_id=run.recording_id,
+        recording_name=run.recording.name,
+        started_at=run.started_at,
+        outcome=run.outcome,
+        speed_percent=run.speed_percent,
+        repetitions=run.repetitions,
+        pause_s=run.pause_s,
+        range_percent=run.range_percent,
+        load_level=run.load_level,
+        method=run.method,
+        least_range_percent=run.least_range_percent,
+        repetitions_done=run.repetitions_done,
+        changed=[name for name in _SETTINGS if item and _differs(name, run, item)],
+    )
+
+
+def _differs(name: Setting, run: RunRow, item: ProgrammeItem) -> bool:
+    if name == "pause_s" and run.repetitions == item.repetitions == 1:
+        # Nothing is repeated, so nothing pauses.
+        return False
+    return bool(getattr(run, name) != getattr(item, name))

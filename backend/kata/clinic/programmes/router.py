@@ -1,0 +1,124 @@
+"""REST for programmes, for what was done of them, and for how regularly."""
+
+from collections.abc import Sequence
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query
+
+from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
+from kata.clinic.figures import FigureWorker
+from kata.clinic.problems import ProblemError
+from kata.clinic.programmes import adherence, checks, planned, service
+from kata.clinic.programmes.adherence import Adherence
+from kata.clinic.programmes.checks import Found
+from kata.clinic.programmes.planned import SessionPlan
+from kata.clinic.programmes.schemas import (
+    ItemPreview,
+    ItemWanted,
+    Preview,
+    PreviewWanted,
+    ProgrammeCreate,
+    ProgrammeDetail,
+    ProgrammeList,
+    ProgrammeUpdate,
+    VersionCreate,
+)
+from kata.station.station import Station
+
+router = APIRouter(tags=["programmes"])
+
+
+@router.get("/api/patients/{patient_id}/programmes", responses=PROBLEMS.of(404, 422))
+def list_programmes(database: TheDatabase, patient_id: UUID) -> ProgrammeList:
+    """A patient's programmes with what they say now: the one changed last first, archived ones last."""
+    with database.read() as session:
+        return ProgrammeList(items=[service.as_programme(row) for row in service.of_patient(session, patient_id)])
+
+
+@router.post("/api/patients/{patient_id}/programmes", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+def create_programme(
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: ProgrammeCreate
+) -> ProgrammeDetail:
+    """A new programme. Each item is checked as at loading: what this station could not play is refused."""
+    with database.read() as session:
+        episode = service.open_episode(session, patient_id, wanted.episode_id)
+        found = checks.look_up(session, episode, wanted.items)
+    durations_s = _durations(worker, found, wanted.items, station)
+    with database.write() as session:
+        return service.as_detail(session, service.create(session, patient_id, wanted, durations_s))
+
+
+@router.post("/api/patients/{patient_id}/programmes/preview", responses=PROBLEMS.of(404, 409, 422))
+def preview_programme(
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, wanted: PreviewWanted
+) -> Preview:
+    """How long each item would take, or why it cannot be played; nothing is kept."""
+    with database.read() as session:
+        episode = service.open_episode(session, patient_id, wanted.episode_id)
+        found = checks.look_up(session, episode, wanted.items)
+    checked = checks.check(worker, found, wanted.items, station.config)
+    items = [
+        ItemPreview(duration_s=None, problem=one.message)
+        if isinstance(one, ProblemError)
+        else ItemPreview(duration_s=one, problem=None)
+        for one in checked
+    ]
+    return Preview(duration_s=sum(item.duration_s or 0.0 for item in items), items=items)
+
+
+@router.get("/api/programmes/{programme_id}", responses=PROBLEMS.of(404, 422))
+def get_programme(database: TheDatabase, programme_id: UUID) -> ProgrammeDetail:
+    """One programme with all its versions."""
+    with database.read() as session:
+        return service.as_detail(session, service.get(session, programme_id))
+
+
+@router.patch("/api/programmes/{programme_id}", responses=PROBLEMS.of(404, 409, 422))
+def update_programme(database: TheDatabase, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeDetail:
+    """Rename, archive or restore; what it says changes by a new version only."""
+    with database.write() as session:
+        return service.as_detail(session, service.update(session, programme_id, change))
+
+
+@router.post("/api/programmes/{programme_id}/versions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+def create_programme_version(
+    database: TheDatabase, worker: TheFigures, station: TheStation, programme_id: UUID, wanted: VersionCreate
+) -> ProgrammeDetail:
+    """What the programme says from now on; checked as a new one. What it said stays readable."""
+    with database.read() as session:
+        row = service.changeable(session, programme_id)
+        found = checks.look_up(session, row.episode, wanted.items)
+    durations_s = _durations(worker, found, wanted.items, station)
+    with database.write() as session:
+        return service.as_detail(session, service.add_version(session, programme_id, wanted, durations_s))
+
+
+@router.get("/api/sessions/{session_id}/plan", responses=PROBLEMS.of(404, 422))
+def get_session_plan(database: TheDatabase, session_id: UUID) -> SessionPlan:
+    """The session's programme, item by item, with what was done of it, and what was played besides."""
+    with database.read() as session:
+        return planned.of_session(session, session_id)
+
+
+@router.get("/api/episodes/{episode_id}/adherence", responses=PROBLEMS.of(404, 422))
+def get_adherence(
+    database: TheDatabase,
+    episode_id: UUID,
+    utc_offset_minutes: Annotated[
+        int, Query(ge=-720, le=840, description="Of the clinic's clock: a week begins when Monday does there.")
+    ] = 0,
+) -> Adherence:
+    """Week by week: sessions against how many were wished for, repetitions done against those planned."""
+    with database.read() as session:
+        return adherence.of_episode(session, episode_id, utc_offset_minutes)
+
+
+def _durations(worker: FigureWorker, found: Found, items: Sequence[ItemWanted], station: Station) -> list[float]:
+    """:raises ProblemError: what is wrong with the first item that cannot be played."""
+    durations_s = []
+    for checked in checks.check(worker, found, items, station.config):
+        if isinstance(checked, ProblemError):
+            raise checked
+        durations_s.append(checked)
+    return durations_s

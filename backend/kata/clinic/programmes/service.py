@@ -1,0 +1,237 @@
+"""What is done with programmes. Commits nothing: the request does."""
+
+from collections.abc import Sequence
+from uuid import UUID, uuid4
+
+from sqlalchemy import func, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session, aliased, contains_eager
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
+from kata.clinic.problems import ProblemError, check_version, edited_meanwhile, not_found
+from kata.clinic.programmes import checks
+from kata.clinic.programmes.schemas import (
+    Programme,
+    ProgrammeCreate,
+    ProgrammeDetail,
+    ProgrammeItem,
+    ProgrammePatient,
+    ProgrammeUpdate,
+    ProgrammeVersion,
+    VersionCreate,
+    VersionWanted,
+)
+from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
+from kata.database.base import utc_now
+
+
+def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:
+    """The newest version of each of a patient's programmes: the one changed last first, archived ones last.
+
+    :raises ProblemError: 404.
+    """
+    patients.get(session, patient_id)
+    other = aliased(ProgrammeVersionRow)
+    newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
+    query = (
+        select(ProgrammeVersionRow)
+        .join(ProgrammeVersionRow.programme)
+        .join(ProgrammeRow.episode)
+        .where(EpisodeRow.patient_id == patient_id, ProgrammeVersionRow.number == newest)
+        .options(contains_eager(ProgrammeVersionRow.programme).contains_eager(ProgrammeRow.episode))
+        .order_by(ProgrammeRow.archived_at.is_not(None), ProgrammeRow.updated_at.desc(), ProgrammeRow.id)
+    )
+    return list(session.scalars(query))
+
+
+def get(session: Session, programme_id: UUID) -> ProgrammeRow:
+    """One programme.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(ProgrammeRow, programme_id)
+    if row is None:
+        raise not_found("programme")
+    return row
+
+
+def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = None) -> EpisodeRow:
+    """The episode that a new programme is for: the one that is named, or the one that goes on.
+
+    :raises ProblemError: 404; 409 when the patient is archived, there is no episode, or it is closed.
+    """
+    patient = patients.get(session, patient_id)
+    if patient.archived_at:
+        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+    if episode_id is None:
+        episode = patient.episode
+        if episode is None:
+            raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
+    else:
+        episode = next((one for one in patient.episodes if one.id == episode_id), None)
+        if episode is None:
+            raise not_found("episode of this patient")
+    return _still_open(episode)
+
+
+def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
+    """A programme that takes a new version.
+
+    :raises ProblemError: 404; 409 when it is archived, its patient is, or its episode is closed.
+    """
+    row = get(session, programme_id)
+    if row.archived_at:
+        raise ProblemError(409, "archived", f"{row.name} is archived.", "Restore it first.")
+    open_episode(session, row.episode.patient_id, row.episode_id)
+    return row
+
+
+def create(session: Session, patient_id: UUID, wanted: ProgrammeCreate, durations_s: Sequence[float]) -> ProgrammeRow:
+    """Write down a programme with its first version; ``durations_s`` of its items, as they were checked.
+
+    :raises ProblemError: as :func:`open_episode`, and when a recording does not fit.
+    """
+    episode = open_episode(session, patient_id, wanted.episode_id)
+    now = utc_now()
+    row = ProgrammeRow(
+        id=uuid4(), episode_id=episode.id, episode=episode, name=wanted.name, created_at=now, updated_at=now
+    )
+    session.add(row)
+    session.flush()
+    _add_version(session, row, 1, wanted, durations_s)
+    return row
+
+
+def add_version(
+    session: Session, programme_id: UUID, wanted: VersionCreate, durations_s: Sequence[float]
+) -> ProgrammeRow:
+    """Write down what a programme is to say from now on; what it said stays.
+
+    :raises ProblemError: as :func:`changeable`, when a recording does not fit, and 409 when somebody was quicker.
+    """
+    row = changeable(session, programme_id)
+    newest = session.scalar(
+        select(func.max(ProgrammeVersionRow.number)).where(ProgrammeVersionRow.programme_id == row.id)
+    )
+    if newest != wanted.based_on:
+        raise edited_meanwhile()
+    row.updated_at = utc_now()
+    _add_version(session, row, wanted.based_on + 1, wanted, durations_s)
+    return row
+
+
+def update(session: Session, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeRow:
+    """Rename, archive or restore.
+
+    :raises ProblemError: 404; 409 when somebody else changed it meanwhile.
+    """
+    row = get(session, programme_id)
+    patients.check_not_erased(patients.get(session, row.episode.patient_id))
+    check_version(row.updated_at, change.updated_at)
+    if change.name is not None:
+        row.name = change.name
+    if change.archived is not None:
+        row.archived_at = (row.archived_at or utc_now()) if change.archived else None
+    row.updated_at = utc_now()
+    session.flush()
+    return row
+
+
+def _still_open(episode: EpisodeRow) -> EpisodeRow:
+    if episode.closed_at:
+        raise ProblemError(409, "episode_closed", "This episode of care is closed.", "Open a new one for the patient.")
+    return episode
+
+
+def _add_version(
+    session: Session, row: ProgrammeRow, number: int, wanted: VersionWanted, durations_s: Sequence[float]
+) -> None:
+    for problem in checks.misfits(session, row.episode, wanted.items).values():
+        raise problem
+    version = ProgrammeVersionRow(
+        id=uuid4(),
+        programme_id=row.id,
+        number=number,
+        made_at=utc_now(),
+        made_by=wanted.made_by,
+        note=wanted.note,
+        timer_minutes=wanted.timer_minutes,
+        sessions_per_week=wanted.sessions_per_week,
+    )
+    session.add(version)
+    try:
+        session.flush()
+    except IntegrityError as error:
+        # Two at the same moment: the number is taken.
+        raise edited_meanwhile() from error
+    session.add_all(
+        ProgrammeItemRow(version_id=version.id, position=position, duration_s=duration_s, **item.model_dump())
+        for position, (item, duration_s) in enumerate(zip(wanted.items, durations_s, strict=True), start=1)
+    )
+    session.flush()
+    session.expire(row, ["versions"])
+
+
+def as_item(row: ProgrammeItemRow) -> ProgrammeItem:
+    """As it goes out."""
+    return ProgrammeItem(
+        position=row.position,
+        recording_id=row.recording_id,
+        recording_name=row.recording.name,
+        recording_archived=row.recording.archived_at is not None,
+        duration_s=row.duration_s,
+        speed_percent=row.speed_percent,
+        repetitions=row.repetitions,
+        pause_s=row.pause_s,
+        range_percent=row.range_percent,
+        load_level=row.load_level,
+        method=row.method,
+    )
+
+
+def as_version(row: ProgrammeVersionRow) -> ProgrammeVersion:
+    """As it goes out."""
+    return ProgrammeVersion(
+        id=row.id,
+        number=row.number,
+        made_at=row.made_at,
+        made_by=row.made_by,
+        note=row.note,
+        timer_minutes=row.timer_minutes,
+        sessions_per_week=row.sessions_per_week,
+        duration_s=sum(item.duration_s for item in row.items),
+        items=[as_item(item) for item in row.items],
+    )
+
+
+def as_programme(current: ProgrammeVersionRow) -> Programme:
+    """As it goes out in a list: with its newest version."""
+    row = current.programme
+    return Programme(
+        id=row.id,
+        episode_id=row.episode_id,
+        name=row.name,
+        side=row.episode.side,
+        archived_at=row.archived_at,
+        updated_at=row.updated_at,
+        current=as_version(current),
+    )
+
+
+def as_detail(session: Session, row: ProgrammeRow) -> ProgrammeDetail:
+    """As it goes out, with all its versions."""
+    patient = patients.get(session, row.episode.patient_id)
+    versions = [as_version(version) for version in reversed(row.versions)]
+    return ProgrammeDetail(
+        id=row.id,
+        episode_id=row.episode_id,
+        name=row.name,
+        side=row.episode.side,
+        archived_at=row.archived_at,
+        updated_at=row.updated_at,
+        current=versions[0],
+        patient=ProgrammePatient.model_validate(patient),
+        closed=row.episode.closed_at is not None,
+        versions=versions,
+    )

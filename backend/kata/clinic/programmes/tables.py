@@ -1,0 +1,73 @@
+"""Tables of programmes."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import ForeignKey, String, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.recordings.tables import RecordingRow
+from kata.database.base import Base, UtcDateTime
+
+
+class ProgrammeRow(Base):
+    """A prescription within an episode; what it says stands in its versions."""
+
+    __tablename__ = "programmes"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    episode_id: Mapped[UUID] = mapped_column(ForeignKey("episodes.id"), index=True)
+    name: Mapped[str] = mapped_column(String(100))
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+    episode: Mapped[EpisodeRow] = relationship(lazy="joined", innerjoin=True)
+    versions: Mapped[list["ProgrammeVersionRow"]] = relationship(
+        order_by="ProgrammeVersionRow.number", back_populates="programme"
+    )
+    """Loaded when they are asked for: a list shows the newest of each only."""
+
+
+class ProgrammeVersionRow(Base):
+    """What was prescribed from a moment on; immutable."""
+
+    __tablename__ = "programme_versions"
+    __table_args__ = (UniqueConstraint("programme_id", "number"),)
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    programme_id: Mapped[UUID] = mapped_column(ForeignKey("programmes.id"))
+    number: Mapped[int]
+    """From 1."""
+    made_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    made_by: Mapped[str] = mapped_column(String(100))
+    note: Mapped[str] = mapped_column(Text)
+    timer_minutes: Mapped[float | None]
+    """After so much playing in a session no further item is begun."""
+    sessions_per_week: Mapped[int | None]
+    """How often it is to be done; None where that is not said."""
+
+    programme: Mapped[ProgrammeRow] = relationship(back_populates="versions")
+    items: Mapped[list["ProgrammeItemRow"]] = relationship(order_by="ProgrammeItemRow.position", lazy="selectin")
+
+
+class ProgrammeItemRow(Base):
+    """One recording of a version, and how it is played."""
+
+    __tablename__ = "programme_items"
+
+    version_id: Mapped[UUID] = mapped_column(ForeignKey("programme_versions.id"), primary_key=True)
+    position: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    """From 1."""
+    recording_id: Mapped[UUID] = mapped_column(ForeignKey("recordings.id"))
+    speed_percent: Mapped[float]
+    repetitions: Mapped[int]
+    pause_s: Mapped[float]
+    range_percent: Mapped[float]
+    load_level: Mapped[int]
+    method: Mapped[str] = mapped_column(String(16))
+    duration_s: Mapped[float] = mapped_column(default=0.0)
+    """How long all its repetitions take, with their pauses; worked out when the version was made: neither of them changes."""
+
+    recording: Mapped[RecordingRow] = relationship(lazy="joined", innerjoin=True)

@@ -1,0 +1,305 @@
+"""The progress charts as Plotly figures, written out as Plotly's JSON.
+
+Building a chart of a hundred traces through Plotly's classes takes longer than all the rest of its answer, and handing its
+numbers to the figure worker longer than writing it here: a few milliseconds. That Plotly's classes accept what is written
+is a test's affair. No red, yellow or cyan, and nothing told apart by colour alone: each thing has a dash and a marker of its own.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata.clinic.programmes.adherence import AdherenceWeek
+from kata.clinic.progress.series import (
+    PAIN_CONTEXTS,
+    PAIN_IN_SESSIONS,
+    Line,
+    Point,
+    RomLine,
+    RomPanel,
+    SpadiPoint,
+    Tracked,
+)
+
+_Trace = dict[str, Any]
+Figure = dict[str, Any]
+
+_INDIGO: Final = "#1f3a93"
+_ORANGE: Final = "#e07b00"
+_GREEN: Final = "#2f7d4f"
+_VIOLET: Final = "#7b3fa0"
+_BROWN: Final = "#7f5539"
+_SLATE: Final = "#64748b"
+_COLOURS: Final = (_INDIGO, _ORANGE, _GREEN, _VIOLET, _BROWN, _SLATE)
+_DASHES: Final = ("solid", "dash", "dot", "dashdot", "longdash")
+_MARKERS: Final = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star")
+
+_GRID: Final = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#94a3b8"}
+_LAYOUT: Final = {
+    "margin": {"l": 60, "r": 20, "t": 70, "b": 50},
+    "font": {"family": "system-ui, sans-serif", "size": 13},
+    "hovermode": "closest",
+    "plot_bgcolor": "white",
+    "paper_bgcolor": "white",
+}
+_PANEL_HEIGHT: Final = 260
+_MARGINS: Final = 120
+_COLUMNS: Final = 2
+
+
+def rom(panels: Sequence[RomPanel]) -> Figure:
+    """A panel a motion: active and passive over the weeks; baseline, other side and reference as level lines."""
+    rows = max(1, -(-len(panels) // _COLUMNS))
+    height = _MARGINS + rows * _PANEL_HEIGHT
+    last = _last_week(point for panel in panels for line in panel.lines for point in line.points)
+    layout = _layout(height)
+    traces: list[_Trace] = []
+    layout["annotations"] = []
+    for place, panel in enumerate(panels):
+        axes = _Panel(place, rows, height)
+        highest = max([panel.measure.reference_deg, *(value for line in panel.lines for value in _values(line))])
+        lowest = min([0.0, *(value for line in panel.lines for value in _values(line))])
+        spare = 0.08 * (highest - lowest) + 2
+        layout |= axes.layout(last, [lowest - spare, highest + spare])
+        layout["annotations"].append(axes.title(f"{panel.measure.english}, deg"))
+        for line in panel.lines:
+            traces += [axes.own(trace, first=place == 0) for trace in _rom_line(line, last)]
+        level = _level("Reference", panel.measure.reference_deg, last, _SLATE, "solid", width=3.0)
+        traces.append(axes.own(level, first=place == 0))
+    _show_each_name_once(traces)
+    return _figure(traces, layout)
+
+
+def pain(lines: Sequence[Line]) -> Figure:
+    """Pain 0 to 10 over the weeks; of assessments in whole lines, around sessions in broken ones."""
+    looks = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
+    broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
+    looks |= {name: (len(PAIN_CONTEXTS) + place, dash) for place, (name, dash) in enumerate(broken)}
+    traces = []
+    for line in lines:
+        place, dash = looks[line.name]
+        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], "%{y}"))
+    last = _last_week(point for line in lines for point in line.points)
+    return _figure(traces, _layout(420) | _axes("Pain, 0 to 10", [-0.4, 10.4], last))
+
+
+def spadi(points: Sequence[SpadiPoint]) -> Figure:
+    """Total and both halves over the weeks; how far below its baseline the total has to come to matter."""
+    halves = (("SPADI", "total"), ("Pain", "pain"), ("Disability", "disability"))
+    lines = [
+        Line(
+            name, tuple(Point(one.at, one.week, getattr(one, part)) for one in points if getattr(one, part) is not None)
+        )
+        for name, part in halves
+    ]
+    traces = [_course(line, place, "%{y:.0f}") for place, line in enumerate(lines) if line.points]
+    last = _last_week(points)
+    layout = _layout(420) | _axes("SPADI, 0 (none) to 100 (worst)", [-4, 104], last)
+    if lines[0].points:
+        baseline = lines[0].points[0].value
+        least, most = IMPORTANT_CHANGE
+        traces.append(_level("Baseline", baseline, last, _INDIGO, "dot"))
+        traces.append(_level(f"{least:g} better: perhaps important", baseline - least, last, _GREEN, "dash"))
+        traces.append(_level(f"{most:g} better: important", baseline - most, last, _GREEN, "longdashdot"))
+        layout["shapes"] = [
+            {
+                "type": "rect",
+                "xref": "paper",
+                "x0": 0,
+                "x1": 1,
+                "y0": baseline - most,
+                "y1": baseline - least,
+                "fillcolor": _GREEN,
+                "opacity": 0.12,
+                "line": {"width": 0},
+                "layer": "below",
+            }
+        ]
+    return _figure(traces, layout)
+
+
+def tracking(tracked: Sequence[Tracked]) -> Figure:
+    """Error of each recording's playbacks by each method, session by session: mean RMSE above, largest error below."""
+    by_recording: dict[str, list[Tracked]] = defaultdict(list)
+    for one in tracked:
+        by_recording[f"{one.recording}, {one.method}"].append(one)
+    height = _MARGINS + 2 * _PANEL_HEIGHT
+    layout = _layout(height)
+    layout["annotations"] = []
+    last = _last_week(tracked)
+    traces: list[_Trace] = []
+    for row, (title, part) in enumerate((("Mean RMSE, deg", "rmse_deg"), ("Largest error, deg", "peak_deg"))):
+        axes = _Panel(row, 2, height, columns=1)
+        highest = max((getattr(one, part) for one in tracked), default=1.0)
+        layout |= axes.layout(last, [0, 1.1 * highest + 0.2])
+        layout["annotations"].append(axes.title(title))
+        for place, (name, own) in enumerate(by_recording.items()):
+            line = Line(name, tuple(Point(one.at, one.week, getattr(one, part)) for one in own))
+            traces.append(axes.own(_course(line, place, "%{y:.2f} deg"), first=row == 0))
+    return _figure(traces, layout)
+
+
+def correction(lines: Sequence[Line]) -> Figure:
+    """Size of what the learned method had come to at the end of each session, a line a recording."""
+    highest = max((point.value for line in lines for point in line.points), default=0.5)
+    last = _last_week(point for line in lines for point in line.points)
+    return _figure(
+        [_course(line, place, "%{y:.2f} deg") for place, line in enumerate(lines)],
+        _layout(420) | _axes("Learned correction (RMS), deg", [0, 1.15 * highest + 0.05], last),
+    )
+
+
+def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
+    """Sessions a week as bars, and as a line how many there were to be."""
+    mondays = [week.begins_on for week in weeks]
+    hover = "Week from %{x|%d %b %Y}: %{y}"
+    came = {
+        "type": "bar",
+        "name": "Sessions",
+        "x": mondays,
+        "y": [week.sessions for week in weeks],
+        "marker": {"color": _INDIGO},
+        "hovertemplate": hover,
+    }
+    wished = {
+        "type": "scatter",
+        "mode": "lines+markers",
+        "name": "As prescribed",
+        "x": mondays,
+        "y": [week.sessions_wished for week in weeks],
+        "line": {"color": _ORANGE, "dash": "dot", "shape": "hvh"},
+        "marker": {"color": _ORANGE, "symbol": "diamond"},
+        "hovertemplate": hover,
+    }
+    traces = [came, *([wished] if any(week.sessions_wished for week in weeks) else [])]
+    highest = max((max(week.sessions, week.sessions_wished or 0) for week in weeks), default=1)
+    axes: dict[str, dict[str, Any]] = {
+        "xaxis": _GRID | {"type": "date", "tickformat": "%d %b", "title": {"text": "Week from"}},
+        "yaxis": _GRID | {"title": {"text": "Sessions"}, "range": [0, highest + 0.5]},
+    }
+    if highest <= 10:
+        axes["yaxis"]["dtick"] = 1
+    return _figure(traces, _layout(380) | axes)
+
+
+class _Panel:
+    """One of several small plots: its axes, and where they stand."""
+
+    def __init__(self, place: int, rows: int, height: int, columns: int = _COLUMNS) -> None:
+        row, column = divmod(place, columns)
+        self._number = "" if place == 0 else str(place + 1)
+        self._lowest = row == rows - 1
+        gap = 60 / (height - _MARGINS)
+        width = (1 - 0.09 * (columns - 1)) / columns
+        share = (1 - gap * (rows - 1)) / rows
+        self._x = [column * (width + 0.09), column * (width + 0.09) + width]
+        self._y = [1 - row * (share + gap) - share, 1 - row * (share + gap)]
+
+    def layout(self, last: float, y_range: list[float]) -> dict[str, Any]:
+        """Both axes."""
+        return {
+            f"xaxis{self._number}": _week_axis(last, named=self._lowest)
+            | {"domain": self._x, "anchor": f"y{self._number}"},
+            f"yaxis{self._number}": _GRID | {"domain": self._y, "anchor": f"x{self._number}", "range": y_range},
+        }
+
+    def title(self, text: str) -> dict[str, Any]:
+        """What stands over it."""
+        return {
+            "text": f"<b>{text}</b>",
+            "xref": "paper",
+            "yref": "paper",
+            "x": self._x[0],
+            "y": self._y[1],
+            "xanchor": "left",
+            "yanchor": "bottom",
+            "showarrow": False,
+        }
+
+    def own(self, trace: _Trace, *, first: bool) -> _Trace:
+        """A trace in it; panels share one legend."""
+        shared = {"xaxis": f"x{self._number}", "yaxis": f"y{self._number}", "legendgroup": trace["name"]}
+        return trace | shared | {"showlegend": first}
+
+
+def _rom_line(line: RomLine, last: float) -> list[_Trace]:
+    colour, dash, marker = {"active": (_INDIGO, "solid", "circle"), "passive": (_ORANGE, "dash", "square")}[line.kind]
+    name = line.kind.capitalize()
+    traces = [
+        _line(Line(name, line.points), colour, dash, marker, "%{y:.0f} deg"),
+        _level(f"Baseline, {line.kind}", line.points[0].value, last, colour, "dot"),
+    ]
+    if line.other_side_deg is not None:
+        traces.append(_level(f"Other side, {line.kind}", line.other_side_deg, last, colour, "longdashdot"))
+    return traces
+
+
+def _values(line: RomLine) -> list[float]:
+    other = [] if line.other_side_deg is None else [line.other_side_deg]
+    return [point.value for point in line.points] + other
+
+
+def _course(line: Line, place: int, hover: str) -> _Trace:
+    """The n-th thing of a chart: no two of the first thirty look alike, in grey neither."""
+    colour = _COLOURS[place % len(_COLOURS)]
+    return _line(line, colour, _DASHES[place % len(_DASHES)], _MARKERS[place % len(_MARKERS)], hover)
+
+
+def _line(line: Line, colour: str, dash: str, marker: str, hover: str) -> _Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines+markers",
+        "name": line.name,
+        "x": [point.week for point in line.points],
+        "y": [point.value for point in line.points],
+        "customdata": [point.at for point in line.points],
+        "line": {"color": colour, "width": 2, "dash": dash},
+        "marker": {"color": colour, "size": 8, "symbol": marker},
+        "hovertemplate": f"%{{customdata}}: {hover}",
+    }
+
+
+def _level(name: str, value: float, last: float, colour: str, dash: str, width: float = 1.2) -> _Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": [-0.2, last + 0.2],
+        "y": [value, value],
+        "line": {"color": colour, "width": width, "dash": dash},
+        "opacity": 0.7,
+        "hovertemplate": "%{y:.0f}",
+    }
+
+
+def _last_week(points: Iterable[Point | SpadiPoint | Tracked]) -> float:
+    return max([1.0, *(point.week for point in points)])
+
+
+def _show_each_name_once(traces: list[_Trace]) -> None:
+    """Not every panel has every line."""
+    shown: set[str] = set()
+    for trace in traces:
+        trace["showlegend"] = trace["name"] not in shown
+        shown.add(trace["name"])
+
+
+def _layout(height: int) -> dict[str, Any]:
+    """The legend stands above the titles of the panels."""
+    legend = {"orientation": "h", "y": 1 + 26 / (height - _MARGINS), "yanchor": "bottom", "x": 0}
+    return _LAYOUT | {"height": height, "legend": legend}
+
+
+def _week_axis(last: float, *, named: bool = True) -> dict[str, Any]:
+    """Whole weeks, about a dozen of them."""
+    title = {"text": "Week" if named else ""}
+    return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
+
+
+def _axes(y_title: str, y_range: list[float], last: float) -> dict[str, Any]:
+    return {"xaxis": _week_axis(last), "yaxis": _GRID | {"title": {"text": y_title}, "range": y_range}}
+
+
+def _figure(traces: list[_Trace], layout: dict[str, Any]) -> Figure:
+    return {"data": traces, "layout": layout}

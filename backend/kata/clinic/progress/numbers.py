@@ -1,0 +1,132 @@
+"""The numbers behind the charts, as tables that are read without seeing the charts."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata.clinic.programmes.adherence import AdherenceWeek
+from kata.clinic.progress.series import Line, RomPanel, SpadiPoint, Tracked
+
+Cell = str | float | datetime | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """What stands in one column (:class:`kata.clinic.progress.schemas.ProgressColumn`)."""
+
+    name: str
+    kind: Literal["text", "moment", "number"]
+    digits: int = 0
+
+
+@dataclass(frozen=True)
+class Table:
+    """As it goes out (:class:`kata.clinic.progress.schemas.ProgressTable`)."""
+
+    columns: list[Column]
+    rows: list[list[Cell]]
+
+
+def rom(panels: Sequence[RomPanel]) -> Table:
+    """A row a measurement of the affected shoulder."""
+    rows: list[list[Cell]] = [
+        [
+            panel.measure.english,
+            line.kind,
+            point.at,
+            point.value,
+            point.value - line.points[0].value,
+            line.other_side_deg,
+            panel.measure.reference_deg,
+        ]
+        for panel in panels
+        for line in panel.lines
+        for point in line.points
+    ]
+    numbers = ("Angle, deg", "Change from baseline, deg", "Other side (newest), deg", "Reference, deg")
+    columns = [_text("Motion"), _text("Kind"), _moment("Assessed"), *(_number(name) for name in numbers)]
+    return Table(columns=columns, rows=rows)
+
+
+def pain(lines: Sequence[Line]) -> Table:
+    """A row a moment, a column a context."""
+    told: dict[datetime, dict[str, float]] = defaultdict(dict)
+    for line in lines:
+        for point in line.points:
+            told[point.at][line.name] = point.value
+    rows: list[list[Cell]] = [[at, *(values.get(line.name) for line in lines)] for at, values in sorted(told.items())]
+    return Table(columns=[_moment("When"), *(_number(line.name) for line in lines)], rows=rows)
+
+
+def spadi(points: Sequence[SpadiPoint]) -> Table:
+    """A row an assessment in which it was asked."""
+    baseline = next((point.total for point in points if point.total is not None), None)
+    rows: list[list[Cell]] = []
+    for point in points:
+        change = None if point.total is None or baseline is None else point.total - baseline
+        rows.append([point.at, point.total, point.pain, point.disability, change, verdict(change)])
+    numbers = ("SPADI", "Pain", "Disability", "Change from baseline")
+    columns = [_moment("Assessed"), *(_number(name, digits=1) for name in numbers), _text("Important change")]
+    return Table(columns=columns, rows=rows)
+
+
+def verdict(change: float | None) -> str:
+    """Whether a change of the SPADI matters to patients; less is better."""
+    least, most = IMPORTANT_CHANGE
+    if change is None:
+        return ""
+    if abs(change) < least:
+        return "no"
+    direction = "better" if change < 0 else "worse"
+    return direction if abs(change) >= most else f"perhaps {direction}"
+
+
+def tracking(tracked: Sequence[Tracked]) -> Table:
+    """A row a recording, method and session."""
+    rows: list[list[Cell]] = [
+        [one.at, one.recording, one.method, one.playbacks, one.rmse_deg, one.peak_deg] for one in tracked
+    ]
+    errors = [_number("Mean RMSE, deg", digits=2), _number("Largest error, deg", digits=2)]
+    columns = [_moment("Session"), _text("Recording"), _text("Method"), _number("Playbacks"), *errors]
+    return Table(columns=columns, rows=rows)
+
+
+def correction(lines: Sequence[Line]) -> Table:
+    """A row a recording and session in which something was learned."""
+    learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
+    rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]
+    columns = [_moment("Session"), _text("Recording"), _number("Learned correction (RMS), deg", digits=2)]
+    return Table(columns=columns, rows=rows)
+
+
+def adherence(weeks: Sequence[AdherenceWeek]) -> Table:
+    """A row a week."""
+    rows: list[list[Cell]] = [
+        [
+            week.begins_on.isoformat(),
+            week.sessions,
+            week.sessions_wished,
+            week.repetitions_planned,
+            week.repetitions_done,
+        ]
+        for week in weeks
+    ]
+    columns = [
+        _text("Week from"), _number("Sessions"), _number("As prescribed"), _number("Repetitions planned"), _number("done")
+    ]  # fmt: skip
+    return Table(columns=columns, rows=rows)
+
+
+def _text(name: str) -> Column:
+    return Column(name=name, kind="text")
+
+
+def _moment(name: str) -> Column:
+    return Column(name=name, kind="moment")
+
+
+def _number(name: str, digits: int = 0) -> Column:
+    return Column(name=name, kind="number", digits=digits)

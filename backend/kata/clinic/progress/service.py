@@ -1,0 +1,190 @@
+"""What is read for the charts: columns, never samples, and as few of them as a chart needs."""
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, Final
+from uuid import UUID
+
+from sqlalchemy import ColumnElement, Row, func, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.assessments import rom, spadi
+from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.problems import not_found
+from kata.clinic.programmes import adherence
+from kata.clinic.programmes.adherence import AdherenceWeek
+from kata.clinic.progress.series import (
+    PAIN_CONTEXTS,
+    PAIN_IN_SESSIONS,
+    Line,
+    Point,
+    RomLine,
+    RomPanel,
+    SpadiPoint,
+    Tracked,
+)
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+
+_WEEK: Final = timedelta(weeks=1)
+
+
+@dataclass(frozen=True)
+class Course:
+    """An episode, and the moment from which its weeks are counted."""
+
+    episode_id: UUID
+    side: str
+    begins_at: datetime
+
+    def week(self, at: datetime) -> float:
+        """How many weeks later."""
+        return round((at - self.begins_at) / _WEEK, 3)
+
+
+def course(session: Session, episode_id: UUID) -> Course:
+    """Weeks are counted from the first assessment or session.
+
+    :raises ProblemError: 404.
+    """
+    episode = session.execute(
+        select(EpisodeRow.side, EpisodeRow.opened_at).where(EpisodeRow.id == episode_id)
+    ).one_or_none()
+    if episode is None:
+        raise not_found("episode")
+    firsts = (
+        session.scalar(select(func.min(AssessmentRow.assessed_at)).where(*_counted(episode_id))),
+        session.scalar(select(func.min(SessionRow.started_at)).where(SessionRow.episode_id == episode_id)),
+    )
+    return Course(episode_id, episode.side, min((first for first in firsts if first), default=episode.opened_at))
+
+
+def rom_panels(session: Session, of: Course) -> list[RomPanel]:
+    """The affected shoulder's motions that were measured, in their order."""
+    query = (
+        select(AssessmentRow.assessed_at, RomRow.side, RomRow.motion, RomRow.position, RomRow.kind, RomRow.angle_deg)
+        .join(RomRow, RomRow.assessment_id == AssessmentRow.id)
+        .where(*_counted(of.episode_id))
+        .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
+    )
+    affected: dict[tuple[str, str, str], list[Point]] = defaultdict(list)
+    other: dict[tuple[str, str, str], float] = {}
+    for at, side, motion, position, kind, angle_deg in session.execute(query):
+        if side == of.side:
+            affected[motion, position, kind].append(Point(at, of.week(at), angle_deg))
+        else:
+            other[motion, position, kind] = angle_deg
+    panels = []
+    for measure in rom.MEASURES:
+        keys = {kind: (measure.motion, measure.position, kind) for kind in rom.KINDS}
+        lines = tuple(
+            RomLine(kind, tuple(affected[key]), other.get(key)) for kind, key in keys.items() if key in affected
+        )
+        if lines:
+            panels.append(RomPanel(measure, lines))
+    return panels
+
+
+def pain_lines(session: Session, of: Course) -> list[Line]:
+    """Pain as it was told in assessments, four contexts, and before, during and after sessions; those never told are left out."""
+    assessed = select(
+        AssessmentRow.assessed_at,
+        AssessmentRow.pain_rest,
+        AssessmentRow.pain_active,
+        AssessmentRow.pain_passive,
+        AssessmentRow.pain_average,
+    )
+    assessed = assessed.where(*_counted(of.episode_id)).order_by(AssessmentRow.assessed_at)
+    treated = select(SessionRow.started_at, SessionRow.pain_before, SessionRow.pain_during, SessionRow.pain_after)
+    treated = treated.where(SessionRow.episode_id == of.episode_id).order_by(SessionRow.started_at)
+    lines = [
+        *_lines(of, PAIN_CONTEXTS, session.execute(assessed).all()),
+        *_lines(of, PAIN_IN_SESSIONS, session.execute(treated).all()),
+    ]
+    return [line for line in lines if line.points]
+
+
+def spadi_points(session: Session, of: Course) -> list[SpadiPoint]:
+    """Every score, and those of its two halves."""
+    query = select(AssessmentRow.assessed_at, AssessmentRow.spadi)
+    query = query.where(*_counted(of.episode_id), AssessmentRow.spadi.is_not(None)).order_by(AssessmentRow.assessed_at)
+    points = []
+    for at, answers in session.execute(query):
+        assert answers is not None
+        scored = spadi.score(answers)
+        points.append(SpadiPoint(at, of.week(at), scored.total, scored.pain, scored.disability))
+    return points
+
+
+def tracked(session: Session, of: Course) -> list[Tracked]:
+    """How well each recording was reproduced by each method, session by session."""
+    query = (
+        select(
+            SessionRow.started_at,
+            RunRow.recording_id,
+            RunRow.method,
+            func.count(),
+            func.avg(RunRow.worst_rmse_deg),
+            func.max(RunRow.worst_peak_deg),
+        )
+        .join(RunRow, RunRow.session_id == SessionRow.id)
+        .where(SessionRow.episode_id == of.episode_id, RunRow.worst_rmse_deg.is_not(None))
+        .group_by(SessionRow.id, SessionRow.started_at, RunRow.recording_id, RunRow.method)
+        .order_by(SessionRow.started_at, RunRow.method)
+    )
+    names = _names(session, of)
+    tracked = [
+        Tracked(names[recording], method or "not known", at, of.week(at), playbacks, rmse_deg, peak_deg)
+        for at, recording, method, playbacks, rmse_deg, peak_deg in session.execute(query)
+    ]
+    places = {name: place for place, name in enumerate(names.values())}
+    return sorted(tracked, key=lambda one: (one.at, places[one.recording]))
+
+
+def correction_lines(session: Session, of: Course) -> list[Line]:
+    """What the learned method had come to at the end of each session, a line a recording."""
+    query = (
+        select(SessionRow.started_at, RunRow.recording_id, RunRow.learned_rms_deg)
+        .join(RunRow, RunRow.session_id == SessionRow.id)
+        .where(SessionRow.episode_id == of.episode_id, RunRow.learned_rms_deg.is_not(None))
+        .order_by(SessionRow.started_at, RunRow.started_at)
+    )
+    names = _names(session, of)
+    lines: dict[str, dict[datetime, Point]] = defaultdict(dict)
+    for at, recording, rms_deg in session.execute(query):
+        assert rms_deg is not None
+        lines[names[recording]][at] = Point(at, of.week(at), rms_deg)
+    return [Line(name, tuple(points.values())) for name, points in lines.items()]
+
+
+def weeks(session: Session, of: Course) -> list[AdherenceWeek]:
+    """Every week from the first session or programme on, also those in which nobody came."""
+    return adherence.of_episode(session, of.episode_id, utc_offset_minutes=0).weeks
+
+
+def _counted(episode_id: UUID) -> tuple[ColumnElement[bool], ...]:
+    """Assessments that were not withdrawn."""
+    return AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None)
+
+
+def _lines(of: Course, names: Sequence[str], rows: Sequence[Row[*tuple[Any, ...]]]) -> list[Line]:
+    """A line a column, after the moment in the first; where nothing was said there is no point."""
+    return [
+        Line(name, tuple(Point(row[0], of.week(row[0]), row[column]) for row in rows if row[column] is not None))
+        for column, name in enumerate(names, start=1)
+    ]
+
+
+def _names(session: Session, of: Course) -> dict[UUID, str]:
+    """What the patient's recordings are called; one that has another's name gets a number, in the order of their making."""
+    patient = select(EpisodeRow.patient_id).where(EpisodeRow.id == of.episode_id).scalar_subquery()
+    query = select(RecordingRow.id, RecordingRow.name).where(RecordingRow.patient_id == patient)
+    used: Counter[str] = Counter()
+    names = {}
+    for key, name in session.execute(query.order_by(RecordingRow.taught_at, RecordingRow.id)):
+        used[name] += 1
+        names[key] = name if used[name] == 1 else f"{name} ({used[name]})"
+    return names

@@ -1,0 +1,87 @@
+"""A recording made of another, checked as the device checks what it loads.
+
+To be run in the worker process that builds figures: an hour of motion must not keep the service from its heartbeats.
+"""
+
+from dataclasses import dataclass, replace
+
+from kata.clinic import overview
+from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Scale, Stretch, Trim, WarmUp
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.database.series import Series, pack, unpack
+from kata.device.config import StationConfig
+from kata.motion import edit
+from kata.motion.axes import Side
+from kata.motion.edit import LONGEST_S, EditError, Motion
+from kata.motion.linkage import OutOfReachError
+from kata.motion.method import reference
+from kata.motion.sides import mirrored_deg
+
+
+@dataclass(frozen=True)
+class Source:
+    """What there is: samples as they are stored, for which shoulder, and what was done to them already."""
+
+    series: Series
+    side: Side
+    done: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What came of it: samples as they are to be stored, for which shoulder, and all that was done, in words."""
+
+    series: Series
+    overview: bytes | None
+    side: Side
+    done: tuple[str, ...]
+    duration_s: float
+    samples: int
+
+
+def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
+    """Do it, and check what comes of it.
+
+    :raises UnreadableError: when the samples are damaged.
+    :raises EditError: when it cannot be done to this motion.
+    :raises TrajectoryError: when the station could not play what comes of it; it names motor and time.
+    """
+    columns = unpack(source.series)
+    motion = Motion(columns["time_s"], columns["angle_deg"], source.done)
+    side: Side = ("left" if source.side == "right" else "right") if isinstance(wanted, Mirror) else source.side
+    made = _done(motion, wanted, source.side, side)
+    if made.duration_s > LONGEST_S:
+        raise EditError(f"it would last {made.duration_s / 60:.0f} minutes, longer than an hour")
+    series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
+    # What is stored is what will be played.
+    stored = unpack(series)
+    config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
+    seen = overview.of_recording(stored["time_s"], stored["angle_deg"])
+    return Derived(series, seen, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
+
+
+def _done(motion: Motion, wanted: Edit, from_side: Side, to_side: Side) -> Motion:
+    match wanted:
+        case Trim():
+            return edit.trim(motion, wanted.start_s, wanted.end_s)
+        case Hold():
+            return edit.held(motion, wanted.at_s, wanted.hold_s)
+        case Scale():
+            return edit.scaled(motion, wanted.percent, wanted.motors)
+        case Isolate():
+            return edit.isolated(motion, wanted.motors)
+        case WarmUp():
+            return edit.warm_up(motion, wanted.less_deg, wanted.step_deg, wanted.pause_s)
+        case Stretch():
+            return edit.stretch(motion, wanted.further_deg, wanted.back_deg, wanted.hold_s)
+        case Mirror():
+            return _mirrored(motion, from_side, to_side)
+
+
+def _mirrored(motion: Motion, from_side: Side, to_side: Side) -> Motion:
+    try:
+        angles = mirrored_deg(motion.angles_deg, from_side, to_side)
+    except OutOfReachError as error:
+        what = str(error).removesuffix(f" (row {error.index})")
+        raise EditError(f"{what}, at {motion.times_s[error.index]:.1f} s") from error
+    return replace(motion, angles_deg=angles, done=(*motion.done, f"mirrored for the {to_side} shoulder"))

@@ -1,0 +1,343 @@
+"""What a report says, in English and in Japanese, and how it writes numbers, days and times."""
+
+import re
+from datetime import date, datetime
+from typing import Final, Literal
+from zoneinfo import ZoneInfo
+
+from kata.clinic.assessments import rom
+
+Language = Literal["en", "ja"]
+LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
+
+_MOTOR: Final = re.compile(r"Motor (\d)")
+_MONTHS: Final = (
+    "January", "February", "March", "April", "May", "June",
+    "July", "August", "September", "October", "November", "December",
+)  # fmt: skip
+
+WORDS: Final[dict[str, tuple[str, str]]] = {
+    # Both reports
+    "patient": ("Patient", "患者"),
+    "name": ("Name", "氏名"),
+    "clinic_number": ("Clinic number", "患者番号"),
+    "birth_date": ("Date of birth", "生年月日"),
+    "years": ("{years} years", "{years}歳"),
+    "sex": ("Sex", "性別"),
+    "sex.female": ("Female", "女性"),
+    "sex.male": ("Male", "男性"),
+    "sex.other": ("Other", "その他"),
+    "sex.unknown": ("Not stated", "記載なし"),
+    "treated_side": ("Treated shoulder", "治療側の肩"),
+    "side.left": ("Left", "左"),
+    "side.right": ("Right", "右"),
+    "diagnosis": ("Diagnosis", "診断名"),
+    "phone": ("Tel. {number}", "電話 {number}"),
+    "printed": ("Printed {moment}", "印刷日時 {moment}"),
+    "by_kata": ("Kata {version}", "Kata {version}"),
+    "none": ("None", "なし"),
+    "comma": (", ", "、"),
+    "not_recorded": ("Not recorded", "記録なし"),
+    "number": ("No.", "番号"),
+    "draft": ("DRAFT, NOT SIGNED", "下書き・未署名"),
+    "to": ("{first} to {last}", "{first}〜{last}"),
+    # The session
+    "session_report": ("Session report", "治療セッション報告書"),
+    "session": ("Session", "セッション"),
+    "date": ("Date", "日付"),
+    "time": ("Time", "時刻"),
+    "still_open": ("{start}, still open", "{start} 〜（継続中）"),
+    "minutes": ("{minutes} min", "{minutes}分"),
+    "therapist": ("Therapist", "担当療法士"),
+    "station": ("Station", "装置"),
+    "end": ("How it ended", "終了理由"),
+    "end.completed": ("As planned", "予定どおり終了"),
+    "end.shortened": ("Shortened", "短縮して終了"),
+    "end.stopped": ("After a stop", "停止のため終了"),
+    "end.patient_request": ("At the patient's request", "患者の希望により終了"),
+    "end.other": ("For another reason", "その他の理由で終了"),
+    "note": ("Note", "所見"),
+    "no_note": ("No note has been written.", "所見は記入されていない。"),
+    "signed": ("Signed by {name}, {moment}", "署名：{name}（{moment}）"),
+    "not_signed": (
+        "Not signed. This is a draft and may still change.",
+        "未署名。これは下書きであり、今後変更されることがある。",
+    ),
+    "signature": ("Signature", "署名"),
+    "addenda": ("Addenda", "追記"),
+    "pain": ("Pain, 0 to 10", "痛み（0〜10）"),
+    "pain_before": ("Before", "治療前"),
+    "pain_during": ("During", "治療中"),
+    "pain_after": ("After", "治療後"),
+    "stops": ("Stops", "停止"),
+    "no_stops": ("Nothing was stopped.", "停止はなかった。"),
+    "cause": ("Cause", "原因"),
+    "checklist": ("Checklist before the start", "開始前の確認"),
+    "check": ("Check", "確認事項"),
+    "confirmed": ("Confirmed", "確認"),
+    "detected": ("by the apparatus", "装置が検出"),
+    "check.side": (
+        "The apparatus stands for this shoulder, and its pin is in",
+        "装置の左右が合い、ピンが差し込まれている",
+    ),
+    "check.fixtures": ("The arm lies in its fixtures, closed", "腕が固定具に収まり、閉じられている"),
+    "check.belt": ("The belt holds the patient in the seat", "ベルトで患者が座席に固定されている"),
+    "check.pedal": ("The foot pedal answers", "フットペダルが反応する"),
+    "check.estop": ("The emergency stop was pressed and released today", "本日、非常停止を押して解除した"),
+    "fixture.arm_fixer_1": ("arm fixer 1", "腕固定具1"),
+    "fixture.arm_fixer_2": ("arm fixer 2", "腕固定具2"),
+    "fixture.elbow_fixer_1": ("elbow fixer 1", "肘固定具1"),
+    "fixture.elbow_fixer_2": ("elbow fixer 2", "肘固定具2"),
+    "programme": ("Programme: planned and done", "プログラム：予定と実施"),
+    "programme_version": ("{name}, version {version}", "{name}（第{version}版）"),
+    "prescribed_by": ("prescribed by {name}", "処方：{name}"),
+    "timer": ("time limit {minutes} min", "制限時間 {minutes}分"),
+    "planned": ("Planned", "予定"),
+    "done": ("Done", "実施"),
+    "not_done": ("Not done", "未実施"),
+    "done_of": ("{done} of {planned} repetitions", "{planned}回中{done}回"),
+    "run_number": ("run {number}", "再生{number}"),
+    "besides": ("Runs besides the programme: {numbers}", "プログラム外の再生：{numbers}"),
+    "no_programme": (
+        "Recordings were chosen one by one, without a programme.",
+        "プログラムによらず、記録を個別に選んで再生した。",
+    ),
+    "runs": ("Runs", "再生"),
+    "run": ("Run", "再生"),
+    "no_runs": ("Nothing was played in this session.", "このセッションでは何も再生されていない。"),
+    "recording": ("Recording", "記録"),
+    "settings": ("Settings", "設定"),
+    "outcome": ("Outcome", "結果"),
+    "outcome.loaded": ("Going on", "継続中"),
+    "outcome.completed": ("Played to its end", "最後まで再生"),
+    "outcome.returned": ("Ended early", "途中で終了"),
+    "outcome.stopped": ("Stopped", "停止"),
+    "outcome.unloaded": ("Not played", "再生せず"),
+    "outcome.interrupted": ("Interrupted: the control program ended", "中断（制御プログラムの終了）"),
+    "worst_rmse": ("RMSE, °", "RMSE, °"),
+    "worst_peak": ("Peak, °", "最大誤差°"),
+    "worst_of": (
+        "Error is playback minus teaching; of the five motors the worst one's is given. A dash: nothing was compared.",
+        "誤差は「再生−教示」。5個のモータのうち最大のものを示す。「–」は比較なし。",
+    ),
+    "speed": ("speed {percent}\u00a0%", "速度{percent}%"),
+    "repetitions": ("repetitions\u00a0{count}", "反復{count}回"),
+    "pause": ("pause {seconds}\u00a0s", "休止{seconds}秒"),
+    "range": ("range {percent}\u00a0%", "可動範囲{percent}%"),
+    "level": ("load level\u00a0{level}", "負荷レベル{level}"),
+    "method.paper": ("as in the paper, 10 Hz", "論文方式（10 Hz）"),
+    "method.smooth": ("smooth", "平滑"),
+    "method.learned": ("smooth, learned", "平滑・学習"),
+    "rate": ("{rate}\u00a0Hz", "{rate}\u00a0Hz"),
+    "reversals": ("taken back by resistance: {count}", "抵抗による後退{count}回"),
+    "least_range": ("least range {percent}\u00a0%", "最小可動範囲{percent}%"),
+    "run_details": ("Each run: teaching and playback", "各再生：教示と再生の比較"),
+    "legend": (
+        "Motor angles in degrees over the recording's time. Solid line: teaching; dashed line: playback.",
+        "記録の時間に対するモータ角度（°）。実線：教示、破線：再生。",
+    ),
+    "motor": ("Motor", "モータ"),
+    "motor_n": ("Motor {number}", "モータ{number}"),
+    "peak": ("Peak, °", "最大(°)"),
+    "rmse": ("RMSE, °", "RMSE, °"),
+    "start": ("Start, °", "開始時(°)"),
+    "lag": ("Lag, ms", "遅れ、ms"),
+    "torque": ("Torque, Nm", "トルク(Nm)"),
+    "errors_caption": ("Playback minus teaching, and the largest torque", "再生と教示の差、および最大トルク"),
+    "motion": ("Motion", "動作"),
+    "asked": ("Asked, °", "指示(°)"),
+    "reached": ("Reached, °", "到達(°)"),
+    "healthy": ("Healthy, °", "参考値(°)"),
+    "motions_caption": ("Range by the body's motions", "身体の動作別の範囲"),
+    "nothing_compared": ("Nothing was played, so there is nothing to compare.", "再生されていないため、比較はない。"),
+    "unreadable": (
+        "The samples of this run cannot be read; there are no curves.",
+        "この再生のデータは読み取れないため、曲線を示せない。",
+    ),
+    "motion.1": ("1 Scapular abduction / adduction", "1 肩甲骨 外転・内転"),
+    "motion.2": ("2 Scapular upward / downward rotation", "2 肩甲骨 上方回旋・下方回旋"),
+    "motion.3": ("3 Horizontal flexion / extension", "3 肩関節 水平屈曲・水平伸展"),
+    "motion.4": ("4 Abduction / adduction", "4 肩関節 外転・内転"),
+    "motion.5": ("5 Flexion / extension", "5 肩関節 屈曲・伸展"),
+    "motion.6": ("6 External / internal rotation", "6 肩関節 外旋・内旋"),
+    # The episode
+    "episode_report": ("Episode report", "治療経過報告書"),
+    "episode": ("Episode of care", "治療エピソード"),
+    "onset": ("Onset", "発症日"),
+    "opened": ("Opened", "開始日"),
+    "closed": ("Closed", "終了日"),
+    "goes_on": ("Going on", "継続中"),
+    "stages": ("Stages", "病期"),
+    "stage": ("Stage", "病期"),
+    "since": ("Since", "開始日"),
+    "stage.freezing": ("Freezing", "炎症期（freezing）"),
+    "stage.frozen": ("Frozen", "拘縮期（frozen）"),
+    "stage.thawing": ("Thawing", "回復期（thawing）"),
+    "contraindications": ("Contraindications", "禁忌"),
+    "limits": ("Limits set by the doctor", "医師による制限"),
+    "limits_by": ("Set by {name}", "指示医：{name}"),
+    "from_deg": ("From, °", "下限(°)"),
+    "up_to_deg": ("Up to, °", "上限(°)"),
+    "max_load_level": ("Highest load level: {level} of 25", "負荷レベル上限：25段階中{level}"),
+    "assessments": ("Assessments", "評価"),
+    "no_assessments": ("Nothing has been assessed yet.", "評価はまだ行われていない。"),
+    "rom": ("Range of motion", "関節可動域"),
+    "rom_caption": (
+        "Degrees. First and newest of the treated side, the newest of the other side, and a healthy shoulder's reference.",
+        "単位は度。治療側の初回と最新、反対側の最新、および健常肩の参考可動域。",
+    ),
+    "kind": ("How", "種別"),
+    "kind.active": ("Active", "自動"),
+    "kind.passive": ("Passive", "他動"),
+    "baseline": ("First", "初回"),
+    "newest": ("Newest", "最新"),
+    "change": ("Change", "変化"),
+    "other_side": ("Other side", "反対側"),
+    "reference": ("Reference", "参考"),
+    "pain_scores": ("Pain, 0 (none) to 10", "痛み（0：なし〜10）"),
+    "pain.rest": ("At rest", "安静時"),
+    "pain.active": ("Active movement", "自動運動時"),
+    "pain.passive": ("Passive movement", "他動運動時"),
+    "pain.average": ("Average of the week", "1週間の平均"),
+    "spadi": ("SPADI, 0 (best) to 100", "SPADI（0：最良〜100）"),
+    "spadi_score": ("Score", "スコア"),
+    "spadi_note": (
+        "A change of {least:g} to {most:g} points or more is commonly held to matter to the patient.",
+        "一般に{least:g}〜{most:g}点以上の変化が、患者にとって意味のある変化とされる。",
+    ),
+    "trends": ("Trends", "推移"),
+    "trends_rom": (
+        "Range of motion of the treated side in degrees. Solid line: active; dashed line: passive; dotted: the other "
+        "side's newest (passive, where there is one); thin: a healthy shoulder.",
+        "治療側の関節可動域（°）。実線：自動、破線：他動、点線：反対側の最新値（他動があれば他動）、細線：健常肩の参考値。",
+    ),
+    "trends_pain": ("Pain before (solid) and after (dashed) a session", "セッション前（実線）後（破線）の痛み"),
+    "trends_spadi": ("SPADI score", "SPADIスコア"),
+    "sessions": ("Sessions", "セッション一覧"),
+    "sessions_count": ("{count} sessions, {first} to {last}.", "{count}回（{first}〜{last}）。"),
+    "planned_done": (
+        "Planned repetitions played to their end: {done} of {planned}.",
+        "予定した反復のうち最後まで再生：{planned}回中{done}回。",
+    ),
+    "repetitions_note": ("Planned and done are repetitions.", "「予定」「実施」は反復回数。"),
+    "stops_count": ("Runs that were stopped: {count}.", "停止した再生：{count}回。"),
+    "no_sessions": ("There has been no session yet.", "セッションはまだ行われていない。"),
+    "in_sessions": ("Sessions", "セッション数"),
+    "pain_change": ("Pain", "痛み"),
+    "signed_column": ("Signed", "署名"),
+    "answer.signed": ("Yes", "済"),
+    "answer.unsigned": ("Draft", "未"),
+    "closing_note": ("Closing note", "終了時の所見"),
+}
+"""Key to English and Japanese. What stands behind a dot is a value of the record."""
+
+STOPS_JA: Final = {
+    "estop_pressed": "非常停止スイッチが押された。",
+    "estop_unknown": "非常停止スイッチの状態が不明。",
+    "bus_lost": "モータとの通信が途絶えた。",
+    "drive_silent": "モータ{motor}が応答しない。",
+    "drive_garbled": "モータ{motor}の応答が壊れている。",
+    "drive_error": "モータ{motor}がハードウェア異常を報告した。",
+    "drive_watchdog": "通信の途絶により、モータ{motor}が自ら停止した。",
+    "torque_lost": "モータ{motor}が自らトルクを切った。",
+    "torque_remains": "トルクを切ったはずのモータ{motor}にトルクが残っている。",
+    "position_jump": "モータ{motor}がありえない位置を報告した。",
+    "position_frozen": "モータ{motor}が動かない、またはエンコーダが停止した。",
+    "overtorque": "モータ{motor}が定格トルクを超えた。",
+    "overacceleration": "モータ{motor}の動きが急すぎた。",
+    "position_limit": "モータ{motor}が可動範囲を外れた。",
+    "overspeed": "モータ{motor}が速すぎた。",
+    "following_error": "モータ{motor}が指令に追従できなかった。腕が何かに妨げられている。",
+    "setpoint_step": "モータ{motor}への指令が飛びそうになった。",
+    "setpoint_limit": "モータ{motor}への指令が限界を超えそうになった。",
+    "setpoint_acceleration": "モータ{motor}への指令が急変しそうになった。",
+    "setpoint_frozen": "制御プログラムが動作の計画を止めた。",
+    "overrun": "制御用コンピュータの処理が間に合わなかった。",
+    "service_silent": "制御用コンピュータと診療サービスとの接続が切れた。",
+    "other_run": "診療サービスと制御用コンピュータの再生が一致しない。",
+    "journal_fault": "測定値をディスクに書き込めなくなった。",
+    "load_repeated": "モータ{motor}が同じ位置で2度抵抗を受けた。",
+    "load_on_the_way": "開始位置への移動中または復帰中に、モータ{motor}が抵抗を受けた。",
+    "operator_stop": "操作者が停止した。",
+    "unexpected_error": "制御プログラム内部で異常が発生した。",
+}
+"""The fault table's sentences; the database keeps the English one."""
+
+
+class Speaker:
+    """Says things in one language and one time zone."""
+
+    def __init__(self, language: Language, zone: str) -> None:
+        """``zone`` is an IANA name; the computer's own when empty."""
+        self.language: Language = language
+        self._column = LANGUAGES.index(language)
+        self._zone = ZoneInfo(zone) if zone else None
+
+    def say(self, key: str, /, **values: object) -> str:
+        """The words for a key, with values put in."""
+        return WORDS[key][self._column].format(**values)
+
+    def named(self, kind: str, value: str | int) -> str:
+        """The word for a value of the record; the value itself where there is no word for it."""
+        words = WORDS.get(f"{kind}.{value}")
+        return words[self._column] if words else str(value).replace("_", " ")
+
+    def measure(self, motion: str, position: str) -> str:
+        """What was measured with the arm where."""
+        known = rom.measure_of(motion, position)
+        if known is None:
+            return f"{motion} {position}".replace("_", " ").strip()
+        return known.english if self.language == "en" else known.japanese
+
+    def stop(self, code: str, message: str) -> str:
+        """What stopped something."""
+        if self.language == "en" or code not in STOPS_JA:
+            return message
+        motor = _MOTOR.search(message)
+        return STOPS_JA[code].format(motor=motor[1] if motor else "")
+
+    def number(self, value: float | None, digits: int = 1, *, sign: bool = False) -> str:
+        """With a real minus; a dash where there is none."""
+        if value is None:
+            return "–"
+        text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
+        return f"{0:.{digits}f}" if float(text) == 0 else text.replace("-", "−")
+
+    def span(self, ends_deg: tuple[float, float] | None, digits: int = 1) -> str:
+        """From the lowest to the highest angle."""
+        return (
+            "–"
+            if ends_deg is None
+            else self.say("to", first=self.number(ends_deg[0], digits), last=self.number(ends_deg[1], digits))
+        )
+
+    def day(self, when: date | datetime) -> str:
+        """A date, in words that nobody reads the wrong way round."""
+        there = self._local(when) if isinstance(when, datetime) else when
+        if self.language == "ja":
+            return f"{there.year}年{there.month}月{there.day}日"
+        return f"{there.day} {_MONTHS[there.month - 1]} {there.year}"
+
+    def short_day(self, when: date | datetime) -> str:
+        """A date for a narrow column."""
+        return (self._local(when) if isinstance(when, datetime) else when).strftime("%Y-%m-%d")
+
+    def clock(self, when: datetime) -> str:
+        """A time of day."""
+        return self._local(when).strftime("%H:%M")
+
+    def moment(self, when: datetime) -> str:
+        """Date and time."""
+        return f"{self.day(when)} {self.clock(when)}"
+
+    def zone(self, when: datetime) -> str:
+        """What the clinic's time is called at a moment."""
+        return self._local(when).tzname() or ""
+
+    def years(self, born: date, when: datetime) -> int:
+        """How old somebody was."""
+        today = self._local(when).date()
+        return today.year - born.year - ((today.month, today.day) < (born.month, born.day))
+
+    def _local(self, when: datetime) -> datetime:
+        return when.astimezone(self._zone)

@@ -1,0 +1,91 @@
+"""What has to be in order before a recording is played to a patient. Pure.
+
+An answer is good for what it was given for: the side, the fixtures. Where the next recording needs others, only that is asked
+again; and again when it goes back, for somebody has changed something in between.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final, Literal
+
+from kata.clinic.fields import Fixture, Side
+
+CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
+_FIXTURE_WORDS: Final[dict[Fixture, str]] = {
+    "arm_fixer_1": "arm fixer 1",
+    "arm_fixer_2": "arm fixer 2",
+    "elbow_fixer_1": "elbow fixer 1",
+    "elbow_fixer_2": "elbow fixer 2",
+}
+
+
+@dataclass(frozen=True)
+class Need:
+    """One thing to be in order."""
+
+    check: CheckName
+    subject: str
+    """What an answer is good for; empty where there is only one thing it can mean."""
+    sentence: str
+    detected: bool
+    """The apparatus itself tells; nobody can tick it."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Somebody has looked, or the apparatus has told; kept with the session."""
+
+    check: CheckName
+    subject: str
+    at: datetime
+    by: str
+    """Empty where it was detected."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A need and its answer; None while it is open."""
+
+    need: Need
+    answer: Answer | None
+
+
+def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fixture, ...]:
+    """What holds the arm in playback: the arm fixer that it was taught with, or the one for its motion where nobody has said.
+
+    The therapist held the elbow in teaching (elbow fixer 1), nobody does in playback (elbow fixer 2).
+    """
+    said = {fixer for fixer in taught_with if fixer.startswith("arm_fixer")}
+    second = "arm_fixer_2" in said if said else rotates
+    return ("arm_fixer_2", "elbow_fixer_2") if second else ("arm_fixer_1",)
+
+
+def needed(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
+    """Everything, in the order in which one goes through it."""
+    words = " and ".join(_FIXTURE_WORDS[fixture] for fixture in fixtures)
+    return (
+        Need("side", side, f"The apparatus stands for the {side} shoulder, and its pin is in.", detected=False),
+        Need("fixtures", "+".join(fixtures), f"The arm lies in {words}, closed.", detected=False),
+        Need("belt", "", "The belt holds the patient in the seat.", detected=False),
+        Need("pedal", "", "The foot pedal answers.", detected=True),
+        Need("estop", "", "The emergency stop was pressed and released today.", detected=True),
+    )
+
+
+def checked(
+    needs: Sequence[Need], answers: Sequence[Answer], detected: Mapping[CheckName, datetime | None]
+) -> tuple[Checked, ...]:
+    """Each need with its answer: the newest of its check, and only if that was given for the same.
+
+    ``detected``: when the apparatus told of those that nobody ticks; None while it has not.
+    """
+
+    def of(need: Need) -> Answer | None:
+        if need.detected:
+            at = detected[need.check]
+            return Answer(need.check, need.subject, at, "") if at else None
+        newest = max((one for one in answers if one.check == need.check), key=lambda one: one.at, default=None)
+        return newest if newest and newest.subject == need.subject else None
+
+    return tuple(Checked(need, of(need)) for need in needs)

@@ -1,0 +1,138 @@
+"""The checklist of a session: what a recording needs, who has given it. Commits nothing: the request does."""
+
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from typing import Any, Final
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.events import service as events
+from kata.clinic.fields import Side
+from kata.clinic.problems import ProblemError
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import service
+from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
+from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
+from kata.clinic.sessions.tables import SessionRow
+from kata.database.base import utc_now
+from kata.station.schemas import Live
+
+_ROTATES_DEG: Final = 15.0
+"""A hand turns the arm a little along with every motion; motion 6 is what turns it by more."""
+
+
+@dataclass(frozen=True)
+class Apparatus:
+    """What the checklist asks of the apparatus itself."""
+
+    station: str
+    pedal_answers: bool
+
+
+def apparatus(station: str, live: Live) -> Apparatus:
+    """As it is now."""
+    return Apparatus(station, live.pedal in ("up", "down"))
+
+
+def checklist(
+    session: DatabaseSession, session_id: UUID, recording_id: UUID | None, there: Apparatus
+) -> tuple[Checked, ...]:
+    """What has to be in order before this recording is played; without one, what holds for all of them.
+
+    :raises ProblemError: 404; 410 when the recording's samples are damaged.
+    """
+    visit = service.get(session, session_id)
+    # By the clock of the computer that the apparatus stands beside: its day is the clinic's.
+    today = datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
+    detected: dict[CheckName, datetime | None] = {
+        "pedal": utc_now() if there.pedal_answers else None,
+        "estop": events.estop_tested_at(session, there.station, today),
+    }
+    return checked(_needs(session, visit, recording_id), _answers(visit), detected)
+
+
+def tick(
+    session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckTick, there: Apparatus
+) -> tuple[Checked, ...]:
+    """Somebody has looked.
+
+    :raises ProblemError: 404; 409 for what only the apparatus tells, for fixtures of no recording, and when the session has
+        ended.
+    """
+    visit = service.to_change(session, session_id)
+    if visit.ended_at:
+        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+    need = next((one for one in _needs(session, visit, given.recording_id) if one.check == check), None)
+    if need is None:
+        raise ProblemError(
+            409, "no_recording", "Which fixtures are meant depends on what is played.", "Choose a recording first."
+        )
+    if need.detected:
+        raise ProblemError(
+            409, "detected", "The apparatus tells this itself; it cannot be ticked.", "Do it, and it shows."
+        )
+    _keep(visit, Answer(check, need.subject, utc_now(), given.checked_by))
+    return checklist(session, session_id, given.recording_id, there)
+
+
+def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, there: Apparatus) -> None:
+    """The recording may be played: everything is in order. What the apparatus told is kept with the session.
+
+    :raises ProblemError: 409 naming what is open.
+    """
+    checks = checklist(session, session_id, recording_id, there)
+    still_open = [one.need.sentence.rstrip(".") for one in checks if one.answer is None]
+    if still_open:
+        raise ProblemError(
+            409,
+            "checklist_open",
+            f"Not everything is in order yet: {'; '.join(still_open)}.",
+            "Go through the checklist first.",
+        )
+    visit = service.get(session, session_id)
+    kept = {one.check for one in _answers(visit)}
+    for one in checks:
+        if one.answer and one.need.detected and one.need.check not in kept:
+            _keep(visit, one.answer)
+
+
+def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
+    """As it goes out."""
+    return Checklist(
+        checks=[
+            SessionCheck(
+                check=one.need.check,
+                sentence=one.need.sentence,
+                detected=one.need.detected,
+                given=one.answer is not None,
+                checked_by=(one.answer.by or None) if one.answer else None,
+                checked_at=one.answer.at if one.answer else None,
+            )
+            for one in checks
+        ],
+        complete=all(one.answer for one in checks),
+    )
+
+
+def _needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
+    if recording_id is None:
+        side: Side = "left" if visit.episode and visit.episode.side == "left" else "right"
+        return tuple(need for need in needed(side, ()) if need.check != "fixtures")
+    recording = recordings.get(session, recording_id)
+    angles_deg = recordings.samples(session, recording_id).angles_deg
+    rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
+    return needed(
+        "left" if recording.side == "left" else "right", playback_fixtures(recording.fixtures, rotates=rotates)
+    )
+
+
+def _answers(visit: SessionRow) -> list[Answer]:
+    return [Answer(**one | {"at": datetime.fromisoformat(one["at"])}) for one in visit.checks]
+
+
+def _keep(visit: SessionRow, answer: Answer) -> None:
+    stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
+    # Only added to: nobody's change of the session is lost by it, so that it counts as none.
+    visit.checks = [*visit.checks, stored]

@@ -1,0 +1,80 @@
+"""What repeating a recording has taught: kept with the run that taught it, played with by the next of its kind.
+
+A correction belongs to one recording on one station, played in one way: another speed, range or number of repetitions is
+another motion. Commits nothing: the request does.
+"""
+
+import logging
+from typing import Final
+from uuid import UUID
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.sessions.tables import RunCorrectionRow, RunRow
+from kata.database import arrays
+from kata.device.config import StationConfig
+from kata.device.journal import Journal
+from kata.device.messages import LOAD_LEVELS
+from kata.motion.edit import Motion
+from kata.motion.learning import STEP_S, Correction, learn
+from kata.motion.method import reference
+
+log = logging.getLogger(__name__)
+
+COLUMNS: Final = (arrays.Column("time_s", "s", 1e-6), arrays.Column("correction_deg", "deg", 1e-6))
+
+
+def newest(session: DatabaseSession, like: RunRow, station: str) -> UUID | None:
+    """The newest run that was played as this one is to be, and has taught something; None when there is none yet."""
+    query = (
+        select(RunRow.id)
+        .join(RunCorrectionRow, RunCorrectionRow.run_id == RunRow.id)
+        .where(
+            RunCorrectionRow.station == station,
+            RunRow.recording_id == like.recording_id,
+            RunRow.speed_percent == like.speed_percent,
+            RunRow.repetitions == like.repetitions,
+            RunRow.pause_s == like.pause_s,
+            RunRow.range_percent == like.range_percent,
+        )
+        .order_by(RunRow.started_at.desc())
+    )
+    return session.scalars(query).first()
+
+
+def correction(session: DatabaseSession, run_id: UUID | None) -> Correction | None:
+    """What a run has taught; None where there is no run, or its correction is damaged: then it is learned anew."""
+    row = session.get(RunCorrectionRow, run_id) if run_id else None
+    if row is None:
+        return None
+    try:
+        columns = arrays.decode(row.data)
+    except arrays.UnreadableError as error:
+        log.warning("what run %s has taught is left out: %s", run_id, error)
+        return None
+    return Correction(float(columns["time_s"][1]), columns["correction_deg"])
+
+
+def keep(session: DatabaseSession, row: RunRow, journal: Journal, motion: Motion, config: StationConfig) -> None:
+    """Learn from a run of the learned method that was played to its end on this station; from others nothing."""
+    if row.method != "learned" or row.outcome != "completed" or journal.station != config.name:
+        return
+    level = (row.load_level or LOAD_LEVELS) / LOAD_LEVELS
+    try:
+        learned = learn(
+            correction(session, row.corrected_by),
+            reference("learned", motion.times_s, motion.angles_deg),
+            journal.repetition,
+            config.lag,
+            np.array([axis.max_torque_nm * level for axis in config.axes]),
+            np.array(config.mechanism_deg),
+        )
+    except ValueError as error:
+        log.warning("nothing is learned from run %s: %s", row.id, error)
+        return
+    times_s = np.arange(len(learned.angles_deg)) * STEP_S
+    data = arrays.encode({"time_s": times_s, "correction_deg": learned.angles_deg}, COLUMNS)
+    row.learned_rms_deg = float(np.sqrt(np.mean(learned.angles_deg**2, axis=0)).max())
+    session.add(RunCorrectionRow(run_id=row.id, station=config.name, data=data))

@@ -1,0 +1,150 @@
+"""Lists of sessions, newest first: found by patient, time, therapist, station and what stopped them.
+
+A list tells of a session what stands in its row, and loads no run. However many sessions there are, a page of them is read off
+an index: of what stopped them, of the patient, the therapist or the station, or else of time.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Final
+from uuid import UUID
+
+from pydantic import Field
+from sqlalchemy import Select, func, select
+from sqlalchemy.orm import InstrumentedAttribute
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.fields import Moment, Schema
+from kata.clinic.pages import Keyset, Next
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.sessions.schemas import SessionPatient
+from kata.clinic.sessions.tables import SessionRow, SessionStopRow
+
+_MOST_CHOICES: Final = 500
+
+
+class SessionSummary(Schema):
+    """A session in a list."""
+
+    id: UUID
+    patient: SessionPatient
+    started_at: Moment
+    ended_at: Moment | None
+    therapist: str = Field(description="Empty where nobody has said.")
+    station: str = Field(description="Empty where nothing was played, and for sessions of before that was kept.")
+    runs: int = Field(ge=0, description="How many playbacks.")
+    stops: int = Field(ge=0, description="How many of them were stopped.")
+    signed_at: Moment | None = Field(description="Null until its note is signed.")
+
+
+class SessionPage(Schema):
+    """Some sessions, newest first."""
+
+    items: list[SessionSummary]
+    next: Next
+
+
+class SessionChoices(Schema):
+    """What sessions can be looked for by."""
+
+    therapists: list[str]
+    stations: list[str]
+    stops: list[str] = Field(
+        description="Codes of the causes that have stopped a playback.", examples=[["estop_pressed"]]
+    )
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which sessions; None: whichever."""
+
+    patient_id: UUID | None = None
+    since: datetime | None = None
+    """Begun then or later."""
+    until: datetime | None = None
+    """Begun before then."""
+    therapist: str | None = None
+    station: str | None = None
+    stop: str | None = None
+
+
+_BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
+_BY_STOP: Final = Keyset(tuple[datetime, UUID], SessionStopRow.started_at, SessionStopRow.session_id, descending=True)
+
+
+def find(
+    session: DatabaseSession, wanted: Wanted, limit: int, after: str | None
+) -> tuple[list[SessionSummary], str | None]:
+    """Some sessions, newest first; and where the next page begins.
+
+    :raises ProblemError: 422 when ``after`` is damaged.
+    """
+    # First only which they are, which an index tells; then their rows, a page of them.
+    order = _BY_TIME if wanted.stop is None else _BY_STOP
+    found = order.page(_ids(wanted), after, limit).subquery()
+    columns = (
+        SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
+        SessionRow.run_count, SessionRow.stop_count, SessionRow.signed_at,
+        SessionRow.patient_id, PatientRow.name, PatientRow.clinic_number,
+    )  # fmt: skip
+    query = select(*columns).join(found, found.c.id == SessionRow.id)
+    query = query.join(PatientRow, PatientRow.id == SessionRow.patient_id)
+    rows = session.execute(query.order_by(SessionRow.started_at.desc(), SessionRow.id.desc())).all()
+    shown, further = order.cut(rows, limit, lambda row: (row.started_at, row.id))
+    return [_summary(row) for row in shown], further
+
+
+def choices(session: DatabaseSession) -> SessionChoices:
+    """The therapists, stations and causes of stops that there are sessions of."""
+    return SessionChoices(
+        therapists=_seen(session, SessionRow.therapist),
+        stations=_seen(session, SessionRow.station),
+        stops=_seen(session, SessionStopRow.code),
+    )
+
+
+def _ids(wanted: Wanted) -> Select[Any]:
+    """Without order and end: those are the page's."""
+    query: Select[Any]
+    if wanted.stop is None:
+        began: InstrumentedAttribute[datetime] = SessionRow.started_at
+        query = select(SessionRow.id)
+    else:
+        began = SessionStopRow.started_at
+        query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == wanted.stop)
+        if wanted.patient_id or wanted.therapist or wanted.station:
+            query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
+    if wanted.since:
+        query = query.where(began >= wanted.since)
+    if wanted.until:
+        query = query.where(began < wanted.until)
+    for column, value in (
+        (SessionRow.patient_id, wanted.patient_id),
+        (SessionRow.therapist, wanted.therapist),
+        (SessionRow.station, wanted.station),
+    ):
+        if value is not None:
+            query = query.where(column == value)
+    return query
+
+
+def _summary(row: Any) -> SessionSummary:
+    return SessionSummary(
+        id=row.id,
+        patient=SessionPatient(id=row.patient_id, name=row.name, clinic_number=row.clinic_number),
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        therapist=row.therapist,
+        station=row.station,
+        runs=row.run_count,
+        stops=row.stop_count,
+        signed_at=row.signed_at,
+    )
+
+
+def _seen(session: DatabaseSession, column: InstrumentedAttribute[str]) -> list[str]:
+    """Every value of a column that an index begins with, but the empty one: from each to the next, not row by row."""
+    values = select(func.min(column).label("value")).where(column > "").cte(recursive=True)
+    following = select(func.min(column)).where(column > values.c.value).scalar_subquery()
+    values = values.union_all(select(following).where(values.c.value.is_not(None)))
+    return list(session.scalars(select(values.c.value).where(values.c.value.is_not(None)).limit(_MOST_CHOICES)))

@@ -1,0 +1,68 @@
+"""REST for lists of sessions. Included before the sessions' own routes, whose ids would take its words."""
+
+from datetime import UTC, datetime
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query
+from pydantic import AfterValidator, AwareDatetime, BeforeValidator
+
+from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.fields import LONGEST_NAME, NO_NUL, written_moment
+from kata.clinic.pages import After, Limit
+from kata.clinic.patients import service as patients
+from kata.clinic.sessions import lists
+from kata.clinic.sessions.lists import SessionChoices, SessionPage, Wanted
+
+router = APIRouter(tags=["sessions"])
+
+
+def _in_utc(moment: datetime) -> datetime:
+    """At either end of the calendar there may be no such time in UTC; nothing was done then."""
+    try:
+        return moment.astimezone(UTC)
+    except OverflowError:
+        return moment.replace(tzinfo=UTC)
+
+
+_When = Annotated[AwareDatetime, BeforeValidator(written_moment), AfterValidator(_in_utc)]
+
+
+def _name(description: str, example: str) -> object:
+    return Query(min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL, description=description, examples=[example])
+
+
+@router.get("/api/sessions", responses=PROBLEMS.of(422))
+def list_sessions(
+    database: TheDatabase,
+    since: Annotated[_When | None, Query(description="Begun then or later.", examples=["2026-11-01T00:00:00Z"])] = None,
+    until: Annotated[_When | None, Query(description="Begun before then.", examples=["2026-12-01T00:00:00Z"])] = None,
+    therapist: Annotated[str | None, _name("Led by this therapist.", "Sato")] = None,
+    station: Annotated[str | None, _name("At this station.", "Station 1")] = None,
+    stop: Annotated[str | None, _name("A playback was stopped by this cause: its code.", "estop_pressed")] = None,
+    limit: Limit = 50,
+    after: After = None,
+) -> SessionPage:
+    """Sessions of all patients, newest first; only those that match everything that is given."""
+    wanted = Wanted(since=since, until=until, therapist=therapist, station=station, stop=stop)
+    with database.read() as session:
+        items, further = lists.find(session, wanted, limit, after)
+        return SessionPage(items=items, next=further)
+
+
+@router.get("/api/sessions/choices", responses=PROBLEMS.of(422))
+def list_session_choices(database: TheDatabase) -> SessionChoices:
+    """The therapists, stations and causes of stops that sessions can be looked for by."""
+    with database.read() as session:
+        return lists.choices(session)
+
+
+@router.get("/api/patients/{patient_id}/sessions", responses=PROBLEMS.of(404, 422))
+def list_patient_sessions(
+    database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None
+) -> SessionPage:
+    """A patient's sessions, newest first."""
+    with database.read() as session:
+        patients.get(session, patient_id)
+        items, further = lists.find(session, Wanted(patient_id=patient_id), limit, after)
+        return SessionPage(items=items, next=further)

@@ -1,0 +1,62 @@
+"""What the phases of a run's journal tell besides its errors: resistance, less range, and how far the arm went with it."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
+from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_REVERSING
+from kata.motion.axes import BASIC_MOTIONS
+from kata.motion.edit import Motion
+from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+
+_FAR: Final = 0.7
+"""Of the way from the middle to an end: nearer to the middle, less range and all of it are nearly the same."""
+
+
+def reversals(phase: NDArray[np.uint8]) -> int:
+    """How often the arm was taken back; a pause on the way back does not count twice."""
+    back = phase[phase != PHASE_PAUSED] == PHASE_REVERSING
+    return int(np.count_nonzero(np.diff(back.astype(np.int8), prepend=0) == 1))
+
+
+def least_range_percent(motion: Motion, phase: NDArray[np.uint8], path_s: Floats, measured_deg: Floats) -> float | None:
+    """How little of the range of what was asked for was really gone through; None where nobody asked for less.
+
+    ``measured_deg`` ``(n, 5)`` is laid over the motion at the places ``path_s`` ``(n,)``: what is left of the way from the middle.
+    """
+    lessened = phase == PHASE_LESSENED
+    if not np.any(lessened):
+        return None
+    middle = (motion.angles_deg.min(axis=0) + motion.angles_deg.max(axis=0)) / 2
+    asked = motion.at(np.clip(path_s[lessened], 0.0, motion.duration_s)) - middle
+    went = measured_deg[lessened] - middle
+    way = np.sum(asked**2, axis=1)
+    far = way >= _FAR**2 * way.max()
+    share = np.sum(asked[far] * went[far], axis=1) / np.maximum(way[far], 1e-9)
+    return float(np.clip(round(100 * float(share.min())), 0, 100))
+
+
+def widen(
+    motors: Sequence[MotorTrackingRow], motions: Sequence[MotionTrackingRow], lessened_deg: Floats, side: str
+) -> None:
+    """What was reached with less range was reached too, although it is not compared: ``lessened_deg`` is ``(n, 5)``."""
+    if len(lessened_deg) == 0:
+        return
+    for motor in motors:
+        _widen(motor, lessened_deg[:, motor.motor - 1])
+    if motions:
+        try:
+            poses = pose_deg(lessened_deg.astype(np.float64), "left" if side == "left" else "right")
+        except OutOfReachError:
+            return
+        for motion in motions:
+            _widen(motion, poses[:, BASIC_MOTIONS[motion.motion - 1].axis - 1])
+
+
+def _widen(tracking: MotorTrackingRow | MotionTrackingRow, angles_deg: Floats) -> None:
+    low, high = float(angles_deg.min()), float(angles_deg.max())
+    tracking.played_min_deg = low if tracking.played_min_deg is None else min(tracking.played_min_deg, low)
+    tracking.played_max_deg = high if tracking.played_max_deg is None else max(tracking.played_max_deg, high)

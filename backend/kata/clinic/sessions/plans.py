@@ -1,0 +1,76 @@
+"""What is planned in a session: a version of one of the patient's programmes, or nothing. Commits nothing: the request does."""
+
+from uuid import UUID
+
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.programmes.tables import ProgrammeVersionRow
+from kata.clinic.sessions.schemas import SessionItem, SessionProgramme
+from kata.clinic.sessions.tables import SessionRow
+
+
+def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
+    """Plan a session by this version.
+
+    :raises ProblemError: 404; 409 when it is not of the patient's open episode.
+    """
+    version = session.get(ProgrammeVersionRow, version_id)
+    if version is None:
+        raise not_found("programme")
+    episode = row.patient.episode
+    if episode is None or episode.closed_at or version.programme.episode_id != episode.id:
+        raise ProblemError(
+            409,
+            "other_episode",
+            "This programme is not of the patient's open episode of care.",
+            "Choose one of this episode's own.",
+        )
+    row.programme_version = version
+
+
+def require(row: SessionRow, position: int, recording_id: UUID) -> None:
+    """A recording stands at this place of what is planned.
+
+    :raises ProblemError: 409.
+    """
+    if not any(item.position == position and item.recording_id == recording_id for item in items(row)):
+        raise ProblemError(
+            409,
+            "not_planned",
+            "This recording is not at that place of the session's programme.",
+            "Reload the session; its programme may have been changed.",
+        )
+
+
+def items(row: SessionRow) -> list[SessionItem]:
+    """In their order; none where recordings are chosen one by one."""
+    return [
+        SessionItem(
+            position=item.position,
+            recording_id=item.recording_id,
+            recording_name=item.recording.name,
+            speed_percent=item.speed_percent,
+            repetitions=item.repetitions,
+            pause_s=item.pause_s,
+            range_percent=item.range_percent,
+            load_level=item.load_level,
+            method=item.method,
+        )
+        for item in (row.programme_version.items if row.programme_version else ())
+    ]
+
+
+def as_programme(row: SessionRow) -> SessionProgramme | None:
+    """As it goes out."""
+    version = row.programme_version
+    if version is None:
+        return None
+    return SessionProgramme(
+        id=version.programme.id,
+        name=version.programme.name,
+        version_id=version.id,
+        number=version.number,
+        timer_minutes=version.timer_minutes,
+        items=items(row),
+    )

@@ -1,0 +1,42 @@
+"""From the session's end to its signature, and what is added after that. Commits nothing: the request does."""
+
+from uuid import UUID, uuid4
+
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.problems import ProblemError
+from kata.clinic.sessions import service
+from kata.clinic.sessions.schemas import AddendumCreate, SessionSign
+from kata.clinic.sessions.tables import AddendumRow, SessionRow
+from kata.database.base import utc_now
+
+
+def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:
+    """Sign the note: from now on it stays as it is.
+
+    :raises ProblemError: 404; 409 when it is signed already, has not ended, or has changed since the signer saw it.
+    """
+    row = service.to_change(session, session_id, given.updated_at)
+    if row.ended_at is None:
+        raise ProblemError(409, "session_open", "This session has not ended.", "End it first.")
+    row.note = given.note
+    row.signed_at = row.updated_at = utc_now()
+    row.signed_by = given.signed_by
+    return row
+
+
+def add(session: DatabaseSession, session_id: UUID, given: AddendumCreate) -> SessionRow:
+    """Add to a signed note.
+
+    :raises ProblemError: 404; 409 while it can still be changed.
+    """
+    row = service.get(session, session_id)
+    if row.signed_at is None:
+        raise ProblemError(409, "not_signed", "This note has not been signed.", "Change the note itself.")
+    written = AddendumRow(
+        id=uuid4(), session_id=session_id, written_at=utc_now(), written_by=given.written_by, text=given.text
+    )
+    session.add(written)
+    session.flush()
+    session.refresh(row)
+    return row

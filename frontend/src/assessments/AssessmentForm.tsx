@@ -1,0 +1,149 @@
+import { Button, Group, Paper, Stack, Tabs, Text, Textarea, TextInput, Title } from "@mantine/core";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { type Assessment, api, ProblemError, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import { useWho } from "../shared/who";
+import { angleProblem, draftOf, emptyDraft, PAINS, requestOf, type Side } from "./draft";
+import { NumberPicker } from "./NumberPicker";
+import { RomGrid } from "./RomGrid";
+import { SpadiFields } from "./SpadiFields";
+
+/** Enter what was found, or change it. What was keyed in stays until it is saved or given up. */
+export function AssessmentForm(props: {
+  episodeId: string;
+  affected: Side;
+  form: Schemas["AssessmentForm"];
+  /** The one to change; none for a new one. */
+  assessment?: Assessment;
+  /** The one before, whose angles stand in the empty fields. */
+  last: Assessment | null;
+  onDone: () => void;
+}) {
+  const { episodeId, form, assessment } = props;
+  const queries = useQueryClient();
+  const [who, setWho] = useWho();
+  const [draft, setDraft] = useState(() => (assessment ? draftOf(assessment) : emptyDraft(new Date(), who)));
+  const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
+  const save = useMutation({
+    mutationFn: () => {
+      const body = requestOf(draft, form.rom);
+      if (!assessment) return api.createAssessment(episodeId, body);
+      // Its moment is finer than the field that shows it.
+      const { assessed_at, ...rest } = body;
+      const moved = draft.at !== draftOf(assessment).at;
+      return api.updateAssessment(assessment.id, {
+        ...rest,
+        ...(moved && { assessed_at }),
+        updated_at: assessment.updated_at,
+      });
+    },
+    onSuccess: () => {
+      setWho(draft.by);
+      void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
+      void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
+      props.onDone();
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const implausible = form.rom.some((measure) =>
+    Object.entries(draft.rom).some(
+      ([key, typed]) =>
+        key.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
+    ),
+  );
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <Paper
+      withBorder
+      p="md"
+      component="section"
+      aria-label={assessment ? "Change assessment" : "New assessment"}
+    >
+      <form onSubmit={submit} noValidate>
+        <Stack>
+          <Title order={4}>{assessment ? "Change assessment" : "New assessment"}</Title>
+          <Group align="start">
+            <TextInput
+              label="When"
+              type="datetime-local"
+              required
+              value={draft.at}
+              error={fields.assessed_at}
+              onChange={(event) => change({ at: event.currentTarget.value })}
+            />
+            <TextInput
+              label="Assessed by"
+              required
+              value={draft.by}
+              error={fields.assessed_by}
+              onChange={(event) => change({ by: event.currentTarget.value })}
+            />
+          </Group>
+          <Tabs defaultValue="rom" keepMounted={false}>
+            <Tabs.List mb="md">
+              {(
+                [
+                  ["rom", "Range of motion"],
+                  ["pain", "Pain"],
+                  ["spadi", "SPADI"],
+                ] as const
+              ).map(([value, label]) => (
+                <Tabs.Tab key={value} value={value} h={48} fz="md">
+                  {label}
+                </Tabs.Tab>
+              ))}
+            </Tabs.List>
+            <Tabs.Panel value="rom">
+              <RomGrid
+                measures={form.rom}
+                affected={props.affected}
+                typed={draft.rom}
+                last={props.last}
+                onChange={(rom) => change({ rom })}
+              />
+            </Tabs.Panel>
+            <Tabs.Panel value="pain">
+              <Stack>
+                <Text size="sm">
+                  0 is none, 10 the worst imaginable. Touch a number again to take it back.
+                </Text>
+                {PAINS.map(({ name, label }) => (
+                  <NumberPicker
+                    key={name}
+                    label={label}
+                    value={draft.pains[name]}
+                    onChange={(pain) => change({ pains: { ...draft.pains, [name]: pain } })}
+                  />
+                ))}
+              </Stack>
+            </Tabs.Panel>
+            <Tabs.Panel value="spadi">
+              <SpadiFields items={form.spadi} answers={draft.spadi} onChange={(spadi) => change({ spadi })} />
+            </Tabs.Panel>
+          </Tabs>
+          <Textarea
+            label="Note"
+            autosize
+            minRows={2}
+            value={draft.note}
+            error={fields.note}
+            onChange={(event) => change({ note: event.currentTarget.value })}
+          />
+          <ProblemNote error={save.error} />
+          <Group justify="end">
+            <Button variant="default" onClick={props.onDone}>
+              Discard
+            </Button>
+            <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>
+              Save assessment
+            </Button>
+          </Group>
+        </Stack>
+      </form>
+    </Paper>
+  );
+}

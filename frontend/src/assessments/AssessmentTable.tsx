@@ -1,0 +1,78 @@
+import { Button, Group, Table, Text } from "@mantine/core";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { type Assessment, api } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { ProblemNote } from "../shared/problem";
+import { formatScore } from "./words";
+
+/** All of them, newest first; what was withdrawn stays to be seen. */
+export function AssessmentTable(props: {
+  episodeId: string;
+  items: Assessment[];
+  onEdit: (one: Assessment) => void;
+}) {
+  const queries = useQueryClient();
+  const [sure, setSure] = useState<string | null>(null);
+  const withdraw = useMutation({
+    mutationFn: (one: Assessment) => api.withdrawAssessment(one.id, one.updated_at),
+    onSettled: () => {
+      setSure(null);
+      void queries.invalidateQueries({ queryKey: ["assessments", props.episodeId] });
+      void queries.invalidateQueries({ queryKey: ["progress", props.episodeId] });
+    },
+  });
+  return (
+    <>
+      <ProblemNote error={withdraw.error} />
+      <Table verticalSpacing="xs" aria-label="Assessments">
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>When</Table.Th>
+            <Table.Th>By</Table.Th>
+            <Table.Th ta="right">Angles</Table.Th>
+            <Table.Th ta="right">Average pain</Table.Th>
+            <Table.Th ta="right">SPADI</Table.Th>
+            <Table.Th />
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {props.items.map((one) => (
+            <Table.Tr key={one.id} {...(one.withdrawn_at && { c: "dimmed" })}>
+              <Table.Td {...(one.withdrawn_at && { td: "line-through" })}>
+                {formatMoment(one.assessed_at)}
+              </Table.Td>
+              <Table.Td>{one.assessed_by}</Table.Td>
+              <Table.Td ta="right">{one.rom.length}</Table.Td>
+              <Table.Td ta="right">{one.pain_average ?? "–"}</Table.Td>
+              <Table.Td ta="right">{formatScore(one.spadi_score?.total)}</Table.Td>
+              <Table.Td>
+                {one.withdrawn_at ? (
+                  <Text size="sm">Withdrawn, entered by mistake</Text>
+                ) : sure === one.id ? (
+                  <Group gap="xs" justify="end">
+                    <Button variant="default" onClick={() => setSure(null)}>
+                      Keep
+                    </Button>
+                    <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(one)}>
+                      Withdraw: entered by mistake
+                    </Button>
+                  </Group>
+                ) : (
+                  <Group gap="xs" justify="end">
+                    <Button variant="default" onClick={() => props.onEdit(one)}>
+                      Change
+                    </Button>
+                    <Button variant="subtle" onClick={() => setSure(one.id)}>
+                      Withdraw
+                    </Button>
+                  </Group>
+                )}
+              </Table.Td>
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </>
+  );
+}

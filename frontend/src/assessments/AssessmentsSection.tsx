@@ -1,0 +1,137 @@
+import { Button, Group, List, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { IconChartLine, IconPlus } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { type Assessment, api, type Schemas } from "../api/client";
+import { formatMoment, sideWord } from "../shared/format";
+import { ButtonLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { AssessmentForm } from "./AssessmentForm";
+import { AssessmentTable } from "./AssessmentTable";
+import type { Side } from "./draft";
+import { painWords, romWords, spadiWords } from "./words";
+
+const FEW = 20;
+const MOST = 100;
+
+/** Where the shoulder stands, against where it stood at first; enter, change and withdraw assessments. */
+export function AssessmentsSection({ patientId }: { patientId: string }) {
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const episodeId = patient.data?.episode_id;
+  const affected = patient.data?.affected_side;
+  if (!episodeId || !affected) return null;
+  return <Section key={episodeId} patientId={patientId} episodeId={episodeId} affected={affected} />;
+}
+
+function Section(props: { patientId: string; episodeId: string; affected: Side }) {
+  const { patientId, episodeId, affected } = props;
+  const [limit, setLimit] = useState(FEW);
+  const [editing, setEditing] = useState<Assessment | "new" | null>(null);
+  const [listed, setListed] = useState(false);
+  const form = useQuery({
+    queryKey: ["assessment-form"],
+    queryFn: api.assessmentForm,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  const assessments = useQuery({
+    queryKey: ["assessments", episodeId, limit],
+    queryFn: () => api.assessments(episodeId, limit),
+  });
+  const found = assessments.data;
+  const newest = found?.items.find((one) => !one.withdrawn_at) ?? null;
+  return (
+    <Stack gap="xs" component="section" aria-label="Assessments">
+      <Group justify="space-between">
+        <Title order={3}>Assessments</Title>
+        <Group>
+          <ButtonLink
+            variant="default"
+            to="/episodes/$episodeId/progress"
+            params={{ episodeId }}
+            search={{ patient: patientId }}
+            leftSection={<IconChartLine size={20} />}
+          >
+            Progress
+          </ButtonLink>
+          {editing !== "new" && (
+            <Button
+              leftSection={<IconPlus size={20} />}
+              disabled={!form.data}
+              onClick={() => setEditing("new")}
+            >
+              New assessment
+            </Button>
+          )}
+        </Group>
+      </Group>
+      <ProblemNote error={form.error ?? assessments.error} />
+      {assessments.isPending && <Skeleton h={80} />}
+      {editing && form.data && (
+        <AssessmentForm
+          key={editing === "new" ? "new" : editing.id}
+          episodeId={episodeId}
+          affected={affected}
+          form={form.data}
+          last={editing === "new" ? newest : null}
+          onDone={() => setEditing(null)}
+          {...(editing !== "new" && { assessment: editing })}
+        />
+      )}
+      {found && !newest && !editing && <Text>Nothing has been assessed yet.</Text>}
+      {found && newest && form.data && (
+        <Newest one={newest} baseline={found.baseline} form={form.data} affected={affected} />
+      )}
+      {found && found.total > 0 && (
+        <>
+          <Group>
+            <Button variant="default" aria-expanded={listed} onClick={() => setListed(!listed)}>
+              {listed ? "Hide the list" : `All assessments (${found.total})`}
+            </Button>
+          </Group>
+          {listed && <AssessmentTable episodeId={episodeId} items={found.items} onEdit={setEditing} />}
+          {listed && found.total > found.items.length && limit < MOST && (
+            <Button variant="subtle" onClick={() => setLimit(MOST)}>
+              Older ones
+            </Button>
+          )}
+        </>
+      )}
+    </Stack>
+  );
+}
+
+/** In words, and what has changed since the first one. */
+function Newest(props: {
+  one: Assessment;
+  baseline: Assessment | null;
+  form: Schemas["AssessmentForm"];
+  affected: Side;
+}) {
+  const { one, form, affected } = props;
+  const baseline = props.baseline?.id === one.id ? null : props.baseline;
+  const other = affected === "left" ? "right" : "left";
+  const others = romWords(one, null, form.rom, other);
+  const said = [painWords(one, baseline), spadiWords(one, baseline, form)].filter((words) => words !== null);
+  return (
+    <Stack gap={4} data-testid="newest-assessment">
+      <Text fw={600}>
+        {formatMoment(one.assessed_at)}, {one.assessed_by}
+        {baseline && `; in brackets, what has changed since ${formatMoment(baseline.assessed_at)}`}
+      </Text>
+      <List>
+        {romWords(one, baseline, form.rom, affected).map((words) => (
+          <List.Item key={words}>{words}</List.Item>
+        ))}
+        {said.map((words) => (
+          <List.Item key={words}>{words}</List.Item>
+        ))}
+        {others.length > 0 && (
+          <List.Item>
+            {sideWord(other)} shoulder: {others.join("; ")}
+          </List.Item>
+        )}
+      </List>
+      {one.note && <Text style={{ whiteSpace: "pre-wrap" }}>{one.note}</Text>}
+    </Stack>
+  );
+}

@@ -1,0 +1,34 @@
+import { Group, Stack, Text } from "@mantine/core";
+import { useId } from "react";
+import classes from "./assessments.module.css";
+
+const NUMBERS = Array.from({ length: 11 }, (_, number) => number);
+
+/** One of 0 to 10, by one touch; touched again, it is taken back. */
+export function NumberPicker(props: {
+  label: string;
+  value: number | null;
+  onChange: (value: number | null) => void;
+}) {
+  const id = useId();
+  return (
+    <Stack gap={4} role="group" aria-labelledby={id}>
+      <Text fw={500} id={id}>
+        {props.label}
+      </Text>
+      <Group gap={4} wrap="wrap">
+        {NUMBERS.map((number) => (
+          <button
+            key={number}
+            type="button"
+            className={classes.number}
+            aria-pressed={props.value === number}
+            onClick={() => props.onChange(props.value === number ? null : number)}
+          >
+            {number}
+          </button>
+        ))}
+      </Group>
+    </Stack>
+  );
+}

@@ -1,0 +1,125 @@
+import { Button, FileInput, Group, SegmentedControl, Stack, Table, Text, TextInput } from "@mantine/core";
+import { IconFileImport } from "@tabler/icons-react";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Schemas } from "../api/client";
+import { formatDeg, formatSpan } from "../shared/format";
+import { useWho } from "../shared/who";
+import { Refused } from "./Refused";
+
+type Side = "left" | "right";
+
+/** A motion from a CSV file as a recording: first what is understood of it, then it is kept. */
+export function ImportMotion({
+  patientId,
+  side: affected,
+  onKept,
+}: {
+  patientId: string;
+  side: Side | null;
+  onKept: (recordingId: string) => void;
+}) {
+  const queries = useQueryClient();
+  const [who] = useWho();
+  const [file, setFile] = useState<File | null>(null);
+  const [name, setName] = useState("");
+  const [side, setSide] = useState<Side>(affected ?? "right");
+  const look = useMutation({
+    mutationFn: ({ csv, side }: { csv: File; side: Side }) => api.previewMotion(patientId, side, csv),
+  });
+  const keep = useMutation({
+    mutationFn: (csv: File) => api.importMotion(patientId, { name, side, taught_by: who }, csv),
+    onSuccess: ({ recording }) => {
+      void queries.invalidateQueries({ queryKey: ["recordings"] });
+      onKept(recording.id);
+    },
+  });
+  const choose = (chosen: File | null, forSide: Side) => {
+    setFile(chosen);
+    setSide(forSide);
+    keep.reset();
+    if (chosen) {
+      setName((before) => before || chosen.name.replace(/\.csv$/i, ""));
+      look.mutate({ csv: chosen, side: forSide });
+    } else look.reset();
+  };
+  return (
+    <Stack>
+      <Text>
+        A CSV file in UTF-8 with a first line of names: time_s and the five angles of the arm
+        (scapula_abduction, scapula_upward_rotation, shoulder_abduction, shoulder_flexion, external_rotation),
+        or motor_1_deg to motor_5_deg as recordings are downloaded here. Seconds and degrees.
+      </Text>
+      <SegmentedControl
+        size="md"
+        aria-label="Shoulder"
+        value={side}
+        onChange={(chosen) => choose(file, chosen as Side)}
+        data={[
+          { value: "left", label: "Left shoulder" },
+          { value: "right", label: "Right shoulder" },
+        ]}
+      />
+      <FileInput
+        label="CSV file"
+        placeholder="Choose a file"
+        size="md"
+        accept=".csv,text/csv"
+        leftSection={<IconFileImport size={20} />}
+        value={file}
+        onChange={(chosen) => choose(chosen, side)}
+      />
+      <Refused error={keep.error ?? look.error} />
+      {file && look.data && <Understood motion={look.data} />}
+      <TextInput
+        label="Name of the recording"
+        size="md"
+        maxLength={100}
+        value={name}
+        onChange={(event) => setName(event.currentTarget.value)}
+      />
+      <Group justify="end">
+        <Button
+          disabled={!file || !look.data || name.trim() === ""}
+          loading={keep.isPending || look.isPending}
+          onClick={() => file && keep.mutate(file)}
+        >
+          Keep as a recording
+        </Button>
+      </Group>
+    </Stack>
+  );
+}
+
+/** What the service makes of a file, to be compared with what was meant. */
+function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
+  return (
+    <Stack gap="xs" data-testid="understood">
+      <Text>
+        {motion.layout === "poses" ? "Angles of the arm" : "Angles of the motors"}, {motion.samples} rows at{" "}
+        {motion.rate_hz} Hz, {formatSpan(motion.duration_s)} long, for the {motion.side} shoulder.
+        {motion.left_alone.length > 0 && ` Left alone: ${motion.left_alone.join(", ")}.`}
+      </Text>
+      <Table withTableBorder verticalSpacing="xs">
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>Motor</Table.Th>
+            <Table.Th ta="right">From, deg</Table.Th>
+            <Table.Th ta="right">To, deg</Table.Th>
+            <Table.Th ta="right">Fastest, deg/s</Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {motion.ranges.map((range) => (
+            <Table.Tr key={range.motor}>
+              <Table.Td>{range.motor}</Table.Td>
+              <Table.Td ta="right">{formatDeg(range.min_deg)}</Table.Td>
+              <Table.Td ta="right">{formatDeg(range.max_deg)}</Table.Td>
+              <Table.Td ta="right">{formatDeg(range.max_speed_deg_s, 0)}</Table.Td>
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Stack>
+  );
+}

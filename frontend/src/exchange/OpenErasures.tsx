@@ -1,0 +1,24 @@
+import { Alert, Group } from "@mantine/core";
+import { IconInfoCircle } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { api } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { PageLink } from "../shared/links";
+
+/** Requests for erasure that wait for a decision. Shows nothing while none does. */
+export function OpenErasures() {
+  const open = useQuery({ queryKey: ["erasures"], queryFn: () => api.openErasures() });
+  const items = open.data?.items ?? [];
+  if (items.length === 0) return null;
+  return (
+    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title="Requests for erasure to be decided">
+      <Group gap="lg">
+        {items.map((request) => (
+          <PageLink key={request.id} to="/patients/$patientId" params={{ patientId: request.patient_id }}>
+            Asked for on {formatMoment(request.asked_at)}
+          </PageLink>
+        ))}
+      </Group>
+    </Alert>
+  );
+}

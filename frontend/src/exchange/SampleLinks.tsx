@@ -1,0 +1,30 @@
+import { Button } from "@mantine/core";
+import { IconDownload } from "@tabler/icons-react";
+
+/** What was measured, to be worked on elsewhere: as CSV and as Parquet. */
+export function SampleLinks({
+  of,
+  id,
+  disabled = false,
+}: {
+  of: "recordings" | "runs";
+  id: string;
+  disabled?: boolean;
+}) {
+  return (
+    <Button.Group>
+      {(["csv", "parquet"] as const).map((kind) => (
+        <Button
+          key={kind}
+          component="a"
+          variant="default"
+          href={`/api/${of}/${id}/samples.${kind}`}
+          leftSection={<IconDownload size={20} />}
+          disabled={disabled}
+        >
+          {kind === "csv" ? "CSV" : "Parquet"}
+        </Button>
+      ))}
+    </Button.Group>
+  );
+}

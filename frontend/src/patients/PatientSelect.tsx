@@ -1,0 +1,49 @@
+import { Select } from "@mantine/core";
+import { useDebouncedValue } from "@mantine/hooks";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Patient } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+
+const label = (one: Patient) => `${one.name} (${one.clinic_number})`;
+
+/** One of all patients, looked for as on their own page. */
+export function PatientSelect(props: {
+  chosen: Patient | undefined;
+  disabled?: boolean;
+  onChange: (patientId: string | null) => void;
+}) {
+  const { chosen } = props;
+  const [search, setSearch] = useState("");
+  const [words] = useDebouncedValue(search, 200);
+  // What stands in the box once somebody is chosen is no search.
+  const wanted = chosen && words === label(chosen) ? "" : words;
+  const found = useQuery({
+    queryKey: ["patients", wanted, false, "first"],
+    queryFn: () => api.patients(wanted, false),
+    placeholderData: keepPreviousData,
+  });
+  const items = found.data?.items ?? [];
+  const all = chosen && !items.some((one) => one.id === chosen.id) ? [...items, chosen] : items;
+  return (
+    <>
+      <Select
+        size="lg"
+        label="Patient"
+        placeholder={
+          all.length || words ? "Who is on the apparatus?" : "Sign a patient up first, under Patients"
+        }
+        searchable
+        // The service has looked already, in kana and numbers that the label does not show.
+        filter={({ options }) => options}
+        nothingFoundMessage="Nobody matches"
+        data={all.map((one) => ({ value: one.id, label: label(one) }))}
+        value={chosen?.id ?? null}
+        disabled={props.disabled ?? false}
+        onSearchChange={setSearch}
+        onChange={props.onChange}
+      />
+      <ProblemNote error={found.error} />
+    </>
+  );
+}

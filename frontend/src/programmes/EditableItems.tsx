@@ -1,0 +1,113 @@
+import { ActionIcon, Button, Group, Table, Text, VisuallyHidden } from "@mantine/core";
+import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/icons-react";
+import { useEffect, useRef, useState } from "react";
+import type { Schemas } from "../api/client";
+import { formatSpan } from "../shared/format";
+import { type Draft, moved } from "./draft";
+import { itemWords } from "./words";
+
+/** Recordings in their order: moved, set and taken out by buttons, with a finger or the keyboard. */
+export function EditableItems(props: {
+  draft: Draft;
+  checked: Schemas["ItemPreview"][];
+  onChange: (draft: Draft) => void;
+  onSet: (key: string) => void;
+}) {
+  const { draft, checked, onChange, onSet } = props;
+  const buttons = useRef<Record<string, HTMLButtonElement | null>>({});
+  const focus = useRef<string[]>([]);
+  const [told, setTold] = useState("");
+  // What is moved takes its buttons along: the one that was pressed stays the one in use, or the other at the end of the way.
+  useEffect(() => {
+    const wanted = focus.current.map((name) => buttons.current[name]).find((one) => one && !one.disabled);
+    focus.current = [];
+    wanted?.focus();
+  });
+  if (draft.items.length === 0) return <Text>No recording yet: add the first one.</Text>;
+  const move = (place: number, by: 1 | -1) => {
+    const item = draft.items[place];
+    if (!item) return;
+    const ways = by === 1 ? ["down", "up"] : ["up", "down"];
+    focus.current = ways.map((way) => `${item.key} ${way}`);
+    setTold(`${item.recording_name} is now ${place + by + 1} of ${draft.items.length}.`);
+    onChange(moved(draft, place, by));
+  };
+  return (
+    <>
+      <VisuallyHidden role="status">{told}</VisuallyHidden>
+      <Table verticalSpacing="sm" aria-label="Recordings in their order">
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th w={40}>No.</Table.Th>
+            <Table.Th>Recording</Table.Th>
+            <Table.Th>How it is played</Table.Th>
+            <Table.Th ta="right">Time</Table.Th>
+            <Table.Th>
+              <VisuallyHidden>Change</VisuallyHidden>
+            </Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {draft.items.map((item, place) => {
+            const { recording_name: name } = item;
+            const lasts = checked[place]?.duration_s;
+            const arrow = (way: "up" | "down", by: 1 | -1, disabled: boolean) => (
+              <ActionIcon
+                size={44}
+                variant="default"
+                aria-label={`${name}: ${way}`}
+                disabled={disabled}
+                ref={(button) => {
+                  buttons.current[`${item.key} ${way}`] = button;
+                }}
+                onClick={() => move(place, by)}
+              >
+                {way === "up" ? <IconArrowUp size={22} /> : <IconArrowDown size={22} />}
+              </ActionIcon>
+            );
+            return (
+              <Table.Tr key={item.key}>
+                <Table.Td>{place + 1}</Table.Td>
+                <Table.Td>{name}</Table.Td>
+                <Table.Td>
+                  {itemWords(item)}
+                  {checked[place]?.problem && (
+                    <Text fw={600} c="grape.9" role="alert">
+                      {checked[place].problem}
+                    </Text>
+                  )}
+                </Table.Td>
+                <Table.Td ta="right">{typeof lasts === "number" ? formatSpan(lasts) : "–"}</Table.Td>
+                <Table.Td>
+                  <Group gap="xs" wrap="nowrap" justify="end">
+                    <Button
+                      size="md"
+                      variant="default"
+                      aria-label={`${name}: settings`}
+                      leftSection={<IconAdjustments size={20} />}
+                      onClick={() => onSet(item.key)}
+                    >
+                      Settings
+                    </Button>
+                    {arrow("up", -1, place === 0)}
+                    {arrow("down", 1, place === draft.items.length - 1)}
+                    <ActionIcon
+                      size={44}
+                      variant="default"
+                      aria-label={`${name}: take out`}
+                      onClick={() =>
+                        onChange({ ...draft, items: draft.items.filter((one) => one.key !== item.key) })
+                      }
+                    >
+                      <IconTrash size={22} />
+                    </ActionIcon>
+                  </Group>
+                </Table.Td>
+              </Table.Tr>
+            );
+          })}
+        </Table.Tbody>
+      </Table>
+    </>
+  );
+}

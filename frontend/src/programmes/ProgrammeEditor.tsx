@@ -1,0 +1,224 @@
+import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput } from "@mantine/core";
+import { useDebouncedValue } from "@mantine/hooks";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { type ReactNode, useState } from "react";
+import { api, ProblemError } from "../api/client";
+import { formatSpan } from "../shared/format";
+import { LoadLevel } from "../shared/LoadLevel";
+import { PlaySettings } from "../shared/PlaySettings";
+import { ProblemNote } from "../shared/problem";
+import { Stepper, type Steps } from "../shared/Stepper";
+import { useWho } from "../shared/who";
+import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
+import { EditableItems } from "./EditableItems";
+import { timerWords } from "./words";
+
+const TIMER: Steps = { label: "Timer", unit: "minutes", min: 1, max: 240, step: 1 };
+const WISH: Steps = { label: "Sessions a week", unit: "", min: 1, max: 21, step: 1 };
+
+/** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
+export function ProgrammeEditor(props: {
+  patientId: string;
+  /** Whose programme it is; unless said, the patient's episode that goes on. */
+  episode?: { id: string; side: "left" | "right" };
+  start: Draft;
+  saveLabel: string;
+  onSave: (wanted: Wanted) => Promise<unknown>;
+  onCancel: () => void;
+  /** Stands above the rest, for what only some programmes ask. */
+  children?: (fields: Record<string, string>) => ReactNode;
+}) {
+  const { patientId, episode, start } = props;
+  const [draft, setDraft] = useState(start);
+  const [set, setSet] = useState<string | null>(null);
+  const [note, setNote] = useState("");
+  const [who, say] = useWho();
+  const [name, setName] = useState(who);
+  const preview = usePreview(patientId, episode?.id ?? null, draft);
+  const save = useMutation({
+    mutationFn: () => {
+      say(name);
+      const { timer_minutes, sessions_per_week } = draft;
+      return props.onSave({
+        items: itemsOf(draft.items),
+        timer_minutes,
+        sessions_per_week,
+        note,
+        made_by: name,
+      });
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const checked = preview.told?.items ?? [];
+  const beyond = timerWords(draft.timer_minutes, preview.told?.duration_s ?? 0);
+  const change = (key: string, given: Partial<DraftItem>) =>
+    setDraft({
+      ...draft,
+      items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
+    });
+  const chosen = draft.items.find((item) => item.key === set);
+  return (
+    <Stack component="section" aria-label="What it says">
+      {props.children?.(fields)}
+      <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
+      <AddRecording
+        patientId={patientId}
+        side={episode?.side ?? null}
+        draft={draft}
+        onChange={setDraft}
+        onAdded={setSet}
+      />
+      <Text size="lg" fw={600} data-testid="whole">
+        {preview.told
+          ? `${formatSpan(preview.told.duration_s)} of playing in all`
+          : draft.items.length > 0 && !preview.error && "Working out how long it takes"}
+      </Text>
+      {beyond && <Text data-testid="beyond">{beyond}</Text>}
+      <ProblemNote error={preview.error} />
+      <Group grow align="start">
+        <Optional
+          field={TIMER}
+          usual={20}
+          value={draft.timer_minutes}
+          onChange={(timer_minutes) => setDraft({ ...draft, timer_minutes })}
+        />
+        <Optional
+          field={WISH}
+          usual={3}
+          value={draft.sessions_per_week}
+          onChange={(sessions_per_week) => setDraft({ ...draft, sessions_per_week })}
+        />
+      </Group>
+      <Textarea
+        label="Why"
+        rows={3}
+        value={note}
+        error={fields.note}
+        onChange={(event) => setNote(event.currentTarget.value)}
+      />
+      <TextInput
+        label="Prescribed by"
+        required
+        maw={400}
+        value={name}
+        error={fields.made_by}
+        onChange={(event) => setName(event.currentTarget.value)}
+      />
+      <ProblemNote error={save.error} />
+      <Group>
+        <Button
+          size="lg"
+          loading={save.isPending}
+          disabled={draft.items.length === 0 || checked.some((one) => one.problem !== null)}
+          onClick={() => save.mutate()}
+        >
+          {props.saveLabel}
+        </Button>
+        <Button size="lg" variant="default" onClick={props.onCancel}>
+          Discard
+        </Button>
+      </Group>
+      <Modal
+        opened={chosen !== undefined}
+        onClose={() => setSet(null)}
+        title={chosen?.recording_name}
+        size="xl"
+      >
+        {chosen && (
+          <Stack>
+            <PlaySettings value={chosen} last={null} onChange={(given) => change(chosen.key, given)} />
+            <LoadLevel
+              value={chosen.load_level}
+              last={null}
+              onChange={(load_level) => change(chosen.key, { load_level })}
+            />
+            <Button size="lg" onClick={() => setSet(null)}>
+              Done
+            </Button>
+          </Stack>
+        )}
+      </Modal>
+    </Stack>
+  );
+}
+
+/** How long it takes, and what of it cannot be played: the service says so while one writes. */
+function usePreview(patientId: string, episodeId: string | null, draft: Draft) {
+  const [settled] = useDebouncedValue(draft.items, 250);
+  const items = itemsOf(settled);
+  const preview = useQuery({
+    queryKey: ["programme-preview", patientId, episodeId, items],
+    queryFn: () => api.previewProgramme(patientId, { items, episode_id: episodeId }),
+    enabled: items.length > 0,
+    staleTime: 60_000,
+  });
+  // What was told of other recordings, or of another order, says nothing about these.
+  return { error: preview.error, told: settled === draft.items ? preview.data : undefined };
+}
+
+function AddRecording(props: {
+  patientId: string;
+  side: "left" | "right" | null;
+  draft: Draft;
+  onChange: (draft: Draft) => void;
+  onAdded: (key: string) => void;
+}) {
+  const { draft } = props;
+  const recordings = useQuery({
+    queryKey: ["recordings", props.patientId],
+    queryFn: () => api.recordings(props.patientId),
+  });
+  const patient = useQuery({
+    queryKey: ["patient", props.patientId],
+    queryFn: () => api.patient(props.patientId),
+  });
+  const [next, setNext] = useState(1);
+  const side = props.side ?? patient.data?.affected_side;
+  const fitting = (recordings.data?.items ?? []).filter((one) => !one.archived_at && one.side === side);
+  const add = (id: string | null) => {
+    const recording = fitting.find((one) => one.id === id);
+    if (!recording) return;
+    props.onChange(added(draft, recording, `added ${next}`));
+    props.onAdded(`added ${next}`);
+    setNext(next + 1);
+  };
+  if (recordings.data && patient.data && fitting.length === 0) {
+    return <Text>There is nothing to prescribe yet: teach a motion of this shoulder first.</Text>;
+  }
+  return (
+    <>
+      <ProblemNote error={recordings.error ?? patient.error} />
+      <Select
+        size="lg"
+        maw={600}
+        label="Add a recording"
+        placeholder="Choose one"
+        data={fitting.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` }))}
+        value={null}
+        onChange={add}
+      />
+    </>
+  );
+}
+
+/** A number that need not be. */
+function Optional(props: {
+  field: Steps;
+  usual: number;
+  value: number | null;
+  onChange: (value: number | null) => void;
+}) {
+  const { field, value, onChange } = props;
+  return (
+    <Stack gap="xs">
+      <Switch
+        size="lg"
+        label={value === null ? `${field.label}: none` : field.label}
+        aria-label={`With ${field.label.toLowerCase()}`}
+        checked={value !== null}
+        onChange={(event) => onChange(event.currentTarget.checked ? props.usual : null)}
+      />
+      {value !== null && <Stepper field={field} value={value} onChange={onChange} />}
+    </Stack>
+  );
+}

@@ -1,0 +1,284 @@
+import {
+  Alert,
+  Badge,
+  Button,
+  Card,
+  Group,
+  List,
+  Modal,
+  Skeleton,
+  Stack,
+  Text,
+  TextInput,
+  Title,
+} from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconArchive, IconInfoCircle, IconPencil } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useNavigate, useParams } from "@tanstack/react-router";
+import { useState } from "react";
+import { api, ProblemError, type Programme, type ProgrammeVersion } from "../api/client";
+import { formatMoment, sideWord } from "../shared/format";
+import { PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import { draftOf, EMPTY, type Wanted } from "./draft";
+import { ItemTable } from "./ItemTable";
+import { ProgrammeEditor } from "./ProgrammeEditor";
+import { changes, timerWords, versionWords } from "./words";
+
+/** One programme: what it says, what it said before, and why it was changed. */
+export function ProgrammePage() {
+  const { programmeId } = useParams({ from: "/programmes/$programmeId" });
+  const programme = useQuery({
+    queryKey: ["programme", programmeId],
+    queryFn: () => api.programme(programmeId),
+  });
+  useTitle(programme.data?.name ?? "Programme");
+  if (programme.error) return <ProblemNote error={programme.error} />;
+  if (!programme.data) return <Skeleton h={300} />;
+  return <ProgrammeView programme={programme.data} />;
+}
+
+/** A new programme of a patient. */
+export function NewProgrammePage() {
+  const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
+  const navigate = useNavigate();
+  const keep = useKeep();
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const [name, setName] = useState("");
+  useTitle("New programme");
+  const save = async (wanted: Wanted) => {
+    const made = await api.createProgramme(patientId, { ...wanted, name });
+    keep(made);
+    await navigate({ to: "/programmes/$programmeId", params: { programmeId: made.id } });
+  };
+  return (
+    <Stack>
+      <Title order={2}>
+        New programme for{" "}
+        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+          {patient.data?.name ?? "the patient"}
+        </PageLink>
+      </Title>
+      <ProblemNote error={patient.error} />
+      <ProgrammeEditor
+        patientId={patientId}
+        start={EMPTY}
+        saveLabel="Save the programme"
+        onSave={save}
+        onCancel={() => void navigate({ to: "/patients/$patientId", params: { patientId } })}
+      >
+        {(fields) => (
+          <TextInput
+            label="Name of the programme"
+            required
+            maw={600}
+            value={name}
+            error={fields.name}
+            onChange={(event) => setName(event.currentTarget.value)}
+          />
+        )}
+      </ProgrammeEditor>
+    </Stack>
+  );
+}
+
+function useKeep() {
+  const queries = useQueryClient();
+  return (saved: Programme) => {
+    queries.setQueryData(["programme", saved.id], saved);
+    void queries.invalidateQueries({ queryKey: ["programmes"] });
+    void queries.invalidateQueries({ queryKey: ["adherence", saved.episode_id] });
+  };
+}
+
+/** The programme as it stands, with what can be done to it. */
+export function ProgrammeView({ programme }: { programme: Programme }) {
+  const [editing, editor] = useDisclosure(false);
+  const [renaming, name] = useDisclosure(false);
+  const keep = useKeep();
+  const archive = useMutation({
+    mutationFn: (archived: boolean) =>
+      api.updateProgramme(programme.id, { archived, updated_at: programme.updated_at }),
+    onSuccess: keep,
+  });
+  const { current, patient } = programme;
+  return (
+    <Stack gap="xl">
+      <Group justify="space-between" align="start">
+        <div>
+          <Title order={2}>{programme.name}</Title>
+          <Group gap="lg">
+            <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+              {patient.name}
+            </PageLink>
+            <Text>{sideWord(programme.side)} shoulder</Text>
+            {programme.archived_at && <Badge color="gray">Archived</Badge>}
+          </Group>
+        </div>
+        <Group>
+          {!programme.archived_at && !programme.closed && !editing && (
+            <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
+              Change
+            </Button>
+          )}
+          <Button variant="default" onClick={name.open}>
+            Rename
+          </Button>
+          <Button
+            variant="default"
+            leftSection={<IconArchive size={20} />}
+            loading={archive.isPending}
+            onClick={() => archive.mutate(!programme.archived_at)}
+          >
+            {programme.archived_at ? "Restore" : "Archive"}
+          </Button>
+        </Group>
+      </Group>
+      <ProblemNote error={archive.error} />
+      {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}
+      {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
+      <Stack gap="sm" component="section" aria-label="Versions">
+        <Title order={3}>Versions</Title>
+        <Versions versions={programme.versions} />
+      </Stack>
+      <Modal opened={renaming} onClose={name.close} title="Rename the programme">
+        <Rename programme={programme} onDone={name.close} />
+      </Modal>
+    </Stack>
+  );
+}
+
+function Says({ version }: { version: ProgrammeVersion }) {
+  const beyond = timerWords(version.timer_minutes, version.duration_s);
+  return (
+    <Stack gap="xs" component="section" aria-label="What it says now">
+      <Text size="lg" fw={600}>
+        {versionWords(version)}
+      </Text>
+      {beyond && <Text>{beyond}</Text>}
+      <ItemTable version={version} />
+    </Stack>
+  );
+}
+
+/** Writes the next version. When somebody else was quicker, nothing is lost: theirs is shown below, one's own stays. */
+function Change({ programme, onDone }: { programme: Programme; onDone: () => void }) {
+  const keep = useKeep();
+  const [basedOn, setBasedOn] = useState(programme.current.number);
+  const [start] = useState(() => draftOf(programme.current));
+  const newest = programme.current.number;
+  const save = async (wanted: Wanted) => {
+    try {
+      keep(await api.createProgrammeVersion(programme.id, { ...wanted, based_on: basedOn }));
+    } catch (error) {
+      if (error instanceof ProblemError && error.code === "edited_meanwhile") {
+        keep(await api.programme(programme.id));
+      }
+      throw error;
+    }
+    onDone();
+  };
+  return (
+    <>
+      {newest > basedOn && (
+        <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
+          <Stack gap="xs" align="start">
+            <Text>
+              {programme.current.made_by} has made version {newest} in the meantime; it stands below. Yours is
+              still here and not saved.
+            </Text>
+            <Button variant="default" onClick={() => setBasedOn(newest)}>
+              I have read version {newest}: mine comes after it
+            </Button>
+          </Stack>
+        </Alert>
+      )}
+      <ProgrammeEditor
+        patientId={programme.patient.id}
+        episode={{ id: programme.episode_id, side: programme.side }}
+        start={start}
+        saveLabel={`Save as version ${basedOn + 1}`}
+        onSave={save}
+        onCancel={onDone}
+      />
+    </>
+  );
+}
+
+/** What it said from when to when, by whom and why, and what each version changed. */
+function Versions({ versions }: { versions: ProgrammeVersion[] }) {
+  return versions.map((version, place) => (
+    <Version key={version.id} version={version} before={versions[place + 1]} />
+  ));
+}
+
+function Version({ version, before }: { version: ProgrammeVersion; before: ProgrammeVersion | undefined }) {
+  const [open, { toggle }] = useDisclosure(false);
+  return (
+    <Card withBorder component="section" aria-label={`Version ${version.number}`}>
+      <Stack gap="xs">
+        <Group justify="space-between" align="start">
+          <Title order={4}>
+            Version {version.number}, {formatMoment(version.made_at)}, {version.made_by}
+          </Title>
+          <Button variant="default" aria-expanded={open} onClick={toggle}>
+            {open ? "Hide" : "Show"} version {version.number}
+          </Button>
+        </Group>
+        {version.note && <Text style={{ whiteSpace: "pre-wrap" }}>{version.note}</Text>}
+        {before && (
+          <List data-testid={`changes-${version.number}`}>
+            {changes(before, version).map((change) => (
+              <List.Item key={change}>{change}</List.Item>
+            ))}
+          </List>
+        )}
+        {open && (
+          <>
+            <Text>{versionWords(version)}</Text>
+            <ItemTable version={version} />
+          </>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+function Rename({ programme, onDone }: { programme: Programme; onDone: () => void }) {
+  const keep = useKeep();
+  const [name, setName] = useState(programme.name);
+  const save = useMutation({
+    mutationFn: () => api.updateProgramme(programme.id, { name, updated_at: programme.updated_at }),
+    onSuccess: (saved) => {
+      keep(saved);
+      onDone();
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        save.mutate();
+      }}
+      noValidate
+    >
+      <Stack>
+        <TextInput
+          label="Name of the programme"
+          required
+          data-autofocus
+          value={name}
+          error={fields.name}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        <ProblemNote error={save.error} />
+        <Button type="submit" loading={save.isPending}>
+          Save
+        </Button>
+      </Stack>
+    </form>
+  );
+}

@@ -1,0 +1,110 @@
+import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
+import { IconPlus } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { api, type Schemas } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { ButtonLink, PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { itemWords, versionWords } from "./words";
+
+/** A patient's programmes, each with what it says now. */
+export function Programmes({ patientId }: { patientId: string }) {
+  const programmes = useQuery({
+    queryKey: ["programmes", "of", patientId],
+    queryFn: () => api.programmes(patientId),
+  });
+  const items = programmes.data?.items ?? [];
+  const present = items.find((one) => !one.archived_at);
+  return (
+    <Stack gap="xs" component="section" aria-label="Programmes">
+      <Group justify="space-between">
+        <Title order={3}>Programmes</Title>
+        <ButtonLink
+          to="/patients/$patientId/programmes/new"
+          params={{ patientId }}
+          variant="default"
+          leftSection={<IconPlus size={20} />}
+        >
+          New programme
+        </ButtonLink>
+      </Group>
+      <ProblemNote error={programmes.error} />
+      {programmes.data && items.length === 0 && <Text>Nothing has been prescribed yet.</Text>}
+      {present && <Regularity episodeId={present.episode_id} />}
+      {items.length > 0 && (
+        <Table verticalSpacing="md" highlightOnHover>
+          <Table.Thead>
+            <Table.Tr>
+              <Table.Th>Name</Table.Th>
+              <Table.Th>What it says</Table.Th>
+              <Table.Th>Since</Table.Th>
+            </Table.Tr>
+          </Table.Thead>
+          <Table.Tbody>
+            {items.map((programme) => (
+              <Row key={programme.id} programme={programme} />
+            ))}
+          </Table.Tbody>
+        </Table>
+      )}
+    </Stack>
+  );
+}
+
+function Row({ programme }: { programme: Schemas["Programme"] }) {
+  const { current } = programme;
+  return (
+    <Table.Tr {...(programme.archived_at && { c: "dimmed" })}>
+      <Table.Td>
+        <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
+          {programme.name}
+        </PageLink>
+        {programme.archived_at && (
+          <Badge ml="xs" color="gray">
+            Archived
+          </Badge>
+        )}
+      </Table.Td>
+      <Table.Td>
+        {current.items.map((item) => (
+          <Text key={item.position}>
+            {item.recording_name}: {itemWords(item)}
+            {item.recording_archived && " (the recording is archived)"}
+          </Text>
+        ))}
+        <Text size="sm" c="dimmed">
+          {versionWords(current)}
+        </Text>
+      </Table.Td>
+      <Table.Td>
+        Version {current.number}, {formatMoment(current.made_at)}
+        <Text size="sm" c="dimmed">
+          {current.made_by}
+        </Text>
+      </Table.Td>
+    </Table.Tr>
+  );
+}
+
+/** How the sessions of this week and the last compare with how many were wished for. */
+function Regularity({ episodeId }: { episodeId: string }) {
+  const adherence = useQuery({
+    queryKey: ["adherence", episodeId],
+    queryFn: () => api.adherence(episodeId, -new Date().getTimezoneOffset()),
+  });
+  const [now, before] = [...(adherence.data?.weeks ?? [])].reverse();
+  if (!now || now.sessions_wished === null) return null;
+  return (
+    <Text data-testid="regularity">
+      This week: {weekWords(now)}.{before && ` The week before: ${weekWords(before)}.`}
+    </Text>
+  );
+}
+
+function weekWords(week: Schemas["AdherenceWeek"]): string {
+  const wished = week.sessions_wished === null ? "" : ` of ${week.sessions_wished}`;
+  const done = week.repetitions_planned
+    ? `, ${week.repetitions_done} of ${week.repetitions_planned} planned repetitions`
+    : "";
+  return `${week.sessions}${wished} sessions${done}`;
+}

@@ -1,0 +1,27 @@
+import { Skeleton } from "@mantine/core";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api } from "../api/client";
+import { Plot } from "../shared/Plot";
+import { ProblemNote } from "../shared/problem";
+import type { PlotWindow } from "../shared/window";
+
+/** The five motors' angles over time; one recording a component, so give it the recording's key. */
+export function RecordingFigure({ recordingId }: { recordingId: string }) {
+  const [window, setWindow] = useState<PlotWindow | null>(null);
+  const figure = useQuery({
+    queryKey: ["recording-figure", recordingId, window],
+    queryFn: () => api.recordingFigure(recordingId, window),
+    placeholderData: keepPreviousData,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  return (
+    <>
+      <ProblemNote error={figure.error} />
+      {figure.isPending && <Skeleton h={400} />}
+      {figure.data && (
+        <Plot figure={figure.data} label="Angles of the five motors over time" onWindow={setWindow} />
+      )}
+    </>
+  );
+}

@@ -1,0 +1,40 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
+import { ReportLinks } from "./ReportLinks";
+
+const show = () =>
+  render(
+    <MantineProvider env="test">
+      <ReportLinks of="sessions" id="s1" />
+    </MantineProvider>,
+  );
+const address = (name: string) => screen.getByRole("link", { name }).getAttribute("href");
+
+beforeEach(() => localStorage.clear());
+afterEach(cleanup);
+
+describe("a report", () => {
+  it("is a page in a tab of its own, and a PDF", () => {
+    show();
+    expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=en");
+    expect(screen.getByRole("link", { name: "Report to print" }).getAttribute("target")).toBe("_blank");
+    expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=en");
+    expect(screen.getByRole("link", { name: "Report as PDF" }).hasAttribute("download")).toBe(true);
+  });
+
+  it("keeps its language for the next one", () => {
+    show();
+    fireEvent.click(screen.getByRole("radio", { name: "日本語" }));
+    expect(address("Report to print")).toBe("/api/sessions/s1/report.html?language=ja");
+    cleanup();
+    show();
+    expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=ja");
+  });
+
+  it("is English where nonsense was kept", () => {
+    localStorage.setItem("kata.report-language", "nonsense");
+    show();
+    expect(address("Report as PDF")).toBe("/api/sessions/s1/report.pdf?language=en");
+  });
+});

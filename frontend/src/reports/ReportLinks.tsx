@@ -1,0 +1,50 @@
+import { Button, Group, SegmentedControl } from "@mantine/core";
+import { useLocalStorage } from "@mantine/hooks";
+import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
+
+type Language = "en" | "ja";
+
+/** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
+export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
+  const [language, setLanguage] = useLocalStorage<Language>({
+    key: "kata.report-language",
+    defaultValue: navigator.language.startsWith("ja") ? "ja" : "en",
+    getInitialValueInEffect: false,
+    // Whatever somebody else has written there.
+    deserialize: (kept) => (kept === '"ja"' ? "ja" : "en"),
+  });
+  const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;
+  return (
+    <Group gap="sm" role="group" aria-label="Report">
+      <Button
+        component="a"
+        href={address("html")}
+        target="_blank"
+        rel="noreferrer"
+        variant="default"
+        leftSection={<IconPrinter size={20} />}
+      >
+        Report to print
+      </Button>
+      <Button
+        component="a"
+        href={address("pdf")}
+        download
+        variant="default"
+        leftSection={<IconFileTypePdf size={20} />}
+      >
+        Report as PDF
+      </Button>
+      <SegmentedControl
+        aria-label="Language of the report"
+        size="md"
+        value={language}
+        onChange={(chosen) => setLanguage(chosen as Language)}
+        data={[
+          { value: "en", label: "English" },
+          { value: "ja", label: <span lang="ja">日本語</span> },
+        ]}
+      />
+    </Group>
+  );
+}

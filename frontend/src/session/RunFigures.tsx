@@ -1,0 +1,36 @@
+import { SimpleGrid, Skeleton, Title } from "@mantine/core";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api } from "../api/client";
+import { Plot } from "../shared/Plot";
+import { ProblemNote } from "../shared/problem";
+import type { PlotWindow } from "../shared/window";
+
+/** The paper's figure of each motor. Looking closer at one shows the same seconds of the others. */
+export function RunFigures({ runId }: { runId: string }) {
+  const [window, setWindow] = useState<PlotWindow | null>(null);
+  const figures = useQuery({
+    queryKey: ["run-figures", runId, window],
+    queryFn: () => api.runFigures(runId, window),
+    placeholderData: keepPreviousData,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  return (
+    <>
+      <ProblemNote error={figures.error} />
+      {figures.isPending && <Skeleton h={340} />}
+      <SimpleGrid cols={{ base: 1, lg: 2 }}>
+        {figures.data?.motors.map(({ motor, figure }) => (
+          <div key={motor}>
+            <Title order={4}>Motor {motor}</Title>
+            <Plot
+              figure={figure}
+              label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}
+              onWindow={setWindow}
+            />
+          </div>
+        ))}
+      </SimpleGrid>
+    </>
+  );
+}

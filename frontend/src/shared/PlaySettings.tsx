@@ -1,0 +1,66 @@
+import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
+import { Stepper, type Steps } from "./Stepper";
+import { type Settings, settingsWords } from "./settings";
+
+type Field = Steps & { name: Exclude<keyof Settings, "method"> };
+
+/** In the order in which they are most often changed; the bounds are the service's. */
+const FIELDS: Field[] = [
+  { name: "speed_percent", label: "Speed", unit: "%", min: 10, max: 150, step: 10 },
+  { name: "range_percent", label: "Range", unit: "%", min: 10, max: 100, step: 5 },
+  { name: "repetitions", label: "Repetitions", unit: "", min: 1, max: 200, step: 1 },
+  { name: "pause_s", label: "Pause at each end", unit: "s", min: 0, max: 120, step: 1 },
+];
+
+const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
+  { value: "smooth", label: "Smooth", what: "As it was taught, without its tremor." },
+  {
+    value: "learned",
+    label: "Learned",
+    what: "Smooth, and closer with every playback of this recording with the same settings.",
+  },
+  {
+    value: "paper",
+    label: "As in the paper",
+    what: "Ten steps a second, for comparison. It jumps at the start.",
+  },
+];
+
+/** Speed, range, repetitions, pause and method of the next playback: by finger, or typed. */
+export function PlaySettings(props: {
+  value: Settings;
+  last: Settings | null;
+  onChange: (value: Settings) => void;
+}) {
+  const { value, last, onChange } = props;
+  const asLast =
+    last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
+  return (
+    <Stack gap="xs">
+      <SimpleGrid cols={{ base: 1, sm: 2 }}>
+        {FIELDS.map((field) => (
+          <Stepper
+            key={field.name}
+            field={field}
+            value={value[field.name]}
+            disabled={field.name === "pause_s" && value.repetitions === 1}
+            onChange={(given) => onChange({ ...value, [field.name]: given })}
+          />
+        ))}
+      </SimpleGrid>
+      <SegmentedControl
+        fullWidth
+        size="lg"
+        aria-label="Way of playing"
+        data={METHODS.map(({ value, label }) => ({ value, label }))}
+        value={value.method}
+        onChange={(method) => onChange({ ...value, method })}
+      />
+      <Text size="sm">{METHODS.find((method) => method.value === value.method)?.what}</Text>
+      <Text size="sm" data-testid="settings">
+        {settingsWords(value) ?? "As it was taught, once"}
+        {asLast && ", as last time"}. Less range is less at both ends, around the middle of the motion.
+      </Text>
+    </Stack>
+  );
+}

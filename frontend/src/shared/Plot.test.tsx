@@ -1,0 +1,56 @@
+import { MantineProvider } from "@mantine/core";
+import { act, cleanup, render, waitFor } from "@testing-library/react";
+import { afterEach, expect, test, vi } from "vitest";
+import { Plot } from "./Plot";
+
+const plotly = vi.hoisted(() => {
+  const listeners: Record<string, (change: Record<string, unknown>) => void> = {};
+  const plot = {
+    on: (name: string, listener: (change: Record<string, unknown>) => void) => {
+      listeners[name] = listener;
+    },
+    removeAllListeners: () => {},
+  };
+  return {
+    listeners,
+    react: vi.fn(
+      async (_element: unknown, _data: unknown, layout: Record<string, unknown>, _config: unknown) => {
+        layout.written = "by Plotly";
+        return plot;
+      },
+    ),
+    purge: vi.fn(),
+  };
+});
+vi.mock("plotly.js-cartesian-dist-min", () => ({ default: plotly }));
+afterEach(cleanup);
+
+const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 } });
+
+test("what somebody looks at closer is asked for, and the same place draws it", async () => {
+  const asked = vi.fn();
+  const shown = (of: ReturnType<typeof figure>) => (
+    <MantineProvider>
+      <Plot figure={of} label="Motor 1" onWindow={asked} />
+    </MantineProvider>
+  );
+  const whole = figure("an hour");
+  const { rerender, unmount } = render(shown(whole));
+  await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(1));
+  expect(whole.layout).toEqual({ height: 300 });
+  await waitFor(() => expect(plotly.listeners.plotly_relayout).toBeDefined());
+
+  act(() => plotly.listeners.plotly_relayout?.({ "xaxis.range[0]": 10, "xaxis.range[1]": 20 }));
+  expect(asked).toHaveBeenLastCalledWith({ start_s: 10, end_s: 20 });
+  act(() => plotly.listeners.plotly_relayout?.({ "yaxis.range[0]": 10, "yaxis.range[1]": 20 }));
+  expect(asked).toHaveBeenCalledTimes(1);
+
+  rerender(shown(figure("ten seconds")));
+  await waitFor(() => expect(plotly.react).toHaveBeenCalledTimes(2));
+  expect(plotly.purge).not.toHaveBeenCalled();
+  act(() => plotly.listeners.plotly_relayout?.({ "xaxis.autorange": true }));
+  expect(asked).toHaveBeenLastCalledWith(null);
+
+  unmount();
+  expect(plotly.purge).toHaveBeenCalledTimes(1);
+});

@@ -1,0 +1,45 @@
+import type { Schemas } from "../api/client";
+
+/** How a recording is played. */
+export type Settings = Pick<
+  Schemas["LoadRequest"],
+  "speed_percent" | "repetitions" | "pause_s" | "range_percent" | "method"
+>;
+/** As a run has them: one of before there were methods has none. */
+type Kept = Omit<Settings, "method"> & { method: Settings["method"] | null };
+
+export const AS_TAUGHT: Settings = {
+  speed_percent: 100,
+  repetitions: 1,
+  pause_s: 0,
+  range_percent: 100,
+  method: "smooth",
+};
+
+/** In words, what is not as it was taught; null where everything is. */
+export function settingsWords(it: Kept): string | null {
+  const words: string[] = [];
+  if (it.range_percent !== 100) words.push(`${it.range_percent} % of the range`);
+  if (it.speed_percent !== 100) words.push(`${it.speed_percent} % of the speed`);
+  if (it.repetitions !== 1) words.push(`${it.repetitions} repetitions`);
+  if (it.repetitions !== 1 && it.pause_s !== 0) words.push(`${it.pause_s} s of pause at each end`);
+  if (it.method === "learned") words.push("learned from earlier playbacks");
+  if (it.method === "paper") words.push("as in the paper, at 10 Hz");
+  return words.length > 0 ? words.join(", ") : null;
+}
+
+/** What this recording was last played with; none where none of the runs is one of it. */
+export function lastSettings(
+  runs: (Kept & { recording_id: string })[],
+  recordingId: string | null,
+): Settings | null {
+  const last = runs.findLast((run) => run.recording_id === recordingId);
+  if (!last) return null;
+  return settingsOf(last);
+}
+
+/** Only what says how it is played. */
+export function settingsOf(it: Kept): Settings {
+  const { speed_percent, repetitions, pause_s, range_percent, method } = it;
+  return { speed_percent, repetitions, pause_s, range_percent, method: method ?? "smooth" };
+}

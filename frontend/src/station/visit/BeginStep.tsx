@@ -1,0 +1,81 @@
+import { Button, Group, Select, Stack, Text } from "@mantine/core";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Session } from "../../api/client";
+import { useKeepSession } from "../../shared/keepSession";
+import { ProblemNote } from "../../shared/problem";
+import { settingsWords } from "../../shared/settings";
+import { useWho } from "../../shared/who";
+
+const NONE = "none";
+
+/** What is planned, and by whom: begins the session, or changes what is planned in the one that goes on. */
+export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
+  const { patientId, session, onDone } = props;
+  const [who] = useWho();
+  const keep = useKeepSession();
+  const programmes = useQuery({
+    queryKey: ["programmes", patientId],
+    queryFn: () => api.programmes(patientId),
+  });
+  const choices = (programmes.data?.items ?? [])
+    .filter((one) => !one.archived_at)
+    .map(({ name, current }) => ({ name, ...current }));
+  const planned = session?.programme?.version_id ?? null;
+  const [given, setGiven] = useState<string | null>(null);
+  // The newest programme is what a visit is for, unless somebody says otherwise.
+  const chosen = given ?? planned ?? (session ? NONE : (choices[0]?.id ?? NONE));
+  const version = choices.find((one) => one.id === chosen);
+  const items = version?.items ?? (chosen === planned ? (session?.programme?.items ?? []) : []);
+  const begin = useMutation({
+    mutationFn: () => {
+      const programme_version_id = chosen === NONE ? null : chosen;
+      if (!session)
+        return api.createSession({ patient_id: patientId, therapist: who || null, programme_version_id });
+      return programme_version_id === planned
+        ? Promise.resolve(session)
+        : api.updateSession(session.id, { programme_version_id, updated_at: session.updated_at });
+    },
+    onSuccess: (saved) => {
+      keep(saved);
+      onDone();
+    },
+  });
+  return (
+    <Stack>
+      <Select
+        size="lg"
+        label="Programme"
+        allowDeselect={false}
+        data={[
+          ...choices.map((one) => ({ value: one.id, label: `${one.name} (version ${one.number})` })),
+          ...(planned && !version && chosen === planned && session?.programme
+            ? [{ value: planned, label: `${session.programme.name} (version ${session.programme.number})` }]
+            : []),
+          { value: NONE, label: "None: recordings are chosen one by one" },
+        ]}
+        value={chosen}
+        onChange={setGiven}
+      />
+      {items.map((item) => (
+        <Text key={item.position}>
+          {item.position}. {item.recording_name}
+          {": "}
+          {settingsWords(item) ?? "as it was taught, once"}
+        </Text>
+      ))}
+      <Group>
+        <Button
+          size="xl"
+          loading={begin.isPending}
+          disabled={programmes.isPending || (!session && !who)}
+          onClick={() => begin.mutate()}
+        >
+          {session ? "Go on" : "Begin the session"}
+        </Button>
+        {!session && !who && <Text>Say who is working here first.</Text>}
+      </Group>
+      <ProblemNote error={programmes.error ?? begin.error} />
+    </Stack>
+  );
+}

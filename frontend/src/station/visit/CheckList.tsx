@@ -1,0 +1,77 @@
+import { Button, Card, Group, Stack, Text } from "@mantine/core";
+import { IconCircle, IconCircleCheckFilled } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { api, type Check } from "../../api/client";
+import { formatClock } from "../../shared/format";
+import { ProblemNote } from "../../shared/problem";
+import { useWho } from "../../shared/who";
+
+const LOOK_AGAIN_MS = 1000;
+
+/** How to do what only the apparatus can tell. */
+const HOW: Partial<Record<Check["check"], string>> = {
+  pedal: "Plug it in, and step on it once.",
+  estop: "Press the switch, release it, and acknowledge the stop.",
+};
+
+/** The checklist of a session for what is to be played. It looks again while something is open: some of it happens elsewhere. */
+export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
+  return useQuery({
+    queryKey: ["session", sessionId, "checklist", recordingId],
+    queryFn: () => api.checklist(sessionId ?? "", recordingId),
+    enabled: sessionId !== undefined,
+    refetchInterval: (query) => (query.state.data?.complete ? false : LOOK_AGAIN_MS),
+  });
+}
+
+/** Each check a line to be read from a distance; those that somebody gives have a button, the others are seen by the apparatus. */
+export function CheckList(props: { sessionId: string; recordingId: string | null; onlyOpen?: boolean }) {
+  const { sessionId, recordingId, onlyOpen = false } = props;
+  const [who] = useWho();
+  const queries = useQueryClient();
+  const checklist = useChecklist(sessionId, recordingId);
+  const tick = useMutation({
+    mutationFn: (check: Check["check"]) =>
+      api.tick(sessionId, check, { checked_by: who, recording_id: recordingId }),
+    onSuccess: (saved) => {
+      queries.setQueryData(["session", sessionId, "checklist", recordingId], saved);
+      void queries.invalidateQueries({ queryKey: ["session"] });
+    },
+  });
+  const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
+  return (
+    <Stack gap="sm">
+      {checks.map((check) => (
+        <Card key={check.check} withBorder padding="sm" data-testid={`check-${check.check}`}>
+          <Group wrap="nowrap" justify="space-between">
+            <Group wrap="nowrap">
+              {check.given ? <IconCircleCheckFilled size={34} /> : <IconCircle size={34} />}
+              <div>
+                <Text size="lg">{check.sentence}</Text>
+                <Text size="sm">{answerWords(check)}</Text>
+              </div>
+            </Group>
+            {!check.given && !check.detected && (
+              <Button
+                size="lg"
+                disabled={!who || tick.isPending}
+                aria-label={`It is so: ${check.sentence}`}
+                onClick={() => tick.mutate(check.check)}
+              >
+                It is so
+              </Button>
+            )}
+          </Group>
+        </Card>
+      ))}
+      {!who && <Text>Say who is working here first.</Text>}
+      <ProblemNote error={checklist.error ?? tick.error} />
+    </Stack>
+  );
+}
+
+function answerWords(check: Check): string {
+  if (!check.given) return check.detected ? `Not seen yet. ${HOW[check.check] ?? ""}` : "Open";
+  const at = check.checked_at ? formatClock(new Date(check.checked_at)) : "";
+  return check.checked_by ? `${check.checked_by}, ${at}` : `Seen by the apparatus, ${at}`;
+}

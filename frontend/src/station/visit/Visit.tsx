@@ -1,0 +1,180 @@
+import { Button, Card, Group, Stack, Text, Title, UnstyledButton } from "@mantine/core";
+import { IconCircleCheckFilled } from "@tabler/icons-react";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { useEffect, useState } from "react";
+import { api, type Session } from "../../api/client";
+import { useLive } from "../../live/hooks";
+import { useKeepSession } from "../../shared/keepSession";
+import { PageLink } from "../../shared/links";
+import { NoteCard } from "../../shared/NoteCard";
+import { ProblemNote } from "../../shared/problem";
+import { PlayPanel } from "../PlayPanel";
+import { BeginStep } from "./BeginStep";
+import { CheckList, useChecklist } from "./CheckList";
+import { PainScale } from "./PainScale";
+import { canGoTo, nextItem, STEP_WORDS, STEPS, type Step, stepAfter, stepOf } from "./steps";
+import classes from "./visit.module.css";
+
+/** The visit that this patient has now: the newest session, unless it is signed and over. */
+function useVisit(patientId: string) {
+  return useQuery({
+    queryKey: ["session", "newest", patientId],
+    queryFn: async () => {
+      const newest = (await api.patientSessions(patientId)).items[0];
+      if (!newest) return null;
+      return await api.session(newest.id);
+    },
+  });
+}
+
+/** A session, step by step. Where it stands the service knows; going back is always possible. */
+export function Visit({ patientId, wanted }: { patientId: string; wanted: string | null }) {
+  const run = useLive("run");
+  const visit = useVisit(patientId);
+  const [gone, setGone] = useState<Step | null>(null);
+  const [another, setAnother] = useState(false);
+  const newest = visit.data ?? null;
+  const session = newest && (newest.signed_at || (another && newest.ended_at)) ? null : newest;
+  // What the arm does goes before everything else.
+  const step = run ? "play" : gone && canGoTo(gone, session) ? gone : stepOf(session);
+  const go = (to: Step) => setGone(to);
+  const known = !visit.isPending;
+  // Where it stood when it came into sight: what is answered there does not take the step away from under the hand.
+  useEffect(() => {
+    if (known && gone === null) setGone(stepOf(session));
+  }, [known, gone, session]);
+  if (visit.isPending) return null;
+  return (
+    <Card withBorder component="section" aria-label="Session">
+      <Stack>
+        <Steps step={step} session={session} locked={run !== null} onGo={go} />
+        <Title order={3}>{STEP_WORDS[step]}</Title>
+        <ProblemNote error={visit.error} />
+        {step === "begin" && (
+          <>
+            {newest?.signed_at && (
+              <Text>
+                The last session is signed.{" "}
+                <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
+                  Look at it
+                </PageLink>
+              </Text>
+            )}
+            <BeginStep patientId={patientId} session={session} onDone={() => setGone(null)} />
+          </>
+        )}
+        {step === "checklist" && session && <Checks session={session} onDone={() => go("pain_before")} />}
+        {(step === "pain_before" || step === "pain_after") && session && (
+          <Pain session={session} when={step} onDone={() => go(stepAfter(step))} />
+        )}
+        {step === "play" && (
+          <>
+            <PlayPanel patientId={patientId} session={session} wanted={wanted} />
+            {!run && session && (
+              <Group>
+                <Button
+                  size="lg"
+                  variant={session.runs.length > 0 ? "filled" : "default"}
+                  onClick={() => go("pain_after")}
+                >
+                  Enough played: on to pain after
+                </Button>
+              </Group>
+            )}
+          </>
+        )}
+        {step === "note" && session && (
+          <>
+            <NoteCard key={session.id} session={session} />
+            {session.ended_at && (
+              <Group>
+                <Button variant="default" size="lg" onClick={() => setAnother(true)}>
+                  Sign it later: begin another session
+                </Button>
+              </Group>
+            )}
+          </>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+function Steps(props: { step: Step; session: Session | null; locked: boolean; onGo: (step: Step) => void }) {
+  const { step, session, locked, onGo } = props;
+  const reached = STEPS.indexOf(stepOf(session));
+  return (
+    <Group component="nav" gap="xs" aria-label="Steps of the session">
+      {STEPS.map((one, place) => (
+        <UnstyledButton
+          key={one}
+          className={classes.step ?? ""}
+          aria-current={one === step ? "step" : undefined}
+          disabled={locked || !canGoTo(one, session)}
+          onClick={() => onGo(one)}
+        >
+          {place < reached ? <IconCircleCheckFilled size={22} aria-label="done" /> : <b>{place + 1}</b>}{" "}
+          {STEP_WORDS[one]}
+        </UnstyledButton>
+      ))}
+    </Group>
+  );
+}
+
+/** For what is played first: of the programme, or any of the patient's recordings. */
+function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
+  const recordings = useQuery({
+    queryKey: ["recordings", session.patient.id],
+    queryFn: () => api.recordings(session.patient.id),
+  });
+  const item = nextItem(session.programme?.items ?? [], session.runs);
+  const first = (recordings.data?.items ?? []).find((one) => !one.archived_at);
+  const recordingId = item?.recording_id ?? first?.id ?? null;
+  const name = item?.recording_name ?? first?.name;
+  const checklist = useChecklist(session.id, recordingId);
+  const complete = checklist.data?.complete === true;
+  return (
+    <>
+      <Text>{name ? `For ${name}.` : "Nothing has been taught yet; the fixtures are asked for later."}</Text>
+      <CheckList sessionId={session.id} recordingId={recordingId} />
+      <Group>
+        <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
+          {complete ? "On to pain before" : "Later: on to pain before"}
+        </Button>
+      </Group>
+    </>
+  );
+}
+
+function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onDone: () => void }) {
+  const { session, when, onDone } = props;
+  const say = useMutation({
+    mutationFn: (pain: Partial<Pick<Session, "pain_before" | "pain_during" | "pain_after">>) =>
+      api.updateSession(session.id, { ...pain, updated_at: session.updated_at }),
+    onSuccess: useKeepSession(),
+  });
+  return (
+    <>
+      {when === "pain_after" && (
+        <PainScale
+          label="Worst pain during the session"
+          value={session.pain_during}
+          disabled={say.isPending}
+          onChange={(pain_during) => say.mutate({ pain_during })}
+        />
+      )}
+      <PainScale
+        label={when === "pain_before" ? "Pain before" : "Pain after"}
+        value={session[when]}
+        disabled={say.isPending}
+        onChange={(pain) => say.mutate({ [when]: pain })}
+      />
+      <ProblemNote error={say.error} />
+      <Group>
+        <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
+          {session[when] === null ? "Not asked: go on" : "Go on"}
+        </Button>
+      </Group>
+    </>
+  );
+}

@@ -1,0 +1,54 @@
+import { describe, expect, it } from "vitest";
+import { canGoTo, type Item, isDone, nextItem, type Step, stepAfter, stepOf } from "./steps";
+
+type Seen = NonNullable<Parameters<typeof stepOf>[0]>;
+const answer = (check: Seen["checks"][number]["check"]) => ({ check, subject: "", at: "", by: "Ito Mai" });
+const CHECKED = (["side", "fixtures", "belt"] as const).map(answer);
+const FRESH: Seen = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
+const RUN = { programme_position: 1, outcome: "completed" } as Seen["runs"][number];
+const item = (position: number) => ({ position, recording_id: `r${position}` }) as Item;
+
+describe("where a visit stands", () => {
+  it.each<[string, Seen | null, Step]>([
+    ["nothing has begun", null, "begin"],
+    ["it has just begun", FRESH, "checklist"],
+    ["one check is still open", { ...FRESH, checks: CHECKED.slice(1) }, "checklist"],
+    ["everything is in order", { ...FRESH, checks: CHECKED }, "pain_before"],
+    ["pain before is known, also none at all", { ...FRESH, checks: CHECKED, pain_before: 0 }, "play"],
+    ["something was played, whatever was left out before", { ...FRESH, runs: [RUN] }, "play"],
+    ["pain after is known", { ...FRESH, runs: [RUN], pain_after: 0 }, "note"],
+    ["it has ended", { ...FRESH, ended_at: "2026-11-21T09:30:00Z" }, "note"],
+  ])("is told by the record when %s", (_, session, step) => {
+    expect(stepOf(session)).toBe(step);
+  });
+
+  it("can be gone back from, but not past its beginning or end", () => {
+    expect(canGoTo("play", null)).toBe(false);
+    expect(canGoTo("begin", null)).toBe(true);
+    expect(canGoTo("checklist", { ...FRESH, runs: [RUN] })).toBe(true);
+    const ended = { ...FRESH, ended_at: "2026-11-21T09:30:00Z" };
+    expect(canGoTo("play", ended)).toBe(false);
+    expect(canGoTo("note", ended)).toBe(true);
+  });
+
+  it("goes on one step after the other", () => {
+    expect(stepAfter("pain_before")).toBe("play");
+    expect(stepAfter("note")).toBe("note");
+  });
+});
+
+describe("what is played next", () => {
+  const items = [item(1), item(2)];
+
+  it("is the first of what is planned that was not played to its end", () => {
+    expect(nextItem(items, [])?.position).toBe(1);
+    expect(nextItem(items, [RUN])?.position).toBe(2);
+    expect(nextItem(items, [{ ...RUN, outcome: "stopped" }])?.position).toBe(1);
+    expect(nextItem(items, [RUN, { ...RUN, programme_position: 2 }])).toBeNull();
+    expect(nextItem([], [RUN])).toBeNull();
+  });
+
+  it("does not count what was chosen besides", () => {
+    expect(isDone(item(1), [{ ...RUN, programme_position: null }])).toBe(false);
+  });
+});

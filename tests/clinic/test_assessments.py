@@ -1,0 +1,148 @@
+"""Assessments on both databases."""
+
+from datetime import UTC, datetime, timedelta
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+
+from kata.clinic.assessments import service
+from kata.clinic.assessments.schemas import AssessmentCreate, AssessmentUpdate
+from kata.clinic.assessments.tables import RomRow
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.problems import ProblemError
+from kata.database.engine import Database
+
+DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
+SPADI = [8, 7, 6, 5, 4, 3, 3, 3, 3, 3, 3, 3, 3]
+
+
+def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
+    return {"side": "left", "motion": "flexion", "kind": "active", "angle_deg": angle_deg} | given
+
+
+def found(day: int = 0, **given: Any) -> AssessmentCreate:
+    body: dict[str, Any] = {"assessed_at": DAY + timedelta(days=day), "assessed_by": "Kimura Jun", "pain_rest": 3}
+    return AssessmentCreate(**(body | given))
+
+
+@pytest.fixture
+def episode_id(database: Database) -> UUID:
+    with database.write() as session:
+        row = patients.create(session, PatientCreate(clinic_number="K-1", name="Yamada Hanako", affected_side="left"))
+        assert row.episode
+        return row.episode.id
+
+
+def test_what_was_found_is_kept_as_it_was_found(database: Database, episode_id: UUID) -> None:
+    entries = [
+        rom(31.5, motion="external_rotation", position="abducted_90", kind="passive"),
+        rom(170, side="right"),
+        rom(95),
+    ]
+    with database.write() as session:
+        key = service.create(session, episode_id, found(rom=entries, spadi=SPADI, pain_average=5, note=" Slept. ")).id
+    with database.read() as session:
+        kept = service.as_assessment(service.get(session, key))
+    assert (kept.assessed_at, kept.assessed_by, kept.note) == (DAY, "Kimura Jun", "Slept.")
+    assert (kept.pain_rest, kept.pain_active, kept.pain_passive, kept.pain_average) == (3, None, None, 5)
+    assert kept.spadi == SPADI
+    assert kept.spadi_score
+    assert (kept.spadi_score.pain, kept.spadi_score.disability, kept.spadi_score.total) == (60, 30, 45)
+    # In the table's order, whatever order they came in.
+    assert [(one.side, one.motion, one.position, one.kind, one.angle_deg) for one in kept.rom] == [
+        ("left", "flexion", "", "active", 95),
+        ("right", "flexion", "", "active", 170),
+        ("left", "external_rotation", "abducted_90", "passive", 31.5),
+    ]
+
+
+def test_a_change_replaces_what_is_given_and_leaves_the_rest(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        row = service.create(session, episode_id, found(rom=[rom(95), rom(110, kind="passive")], spadi=SPADI))
+    entries = [rom(100), rom(20, motion="extension")]
+    change = AssessmentUpdate.model_validate({"updated_at": row.updated_at, "rom": entries, "pain_rest": None})
+    with database.write() as session:
+        service.change(session, row.id, change)
+    with database.read() as session:
+        kept = service.as_assessment(service.get(session, row.id))
+    assert [(one.motion, one.kind, one.angle_deg) for one in kept.rom] == [
+        ("flexion", "active", 100),
+        ("extension", "active", 20),
+    ]
+    assert (kept.pain_rest, kept.spadi, kept.assessed_by) == (None, SPADI, "Kimura Jun")
+    assert kept.updated_at > row.updated_at
+
+
+def test_the_second_of_two_editors_is_told_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        row = service.create(session, episode_id, found())
+        seen = row.updated_at
+    with database.write() as session:
+        service.change(session, row.id, AssessmentUpdate(updated_at=seen, note="first"))
+    with pytest.raises(ProblemError) as told, database.write() as session:
+        service.change(session, row.id, AssessmentUpdate(updated_at=seen, note="second"))
+    assert (told.value.status, told.value.code) == (409, "edited_meanwhile")
+    with pytest.raises(ProblemError) as told, database.write() as session:
+        service.withdraw(session, row.id, seen)
+    assert told.value.code == "edited_meanwhile"
+    with database.read() as session:
+        assert service.get(session, row.id).note == "first"
+
+
+def test_what_is_withdrawn_stays_to_be_seen_and_counts_for_nothing(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        first, second, third = (service.create(session, episode_id, found(day)) for day in (0, 7, 14))
+    with database.write() as session:
+        withdrawn = service.withdraw(session, first.id, first.updated_at)
+        at, updated_at = withdrawn.withdrawn_at, withdrawn.updated_at
+    with database.write() as session:
+        assert service.withdraw(session, first.id, first.updated_at).withdrawn_at == at
+
+    with database.read() as session:
+        rows, total, baseline = service.of_episode(session, episode_id, limit=20, offset=0)
+        assert ([row.id for row in rows], total) == ([third.id, second.id, first.id], 3)
+        assert baseline
+        assert baseline.id == second.id
+    with pytest.raises(ProblemError) as told, database.write() as session:
+        service.change(session, first.id, AssessmentUpdate(updated_at=updated_at, note="late"))
+    assert told.value.code == "withdrawn"
+
+
+def test_a_list_goes_on_where_it_ended(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        made = [service.create(session, episode_id, found(day)).id for day in range(5)]
+        patient_id = service.episode_of(session, episode_id).patient_id
+    with database.read() as session:
+        rows, total, _ = service.of_episode(session, episode_id, limit=2, offset=2)
+        assert ([row.id for row in rows], total) == ([made[2], made[1]], 5)
+        of_patient, total = service.of_patient(session, patient_id, limit=2, offset=0)
+        assert ([row.id for row in of_patient], total) == ([made[4], made[3]], 5)
+
+
+def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        row = service.create(session, episode_id, found())
+    with pytest.raises(ProblemError) as told, database.write() as session:
+        service.change(session, row.id, AssessmentUpdate(updated_at=row.updated_at, pain_rest=None))
+    assert (told.value.status, told.value.code) == (422, "nothing_found")
+    with database.read() as session:
+        assert service.get(session, row.id).pain_rest == 3
+
+
+def test_what_another_version_has_kept_does_not_break_the_rest(database: Database, episode_id: UUID) -> None:
+    with database.write() as session:
+        row = service.create(session, episode_id, found(rom=[rom(95)]))
+        unknown = RomRow(side="left", motion="circumduction", kind="active", position="", angle_deg=1)
+        wider = RomRow(side="left", motion="extension", kind="active", position="", angle_deg=95)
+        row.rom += [unknown, wider]
+    with database.read() as session:
+        kept = service.as_assessment(service.get(session, row.id))
+    assert [(one.motion, one.angle_deg) for one in kept.rom] == [("flexion", 95), ("extension", 95)]
+
+
+def test_what_is_not_there_is_not_found(database: Database) -> None:
+    with pytest.raises(ProblemError) as told, database.write() as session:
+        service.create(session, uuid4(), found())
+    assert told.value.status == 404

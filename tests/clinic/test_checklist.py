@@ -1,0 +1,67 @@
+"""What has to be in order before a recording is played."""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from kata.clinic.sessions.checklist import Answer, Checked, CheckName, checked, needed, playback_fixtures
+
+NOON = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
+NOTHING: dict[CheckName, datetime | None] = {"pedal": None, "estop": None}
+EVERYTHING: dict[CheckName, datetime | None] = {"pedal": NOON, "estop": NOON}
+
+
+def still_open(checks: tuple[Checked, ...]) -> list[str]:
+    return [one.need.check for one in checks if one.answer is None]
+
+
+def answer(check: CheckName, subject: str, minutes: int = 0) -> Answer:
+    return Answer(check, subject, NOON + timedelta(minutes=minutes), "Ito Mai")
+
+
+@pytest.mark.parametrize(
+    ("taught_with", "rotates", "fixtures"),
+    [
+        ((), False, ("arm_fixer_1",)),
+        ((), True, ("arm_fixer_2", "elbow_fixer_2")),
+        (("arm_fixer_1",), True, ("arm_fixer_1",)),
+        (("arm_fixer_2", "elbow_fixer_1"), False, ("arm_fixer_2", "elbow_fixer_2")),
+    ],
+)
+def test_a_rotated_arm_lies_in_the_second_fixers_any_other_in_the_first_unless_it_was_taught_otherwise(
+    taught_with: tuple[str, ...], rotates: bool, fixtures: tuple[str, ...]
+) -> None:
+    assert playback_fixtures(taught_with, rotates=rotates) == fixtures
+
+
+def test_everything_is_open_at_first_and_named_in_words() -> None:
+    checks = checked(needed("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
+    assert still_open(checks) == ["side", "fixtures", "belt", "pedal", "estop"]
+    assert checks[0].need.sentence == "The apparatus stands for the left shoulder, and its pin is in."
+    assert checks[1].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
+
+
+def test_what_the_apparatus_tells_nobody_can_tick() -> None:
+    ticked = [answer("pedal", ""), answer("estop", ""), answer("belt", "")]
+    checks = checked(needed("left", ("arm_fixer_1",)), ticked, NOTHING)
+    assert still_open(checks) == ["side", "fixtures", "pedal", "estop"]
+    seen = checked(needed("left", ("arm_fixer_1",)), ticked, EVERYTHING)
+    assert [(one.answer.by, one.answer.at) for one in seen[3:] if one.answer] == [("", NOON), ("", NOON)]
+
+
+def test_other_fixtures_are_asked_for_again_and_only_they() -> None:
+    given = [answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
+    assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == []
+    other = needed("left", ("arm_fixer_2", "elbow_fixer_2"))
+    assert still_open(checked(other, given, EVERYTHING)) == ["fixtures"]
+    assert still_open(checked(needed("right", ("arm_fixer_1",)), given, EVERYTHING)) == ["side"]
+
+
+def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
+    given = [
+        answer("side", "left"),
+        answer("belt", ""),
+        answer("fixtures", "arm_fixer_1"),
+        answer("fixtures", "arm_fixer_2+elbow_fixer_2", minutes=5),
+    ]
+    assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == ["fixtures"]

@@ -1,0 +1,154 @@
+"""The drafted note, sentence by sentence."""
+
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+
+from kata.clinic.sessions.draft import draft
+from kata.clinic.sessions.ending import suggested_reason
+from kata.clinic.sessions.schemas import (
+    Comparison,
+    MotionTracking,
+    MotorTracking,
+    Run,
+    RunStop,
+    Session,
+    SessionItem,
+    SessionPatient,
+    SessionProgramme,
+)
+
+AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
+ANGLE: dict[str, Any] = {
+    "peak_at_s": 1.0, "rmse_deg": 0.5, "start_deg": 0.1, "lag_ms": 10.0, "taught_min_deg": 0.0, "taught_max_deg": 90.0,
+    "played_min_deg": 0.0, "played_max_deg": 90.0, "taught_smoothness": -1.5, "played_smoothness": -1.5,
+}  # fmt: skip
+
+
+def compared(peaks: tuple[float, ...] = (0.1, 0.2, 1.0, -2.4, 0.3), **reached: float) -> Comparison:
+    motors = [MotorTracking(motor=n, torque_peak_nm=1.0, peak_deg=peak, **ANGLE) for n, peak in enumerate(peaks, 1)]
+    motion = MotionTracking(
+        motion=4, name="Abduction / adduction of the shoulder", apparatus_min_deg=0, apparatus_max_deg=120,
+        reference_min_deg=0, reference_max_deg=180, peak_deg=1.0, **ANGLE | reached,
+    )  # fmt: skip
+    return Comparison(samples=10, motors=motors, motions=[motion])
+
+
+def run(name: str = "Abduction", **given: Any) -> Run:
+    plain: dict[str, Any] = {
+        "id": uuid4(), "session_id": uuid4(), "recording_id": UUID(int=1), "recording_name": name, "started_at": AT,
+        "ended_at": AT, "outcome": "completed", "stop": None, "rate_hz": 100, "method": "smooth", "load_level": 8,
+        "programme_position": None, "repetitions_done": 1, "reversals": 0, "least_range_percent": None,
+        "comparison": None,
+    }  # fmt: skip
+    return Run(**plain | given)
+
+
+def programme(*names: str) -> SessionProgramme:
+    items = [
+        SessionItem(
+            position=n, recording_id=UUID(int=n), recording_name=name, load_level=8, method="smooth", repetitions=10
+        )
+        for n, name in enumerate(names, start=1)
+    ]
+    return SessionProgramme(
+        id=uuid4(), name="Weeks 3 to 6", version_id=uuid4(), number=2, timer_minutes=None, items=items
+    )
+
+
+def session(*runs: Run, **given: Any) -> Session:
+    plain: dict[str, Any] = {
+        "id": uuid4(), "patient": SessionPatient(id=uuid4(), name="N", clinic_number="1"), "episode_id": uuid4(),
+        "side": "left", "therapist": "Ito Mai", "station": "Station 1", "programme": None, "started_at": AT,
+        "ended_at": None, "end_reason": None, "checks": [], "pain_before": None, "pain_during": None,
+        "pain_after": None, "note": "", "signed_at": None, "signed_by": "", "addenda": [], "updated_at": AT,
+        "runs": list(runs),
+    }  # fmt: skip
+    return Session(**plain | given)
+
+
+def test_it_begins_with_side_and_programme() -> None:
+    planned = session(run(programme_position=1), programme=programme("Abduction"))
+    assert draft(planned).startswith("Left shoulder, programme Weeks 3 to 6 (version 2). ")
+    assert draft(session(run())).startswith("Left shoulder, without a programme. ")
+
+
+def test_where_nothing_was_played_it_says_so() -> None:
+    assert draft(session(run(outcome="unloaded"), pain_before=4)) == (
+        "Left shoulder, without a programme. Nothing was played. Pain (0 to 10): 4 before."
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({}, "Abduction: 1 of 1 repetition."),
+        ({"repetitions": 10, "repetitions_done": 8}, "Abduction: 8 of 10 repetitions."),
+        ({"repetitions": 10, "repetitions_done": None}, "Abduction: 10 of 10 repetitions."),
+        (
+            {"repetitions": 2, "repetitions_done": 2, "speed_percent": 50, "range_percent": 80, "pause_s": 2},
+            "Abduction (80 % of the range, 50 % speed, 2 s of pause): 2 of 2 repetitions.",
+        ),
+        ({"method": "learned"}, "Abduction (learned): 1 of 1 repetition."),
+        (
+            {"outcome": "stopped", "repetitions_done": 0, "stop": RunStop(code="estop_pressed", message="Pressed.")},
+            "Abduction was stopped: Pressed.",
+        ),
+        ({"outcome": "returned"}, "Abduction was ended early."),
+        ({"outcome": "interrupted"}, "Abduction was interrupted: the control program ended."),
+        ({"reversals": 1}, "In Abduction the arm met resistance and was taken back once (level 8)."),
+        ({"reversals": 3}, "In Abduction the arm met resistance and was taken back 3 times (level 8)."),
+        (
+            {"least_range_percent": 70.0},
+            "Less range was asked for in Abduction: part of it was played with 70 % of its range.",
+        ),
+        ({"comparison": compared()}, "Tracking error at most 2.4 deg (motor 4, RMSE 0.5 deg)."),
+        (
+            {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
+            "Reached: abduction / adduction of the shoulder 5 to 99 deg.",
+        ),
+    ],
+)
+def test_each_thing_that_happened_is_one_sentence(given: dict[str, Any], sentence: str) -> None:
+    text = draft(session(run(**given)))
+    assert sentence in text
+    assert draft(session(run())) == "Left shoulder, without a programme. Abduction: 1 of 1 repetition."
+
+
+def test_planned_repetitions_are_the_programmes_and_what_was_left_out_is_named() -> None:
+    planned = programme("Abduction", "Flexion")
+    text = draft(session(run(programme_position=1, repetitions=5, repetitions_done=5), programme=planned))
+    assert "Abduction: 5 of 10 repetitions. Not played: Flexion." in text
+
+
+def test_the_widest_range_of_all_runs_counts() -> None:
+    first = run(comparison=compared(played_min_deg=10, played_max_deg=80))
+    second = run(comparison=compared(played_min_deg=5, played_max_deg=70))
+    assert "Reached: abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
+
+
+def test_pain_is_told_as_far_as_somebody_asked() -> None:
+    assert draft(session(run(), pain_before=4, pain_after=0)).endswith("Pain (0 to 10): 4 before, 0 after.")
+    assert draft(session(run(), pain_before=4, pain_during=6, pain_after=2)).endswith("4 before, 6 during, 2 after.")
+
+
+@pytest.mark.parametrize(
+    ("planned", "runs", "reason"),
+    [
+        (programme("A", "B"), [run(programme_position=2), run(programme_position=1)], "completed"),
+        (programme("A", "B"), [run(programme_position=1)], "shortened"),
+        (programme("A"), [run(programme_position=1, outcome="stopped")], "stopped"),
+        (programme("A"), [run(programme_position=1), run(outcome="stopped")], "completed"),
+        (None, [run()], "completed"),
+        (None, [run(outcome="interrupted")], "stopped"),
+        (None, [run(outcome="returned")], "shortened"),
+        (None, [run(outcome="unloaded")], "shortened"),
+        (None, [], "shortened"),
+    ],
+)
+def test_the_ends_name_follows_from_what_happened(
+    planned: SessionProgramme | None, runs: list[Run], reason: str
+) -> None:
+    assert suggested_reason(planned.items if planned else [], runs) == reason

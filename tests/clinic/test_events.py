@@ -1,0 +1,227 @@
+"""What the device tells reaches the database once, and keeps nobody waiting."""
+
+import threading
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from sqlalchemy import select
+
+from kata.clinic.events import service
+from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
+from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.events.writer import EventWriter
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.problems import ProblemError
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.station.schemas import EventLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
+from kata.station.station import Occupation
+
+AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
+PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()
+OCCUPATION = Occupation(str(RUN), PatientRef(id=PATIENT, name="N"), "Flexion", SESSION)
+
+
+def state(**given: Any) -> Live:
+    plain: dict[str, Any] = {
+        "device": "running", "age_ms": 1.0, "side": "right", "mode": "idle", "torque_on": False, "estop": "closed",
+        "pedal": "up", "axes": [], "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": None,
+    }  # fmt: skip
+    return Live(**plain | given)
+
+
+def playing(**given: Any) -> Live:
+    run = RunLive(
+        run_id=RUN, recording_id=uuid4(), session_id=SESSION, recording_name="Flexion", changes=[], patient=None,
+        position_s=1, duration_s=9, left_s=8, at_start=False, load_level=25, reversals=0, reversing=False,
+        range_percent=100, resistance=None,
+    )  # fmt: skip
+    return state(mode="playing", torque_on=True, run=run, **given)
+
+
+def stop(*codes: str, **given: Any) -> Live:
+    causes = [
+        StopCauseLive(code=code, category=1, message=f"{code}.", next_step="", axis=None, cleared=False)
+        for code in codes
+    ]
+    return state(mode="stopped", stop=StopLive(causes=causes, arm_held=False), **given)
+
+
+def alarms(told: list[Happening | Ended]) -> list[Happening]:
+    return [one for one in told if isinstance(one, Happening) and one.kind == "alarm"]
+
+
+def test_a_stop_is_an_alarm_of_the_run_that_it_ended_and_each_cause_is_told_once() -> None:
+    observer = Observer("Station 1")
+    assert observer.look(playing(), OCCUPATION) == []
+    (first,) = alarms(observer.look(stop("estop_pressed"), OCCUPATION))
+    assert (first.code, first.patient_id, first.session_id, first.run_id) == ("estop_pressed", PATIENT, SESSION, RUN)
+    assert (first.station, first.category) == ("Station 1", 1)
+    (second,) = alarms(observer.look(stop("estop_pressed", "drive_silent"), OCCUPATION))
+    assert second.code == "drive_silent"
+    assert observer.look(stop("estop_pressed", "drive_silent"), OCCUPATION) == []
+
+
+def test_an_alarm_ends_when_it_is_acknowledged_or_its_control_program_has_gone() -> None:
+    observer = Observer("Station 1")
+    for gone in (state(), state(device="restarting", mode="offline")):
+        (alarm,) = alarms(observer.look(stop("operator_stop"), None))
+        (ended,) = observer.look(gone, None)
+        assert isinstance(ended, Ended)
+        assert ended.ids == (alarm.id,)
+
+
+def test_what_happens_when_nobody_is_on_the_apparatus_is_nobodys() -> None:
+    observer = Observer("Station 1")
+    observer.look(playing(), OCCUPATION)
+    observer.look(state(), OCCUPATION)
+    (alarm,) = alarms(observer.look(stop("drive_silent"), OCCUPATION))
+    assert (alarm.patient_id, alarm.session_id, alarm.run_id) == (None, None, None)
+
+
+def test_the_switch_is_tried_when_it_was_pressed_and_released() -> None:
+    observer = Observer("Station 1")
+    assert alarms(observer.look(stop("estop_pressed", estop="pressed"), None))
+    (tried,) = observer.look(stop("estop_pressed", estop="released"), None)
+    assert isinstance(tried, Happening)
+    assert (tried.code, tried.kind) == (ESTOP_TESTED, "event")
+    assert observer.look(stop("estop_pressed", estop="released"), None) == []
+
+
+@pytest.mark.parametrize("before", ["unknown", "closed"])
+def test_a_switch_that_nobody_saw_pressed_was_not_tried(before: str) -> None:
+    observer = Observer("Station 1")
+    observer.look(state(estop=before), None)
+    told = observer.look(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
+
+
+def test_a_press_before_the_control_program_started_anew_does_not_count() -> None:
+    observer = Observer("Station 1")
+    observer.look(stop("estop_pressed", estop="pressed"), None)
+    observer.look(state(device="restarting", estop="unknown"), None)
+    told = observer.look(stop("estop_pressed", estop="released"), None)
+    assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
+
+
+def test_events_are_kept_as_they_were_told_but_for_those_that_are_alarms() -> None:
+    observer = Observer("Station 1")
+    (heard,) = observer.hear(EventLive(number=1, code="take_started", message="Take 1 is being recorded.", at=AT))
+    assert (heard.kind, heard.code, heard.at) == ("event", "take_started", AT)
+    assert observer.hear(EventLive(number=2, code="fault", message="Stopped.", at=AT)) == []
+
+
+def happening(code: str = "torque", at: datetime = AT, **given: Any) -> Happening:
+    return Happening(station="Station 1", at=at, kind="event", code=code, message=f"{code}.", **given)
+
+
+def kept(database: Database) -> list[DeviceEventRow]:
+    with database.read() as session:
+        return list(session.scalars(select(DeviceEventRow).order_by(DeviceEventRow.at, DeviceEventRow.code)))
+
+
+def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database) -> None:
+    writer = EventWriter(database)
+    alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
+    for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
+        writer.put(item)
+    writer.close()
+    rows = kept(database)
+    assert [(row.code, row.kind) for row in rows] == [("operator_stop", "alarm"), ("torque", "event")]
+    assert rows[0].ended_at == AT + timedelta(minutes=1)
+    assert rows[1].ended_at is None
+
+
+def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database) -> None:
+    writer = EventWriter(database)
+    for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
+        writer.put(item)
+    writer.close()
+    assert [row.code for row in kept(database)] == ["a", "c"]
+
+
+@pytest.fixture
+def sqlite(tmp_path: Path) -> Database:
+    made = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(made)
+    return made
+
+
+def test_a_locked_database_delays_nobody_and_what_has_no_room_is_counted(
+    sqlite: Database, caplog: pytest.LogCaptureFixture
+) -> None:
+    writer = EventWriter(sqlite, room=2, again_s=0.01)
+    with sqlite.writer.connect() as locking, locking.begin():
+        # The thread takes the first and waits with it: how many more it has taken by then is nobody's concern.
+        def put_many() -> None:
+            for n in range(50):
+                writer.put(happening(f"e{n}"))
+
+        putting = threading.Thread(target=put_many)
+        putting.start()
+        putting.join(5.0)
+        assert not putting.is_alive()
+    writer.put(happening("last", at=AT + timedelta(hours=1)))
+    writer.close()
+    codes = [row.code for row in kept(sqlite)]
+    assert 1 <= len(codes) < 50
+    assert codes == sorted(set(codes), key=codes.index)
+    assert "not written down any more" in caplog.text
+
+
+def test_a_station_is_registered_and_what_it_left_open_is_over(database: Database) -> None:
+    with database.write() as session:
+        service.register(session, "Station 1", 'name = "Station 1"')
+        session.add(
+            DeviceEventRow(
+                id=uuid4(), station="Station 1", at=AT, kind="alarm", code="bus_lost", message="Gone.", ended_at=None
+            )
+        )
+    with database.write() as session:
+        service.register(session, "Station 1", 'name = "Station 1"\nrate_hz = 10')
+    with database.read() as session:
+        (row,) = session.scalars(select(StationRow))
+        assert row.config.endswith("rate_hz = 10")
+        assert row.started_at > row.registered_at
+        assert session.scalars(select(DeviceEventRow.ended_at)).one() is not None
+
+
+def test_the_switch_counts_for_its_day_and_its_station(database: Database) -> None:
+    with database.write() as session:
+        session.add(
+            DeviceEventRow(id=uuid4(), station="Station 1", at=AT, kind="event", code=ESTOP_TESTED, message="Tried.")
+        )
+    with database.read() as session:
+        assert service.estop_tested_at(session, "Station 1", AT) == AT
+        assert service.estop_tested_at(session, "Station 1", AT + timedelta(seconds=1)) is None
+        assert service.estop_tested_at(session, "Station 2", AT) is None
+
+
+def test_pages_leave_nothing_out_and_repeat_nothing_where_many_have_the_same_time(database: Database) -> None:
+    with database.write() as session:
+        patient = patients.create(session, PatientCreate(clinic_number="1", name="N", affected_side="left"))
+        for n in range(7):
+            session.add(
+                DeviceEventRow(
+                    id=uuid4(), station="Station 1", at=AT + timedelta(seconds=n // 3), kind="event", code=f"e{n}",
+                    message="E.", patient_id=patient.id if n % 2 else None,
+                )
+            )  # fmt: skip
+    wanted: dict[str, Any] = {"station": None, "session_id": None, "patient_id": None, "kind": None, "code": None}
+    with database.read() as session:
+        found: list[str] = []
+        after = None
+        for _ in range(4):
+            rows, after = service.find(session, **wanted, after=after, limit=2)
+            found += [row.code for row in rows]
+        assert after is None
+        assert sorted(found) == [f"e{n}" for n in range(7)]
+        assert found[0] == "e6"
+        own, _ = service.find(session, **wanted | {"patient_id": patient.id}, after=None, limit=50)
+        assert len(own) == 3
+        with pytest.raises(ProblemError, match="cannot be read"):
+            service.find(session, **wanted, after="yesterday", limit=2)

@@ -1,0 +1,145 @@
+"""What is drawn of a long motion: few points, every peak, and of a window every sample."""
+
+import base64
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from kata.clinic import figures, overview
+from kata.clinic.figures import RecordingParts, RunParts, Window
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
+from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
+from kata.database.arrays import Floats, UnreadableError
+from kata.database.series import Series, pack
+from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
+from kata.motion.edit import AS_TAUGHT, Motion
+from kata.motion.tracking import compare
+
+COUNT = 30_000
+TIMES_S: Floats = np.linspace(0.0, (COUNT - 1) / 100, COUNT)
+ANGLES_DEG: Floats = 30 * np.sin(TIMES_S[:, None] / 4 * np.arange(1.0, 6.0))
+PEAK_AT, PEAK_DEG = 20_123, 7.5
+APPROACH = 500
+
+
+def played_deg() -> Floats:
+    """Half a degree more than was taught, and one cycle far off."""
+    angles = ANGLES_DEG + 0.5
+    angles[PEAK_AT, 2] += PEAK_DEG - 0.5
+    return angles
+
+
+def run_parts(window: Window | None = None) -> RunParts:
+    """Samples as a run leaves them: an approach, and what was played."""
+    approach = np.zeros((APPROACH, 5))
+    measured = np.vstack([approach, played_deg()])
+    columns = {
+        "time_s": np.arange(APPROACH + COUNT) * 0.01,
+        "phase": np.repeat([PHASE_APPROACHING, PHASE_PLAYING], [APPROACH, COUNT]),
+        "path_s": np.concatenate([np.full(APPROACH, np.nan), TIMES_S]),
+        "setpoint_deg": measured,
+        "measured_deg": measured,
+        "torque_nm": np.zeros_like(measured),
+    }
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
+    return RunParts(taught, pack(columns, PLAYED_COLUMNS), AS_TAUGHT, None, window)
+
+
+def kept_overview() -> RunParts:
+    compared = compare(TIMES_S, ANGLES_DEG, TIMES_S, played_deg())
+    return RunParts(None, None, AS_TAUGHT, overview.of_run(Motion(TIMES_S, ANGLES_DEG), compared), None)
+
+
+def numbers(encoded: dict[str, str]) -> Floats:
+    return np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"]).astype(np.float64)
+
+
+def lines(told: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
+    return {trace["name"]: (numbers(trace["x"]), numbers(trace["y"])) for trace in told["data"]}
+
+
+@pytest.mark.parametrize("parts", [run_parts(), kept_overview()], ids=["samples", "overview"])
+def test_a_long_run_is_drawn_with_few_points_and_every_peak(parts: RunParts) -> None:
+    motors = json.loads(figures.run(parts))["motors"]
+    third = lines(motors[2]["figure"])
+    for x, y in third.values():
+        assert len(x) == len(y) <= 2 * overview.LINE_POINTS
+        assert (np.diff(x) >= 0).all()
+        assert (x[0], x[-1]) == (0.0, pytest.approx(TIMES_S[-1]))
+    at, error = third["Error"]
+    peak = int(np.argmax(error))
+    assert (at[peak], error[peak]) == (pytest.approx(TIMES_S[PEAK_AT], abs=1e-3), pytest.approx(PEAK_DEG, abs=2e-3))
+    assert lines(motors[1]["figure"])["Error"][1] == pytest.approx(0.5, abs=2e-3)
+    assert third["Teaching"][1].max() == pytest.approx(ANGLES_DEG[:, 2].max(), abs=1e-3)
+    assert motors[2]["figure"]["layout"]["yaxis2"]["range"][1] > PEAK_DEG
+
+
+def test_an_overview_is_small_beside_what_it_stands_for() -> None:
+    parts, whole = kept_overview(), run_parts()
+    assert parts.overview is not None and whole.played is not None
+    assert len(parts.overview) < 80_000
+
+
+def test_a_window_of_a_run_shows_every_sample_of_it_and_nothing_else() -> None:
+    window = (200.0, 203.0)
+    third = json.loads(figures.run(run_parts(window)))["motors"][2]["figure"]
+    assert third["layout"]["xaxis"]["range"] == [200.0, 203.0]
+    x, error = lines(third)["Error"]
+    within = (TIMES_S >= 200.0) & (TIMES_S <= 203.0)
+    assert x == pytest.approx(TIMES_S[within])
+    assert error == pytest.approx((played_deg() - ANGLES_DEG)[within, 2], abs=2e-3)
+    taught_s, _ = lines(third)["Teaching"]
+    assert taught_s[0] <= 200.0 and taught_s[-1] >= 203.0 and len(taught_s) < 310
+
+
+def test_a_window_in_which_nothing_was_played_shows_what_was_taught_there() -> None:
+    parts = run_parts((1000.0, 1001.0))
+    told = json.loads(figures.run(parts))["motors"][0]["figure"]
+    assert len(lines(told)["Error"][0]) == 0
+    early = replace(parts, played=pack({name: np.empty((0, 5) if name.endswith(("deg", "nm")) else 0) for name in (
+        "time_s", "phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm"
+    )}, PLAYED_COLUMNS), window=(1.0, 2.0))  # fmt: skip
+    assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Teaching"][0]) > 100
+
+
+def test_a_window_is_drawn_though_another_minute_is_damaged() -> None:
+    parts = run_parts((200.0, 203.0))
+    assert parts.played is not None
+    hurt = replace(parts, played=Series(parts.played.head, dict(parts.played.blocks) | {0: b"damaged"}))
+    assert figures.run(hurt) == figures.run(parts)
+    with pytest.raises(UnreadableError):
+        figures.run(replace(hurt, window=(10.0, 11.0)))
+
+
+def test_a_recording_is_drawn_whole_from_its_overview_and_closer_from_its_samples() -> None:
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
+    seen = overview.of_recording(TIMES_S, ANGLES_DEG)
+    for parts in (RecordingParts(taught, None, None), RecordingParts(None, seen, None)):
+        x, y = lines(json.loads(figures.recording(parts)))["Motor 5"]
+        assert len(x) == overview.LINE_POINTS
+        assert (y.min(), y.max()) == pytest.approx((ANGLES_DEG[:, 4].min(), ANGLES_DEG[:, 4].max()), abs=1e-3)
+    closer = json.loads(figures.recording(RecordingParts(taught, None, (100.0, 101.0))))
+    assert len(lines(closer)["Motor 1"][0]) == pytest.approx(101, abs=1)
+    assert closer["layout"]["xaxis5"]["range"] == [100.0, 101.0]
+
+
+def test_what_is_short_is_kept_without_an_overview() -> None:
+    assert overview.of_recording(TIMES_S[:6000], ANGLES_DEG[:6000]) is None
+    compared = compare(TIMES_S, ANGLES_DEG, TIMES_S[:6000], ANGLES_DEG[:6000])
+    assert overview.of_run(Motion(TIMES_S, ANGLES_DEG), compared) is None
+
+
+def test_plotly_takes_what_is_made_by_hand() -> None:
+    """It checks every name and value when it is given a figure as JSON."""
+    taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
+    made = [
+        json.loads(figures.recording(RecordingParts(taught, None, None))),
+        json.loads(figures.derived(taught, taught)),
+    ]
+    made += [motor["figure"] for motor in json.loads(figures.run(run_parts((1.0, 2.0))))["motors"]]
+    for one in made:
+        assert len(go.Figure(one).data) == len(one["data"])

@@ -1,0 +1,161 @@
+"""A doctor's limits, held against what is about to be played."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+import numpy as np
+import pytest
+
+from kata.clinic.episodes import limits, service
+from kata.clinic.episodes.schemas import EpisodeCreate, EpisodeUpdate
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.problems import ProblemError
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.motion.axes import BASIC_MOTIONS, Side
+from kata.motion.edit import Motion
+from kata.motion.linkage import motor_angles_deg
+
+TIMES_S = np.arange(0, 4.005, 0.01)
+
+
+class Clinic:
+    """A patient whose right shoulder is treated."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        with database.write() as session:
+            patient = patients.create(session, PatientCreate(clinic_number="1", name="N", affected_side="right"))
+            self._patient_id: UUID = patient.id
+            self._episode_id = patient.episodes[0].id
+
+    def also_treat(self, side: Side) -> None:
+        """From now on the other shoulder's episode is the one that is limited."""
+        with self._database.write() as session:
+            self._episode_id = service.open_new(session, self._patient_id, EpisodeCreate(side=side)).id
+
+    def allow(self, **given: Any) -> None:
+        with self._database.write() as session:
+            service.change(session, self._episode_id, EpisodeUpdate(limits_by="Dr. Mori", **given))
+
+    def check(self, motion: Motion, level: int = 10, side: Side = "right") -> limits.MotorLimits:
+        with self._database.read() as session:
+            return limits.check(session, self._patient_id, side, motion, level, "smooth")
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    yield Clinic(database)
+    database.close()
+
+
+def moved(axis: int, to_deg: float, side: Side = "right", abduction_deg: float = 10.0) -> Motion:
+    """One angle of the body goes to a top at 2 s and back; the arm is lifted by so much."""
+    pose = np.zeros((len(TIMES_S), 5))
+    pose[:, 2] = abduction_deg
+    pose[:, axis - 1] = pose[0, axis - 1] + (to_deg - pose[0, axis - 1]) * (0.5 - 0.5 * np.cos(np.pi * TIMES_S / 2))
+    return Motion(TIMES_S, motor_angles_deg(pose, side))
+
+
+def refusal(clinic: Clinic, motion: Motion, **given: Any) -> ProblemError:
+    with pytest.raises(ProblemError) as refused:
+        clinic.check(motion, **given)
+    assert refused.value.message.endswith(".")
+    assert refused.value.next_step
+    return refused.value
+
+
+@pytest.mark.parametrize(
+    ("motion", "axis", "top_deg", "abduction_deg"),
+    [
+        (1, 1, 15.0, 10.0),
+        (2, 2, 12.0, 10.0),
+        (3, 4, 60.0, 80.0),
+        (4, 3, 70.0, 10.0),
+        (5, 4, 60.0, 10.0),
+        (6, 5, -40.0, 10.0),
+    ],
+)
+def test_what_leaves_a_limit_is_refused_with_motion_time_and_both_angles(
+    clinic: Clinic, motion: int, axis: int, top_deg: float, abduction_deg: float
+) -> None:
+    moving = moved(axis, top_deg, "right", abduction_deg)
+    inside = top_deg + np.sign(top_deg)
+    clinic.allow(limits=[{"motion": motion, "highest_deg" if top_deg > 0 else "lowest_deg": inside}])
+    clinic.check(moving)
+
+    beyond = top_deg - np.sign(top_deg)
+    clinic.allow(limits=[{"motion": motion, "highest_deg" if top_deg > 0 else "lowest_deg": beyond}])
+    told = refusal(clinic, moving)
+    assert (told.status, told.code) == (422, "beyond_doctors_limit")
+    assert told.message.startswith(f"Motion {motion} ({BASIC_MOTIONS[motion - 1].name.lower()}) would go to ")
+    assert f"no {'more' if top_deg > 0 else 'less'} than {beyond:g} deg." in told.message
+    said_deg, said_s = (
+        float(told.message.split(" deg at ")[0].split()[-1]),
+        float(told.message.split(" s; ")[0].split()[-1]),
+    )
+    assert said_deg == pytest.approx(top_deg, abs=0.2)
+    assert said_s == pytest.approx(2.0, abs=0.1)
+
+
+def test_on_the_left_the_bodys_angle_counts_too(clinic: Clinic) -> None:
+    clinic.also_treat("left")
+    clinic.allow(limits=[{"motion": 2, "highest_deg": 8.0}])
+    clinic.check(moved(2, 7.0, "left"), side="left")
+    clinic.check(moved(2, -12.0, "left"), side="left")
+    assert refusal(clinic, moved(2, 9.0, "left"), side="left").code == "beyond_doctors_limit"
+
+
+def test_motor_4_makes_the_motion_that_the_lifted_arm_says(clinic: Clinic) -> None:
+    clinic.allow(limits=[{"motion": 3, "highest_deg": 20.0}])
+    clinic.check(moved(4, 60.0, abduction_deg=10.0))
+    assert refusal(clinic, moved(4, 60.0, abduction_deg=80.0)).code == "beyond_doctors_limit"
+
+
+def test_a_hair_beyond_never_reads_like_what_is_allowed(clinic: Clinic) -> None:
+    clinic.allow(limits=[{"motion": 4, "highest_deg": 70.0}])
+    assert "70.1 deg" in refusal(clinic, moved(3, 70.02)).message
+
+
+def test_the_device_is_told_what_is_one_motors_alone(clinic: Clinic) -> None:
+    still = moved(3, 10.5)
+    assert clinic.check(still) == ()
+    clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])
+    assert clinic.check(still) == ()
+    free = (-360.0, 360.0)
+    clinic.allow(limits=[{"motion": 4, "lowest_deg": 0.0, "highest_deg": 90.0}, {"motion": 6, "lowest_deg": -30.0}])
+    assert clinic.check(still) == (free, free, (0.0, 90.0), free, (-30.0, 360.0))
+
+
+def test_of_motor_4_the_device_is_told_what_neither_motion_may_leave(clinic: Clinic) -> None:
+    still = moved(3, 10.5)
+    clinic.allow(limits=[{"motion": 5, "lowest_deg": -10.0, "highest_deg": 120.0}])
+    assert clinic.check(still)[3] == (-360.0, 360.0)
+    clinic.allow(limits=[{"motion": 5, "lowest_deg": -10.0, "highest_deg": 120.0}, {"motion": 3, "highest_deg": 90.0}])
+    assert clinic.check(still)[3] == (-360.0, 120.0)
+
+
+def test_a_higher_level_than_the_doctor_allows_is_refused(clinic: Clinic) -> None:
+    clinic.allow(max_load_level=12)
+    clinic.check(moved(3, 40.0), level=12)
+    told = refusal(clinic, moved(3, 40.0), level=13)
+    assert told.code == "level_not_allowed"
+    assert "12" in told.message
+    assert "Dr. Mori" in told.message
+
+
+def test_nothing_is_played_to_a_shoulder_without_an_open_episode(clinic: Clinic) -> None:
+    told = refusal(clinic, moved(3, 40.0, "left"), side="left")
+    assert (told.status, told.code) == (409, "no_open_episode")
+
+
+def test_a_recording_that_no_scapula_can_follow_is_refused_where_that_is_limited(clinic: Clinic) -> None:
+    impossible = Motion(TIMES_S, np.tile([90.0, 0.0, 10.0, 0.0, 0.0], (len(TIMES_S), 1)))
+    clinic.check(impossible)
+    clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])
+    assert refusal(clinic, impossible).code == "scapula_unknown"

@@ -1,0 +1,276 @@
+"""Patients and sessions are found by whatever the clinic knows of them, page by page; on SQLite and on PostgreSQL."""
+
+from base64 import urlsafe_b64encode
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, date, datetime, timedelta
+from threading import Barrier
+from uuid import UUID, uuid4
+
+import pytest
+from alembic import command
+from alembic.config import Config
+from hypothesis import given
+from hypothesis import strategies as st
+from sqlalchemy import event
+
+from kata.clinic.episodes import service as episodes
+from kata.clinic.episodes.schemas import EpisodeCreate
+from kata.clinic.patients import search, service
+from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
+from kata.clinic.problems import ProblemError
+from kata.clinic.sessions import lists
+from kata.clinic.sessions.lists import Wanted
+from kata.clinic.sessions.tables import SessionRow, SessionStopRow
+from kata.database.engine import Database
+from kata.database.upgrade import migrations
+
+MONDAY = datetime(2026, 11, 16, 9, tzinfo=UTC)
+
+
+def sign_up(database: Database, number: str, name: str = "Yamada Hanako", **given: object) -> UUID:
+    with database.write() as session:
+        wanted = PatientCreate.model_validate({"clinic_number": number, "name": name, "affected_side": "left", **given})
+        return service.create(session, wanted).id
+
+
+def found(database: Database, words: str = "", *, archived: bool = False) -> list[str]:
+    """Numbers of all that match, in their order, fetched two at a time."""
+    numbers: list[str] = []
+    after: str | None = None
+    while True:
+        with database.read() as session:
+            rows, after = service.find(session, search=words, archived=archived, limit=2, after=after)
+            numbers += [row.clinic_number for row in rows]
+        if after is None:
+            return numbers
+
+
+# -- patients -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["satō", "sato", "KEN sat", "サトウ", "さとう", "ｻﾄｳ", "さとうけん", "さとう　けん", "Ａ－１７", "a-17", "1968", "1968-04",
+     "1968-04-12", "1968/4/12", "1968年4月12日", "1968年4月", "ken 1968 a-"],
+)  # fmt: skip
+def test_a_patient_is_found_by_any_words_however_they_are_written(database: Database, words: str) -> None:
+    sign_up(database, "A-17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
+    sign_up(database, "B-2", "Ito Mai", kana="イトウ マイ", birth_date="1986-12-04")
+    assert found(database, words) == ["A-17"]
+
+
+def test_patients_of_before_there_was_such_a_search_are_found_the_same_way(database: Database) -> None:
+    sign_up(database, "A-17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
+    with database.read() as session:
+        text = service.find(session, search="", archived=False, limit=1, after=None)[0][0].search_text
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    with database.writer.connect() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0004")
+        connection.rollback()
+        command.upgrade(config, "head")
+    with database.read() as session:
+        assert (
+            service.find(session, search="さとう 1968", archived=False, limit=1, after=None)[0][0].search_text == text
+        )
+
+
+@pytest.mark.parametrize("words", ["sato mai", "1968-05", "%", "_", "/", "\\", "サトウ イトウ"])
+def test_every_word_has_to_be_found_as_it_is(database: Database, words: str) -> None:
+    sign_up(database, "A17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
+    sign_up(database, "B2", "Ito Mai", kana="イトウ マイ", birth_date="1986-12-04")
+    assert found(database, words) == []
+
+
+def test_a_voiced_kana_is_another_one(database: Database) -> None:
+    sign_up(database, "1", "N", kana="カトウ")
+    sign_up(database, "2", "N", kana="ガトウ")
+    assert found(database, "かとう") == ["1"]
+    assert found(database, "ｶﾞﾄｳ") == ["2"]
+
+
+def test_a_changed_record_is_found_by_what_it_says_now(database: Database) -> None:
+    key = sign_up(database, "1", "Ito Mai", birth_date="1968-04-12")
+    with database.write() as session:
+        service.update(session, key, PatientUpdate(name="Abe Mai", birth_date=None))
+    assert found(database, "abe") == ["1"]
+    assert found(database, "ito") == found(database, "1968") == []
+
+
+def test_patients_come_in_the_order_of_their_names_each_once(database: Database) -> None:
+    for number, name in enumerate(["Ito", "Abe", "Ito", "Ito", "Ueda", "Ito", "Abe"]):
+        sign_up(database, str(number), name)
+    with database.write() as session:
+        row = next(iter(service.find(session, search="ueda", archived=False, limit=1, after=None)[0]))
+        service.update(session, row.id, PatientUpdate(archived=True))
+    numbers = found(database)
+    assert sorted(numbers) == ["0", "1", "2", "3", "5", "6"]
+    assert set(numbers[:2]) == {"1", "6"}
+    assert found(database, archived=True) == ["4"]
+
+
+def test_somebody_signed_up_meanwhile_moves_nobody_from_one_page_to_another(database: Database) -> None:
+    for number, name in enumerate(["B", "D", "F", "H"]):
+        sign_up(database, str(number), name)
+    with database.read() as session:
+        first, after = service.find(session, search="", archived=False, limit=2, after=None)
+    sign_up(database, "new", "A")
+    with database.read() as session:
+        second, end = service.find(session, search="", archived=False, limit=2, after=after)
+    assert [row.name for row in (*first, *second)] == ["B", "D", "F", "H"]
+    assert end is None
+
+
+@pytest.mark.parametrize(
+    "cursor",
+    ["", "x", "%%%%", urlsafe_b64encode(b"[]").decode(), urlsafe_b64encode(b'["a", "b"]').decode(),
+     urlsafe_b64encode(b'["a\\u0000", "00000000-0000-0000-0000-000000000000"]').decode(), "ÿ"],
+)  # fmt: skip
+def test_a_damaged_cursor_is_refused(database: Database, cursor: str) -> None:
+    with database.read() as session, pytest.raises(ProblemError) as refused:
+        service.find(session, search="", archived=False, limit=2, after=cursor)
+    assert (refused.value.status, refused.value.code) == (422, "damaged_cursor")
+
+
+@given(st.text(max_size=100), st.text(max_size=100), st.text(min_size=1, max_size=32), st.dates())
+def test_whatever_a_record_says_it_is_found_by(name: str, kana: str, number: str, born: date) -> None:
+    text = search.text_of(name, kana, number, born)
+    assert len(text) <= search.LONGEST
+    if len(text) < search.LONGEST:
+        for word in (*search.words_of(name), *search.words_of(kana), *search.words_of(number), born.isoformat()):
+            assert word in text
+
+
+def test_of_two_who_sign_up_the_same_number_the_second_is_told(database: Database) -> None:
+    told = _at_once(lambda: sign_up(database, "K-1"))
+    assert sorted(told) == ["done", "number_taken"]
+
+
+def test_of_two_who_open_an_episode_of_the_same_shoulder_the_second_is_told(database: Database) -> None:
+    key = sign_up(database, "K-1")
+
+    def open_right() -> None:
+        with database.write() as session:
+            episodes.open_new(session, key, EpisodeCreate(side="right"))
+
+    assert sorted(_at_once(open_right)) == ["done", "episode_open"]
+
+
+def test_of_two_who_change_the_same_version_the_second_is_told(database: Database) -> None:
+    key = sign_up(database, "K-1")
+    with database.read() as session:
+        seen = service.get(session, key).updated_at
+
+    def change() -> None:
+        with database.write() as session:
+            service.update(session, key, PatientUpdate(notes="Mine", updated_at=seen))
+
+    assert sorted(_at_once(change)) == ["done", "edited_meanwhile"]
+
+
+def _at_once(do: Callable[[], object]) -> list[str]:
+    """Two do it at the same time; what became of each."""
+    both = Barrier(2, timeout=20)
+
+    def one(_: int) -> str:
+        both.wait()
+        try:
+            do()
+        except ProblemError as error:
+            return error.code
+        return "done"
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, range(2)))
+
+
+# -- sessions -------------------------------------------------------------------------------------------------------
+
+
+def visit(
+    database: Database, patient_id: UUID, hour: int, therapist: str = "", station: str = "", stops: tuple[str, ...] = ()
+) -> UUID:
+    began = MONDAY + timedelta(hours=hour)
+    with database.write() as session:
+        row = SessionRow(
+            id=uuid4(), patient_id=patient_id, started_at=began, note="", therapist=therapist, station=station,
+            run_count=4, stop_count=len(stops),
+        )  # fmt: skip
+        session.add(row)
+        session.flush()
+        session.add_all([SessionStopRow(session_id=row.id, code=code, started_at=began) for code in stops])
+        return row.id
+
+
+def listed(database: Database, **wanted: object) -> list[UUID]:
+    """All that match, newest first, fetched two at a time."""
+    keys: list[UUID] = []
+    after: str | None = None
+    while True:
+        with database.read() as session:
+            items, after = lists.find(session, Wanted(**wanted), 2, after)  # type: ignore[arg-type]
+            keys += [item.id for item in items]
+        if after is None:
+            return keys
+
+
+def test_sessions_are_found_by_everything_the_page_offers(database: Database) -> None:
+    one, other = sign_up(database, "1"), sign_up(database, "2")
+    a = visit(database, one, 0, "Sato", "Station 1", ("estop_pressed",))
+    b = visit(database, other, 1, "Sato", "Station 2", ("estop_pressed", "drive_silent"))
+    c = visit(database, one, 2, "Ito", "Station 1")
+    d = visit(database, other, 3, "Sato", "Station 1", ("drive_silent",))
+    e = visit(database, one, 4)
+
+    assert listed(database) == [e, d, c, b, a]
+    assert listed(database, patient_id=one) == [e, c, a]
+    assert listed(database, therapist="Sato") == [d, b, a]
+    assert listed(database, station="Station 1") == [d, c, a]
+    assert listed(database, stop="estop_pressed") == [b, a]
+    assert listed(database, therapist="Sato", station="Station 1") == [d, a]
+    assert listed(database, stop="drive_silent", station="Station 1") == [d]
+    assert listed(database, stop="estop_pressed", therapist="Sato", patient_id=one) == [a]
+    assert listed(database, therapist="Nobody") == []
+    since, until = MONDAY + timedelta(hours=1), MONDAY + timedelta(hours=3)
+    assert listed(database, since=since, until=until) == [c, b]
+    assert listed(database, since=since, therapist="Sato") == [d, b]
+    assert listed(database, until=until, stop="estop_pressed") == [b, a]
+
+
+def test_sessions_that_began_together_are_each_told_once(database: Database) -> None:
+    patient = sign_up(database, "1")
+    keys = {visit(database, patient, 0, stops=("estop_pressed",)) for _ in range(5)}
+    for wanted in ({}, {"stop": "estop_pressed"}, {"patient_id": patient}):
+        told = listed(database, **wanted)
+        assert len(told) == 5
+        assert set(told) == keys
+
+
+def test_a_list_of_sessions_tells_what_stands_in_its_rows_in_one_query(database: Database) -> None:
+    patient = sign_up(database, "K-1", "Satō Ken")
+    for hour in range(5):
+        visit(database, patient, hour, "Sato", "Station 1", ("estop_pressed",))
+    asked: list[str] = []
+    event.listen(database.reader, "before_cursor_execute", lambda *args: asked.append(args[2]))
+    with database.read() as session:
+        items, _ = lists.find(session, Wanted(), 50, None)
+    assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
+    newest = items[0]
+    assert (newest.patient.name, newest.patient.clinic_number) == ("Satō Ken", "K-1")
+    assert (newest.therapist, newest.station, newest.runs, newest.stops) == ("Sato", "Station 1", 4, 1)
+    assert newest.ended_at is newest.signed_at is None
+
+
+def test_the_choices_are_what_there_are_sessions_of(database: Database) -> None:
+    patient = sign_up(database, "1")
+    with database.read() as session:
+        assert lists.choices(session) == lists.SessionChoices(therapists=[], stations=[], stops=[])
+    for hour, (therapist, station) in enumerate([("Sato", "S 2"), ("Ito", "S 1"), ("", ""), ("Sato", "S 2")]):
+        visit(database, patient, hour, therapist, station, ("estop_pressed", "drive_silent"))
+    with database.read() as session:
+        told = lists.choices(session)
+    assert told == lists.SessionChoices(
+        therapists=["Ito", "Sato"], stations=["S 1", "S 2"], stops=["drive_silent", "estop_pressed"]
+    )

@@ -1,0 +1,84 @@
+"""The tables of what is measured, and the score of the SPADI by worked examples."""
+
+import pytest
+
+from kata.clinic.assessments import rom, spadi
+from kata.clinic.assessments.spadi import Score
+
+
+@pytest.mark.parametrize(
+    ("motion", "position", "reference_deg"),
+    [
+        ("flexion", "", 180),
+        ("extension", "", 50),
+        ("abduction", "", 180),
+        ("adduction", "", 0),
+        ("external_rotation", "at_side", 60),
+        ("internal_rotation", "at_side", 80),
+        ("external_rotation", "abducted_90", 90),
+        ("internal_rotation", "abducted_90", 70),
+        ("external_rotation", "flexed_90", 25),
+        ("internal_rotation", "flexed_90", 80),
+        ("horizontal_flexion", "", 135),
+        ("horizontal_extension", "", 30),
+        ("scapular_elevation", "", 20),
+        ("scapular_depression", "", 10),
+    ],
+)
+def test_a_healthy_shoulder_goes_as_far_as_the_references_say(motion: str, position: str, reference_deg: float) -> None:
+    measure = rom.measure_of(motion, position)
+    assert measure is not None
+    assert measure.reference_deg == reference_deg
+
+
+def test_every_measure_is_named_in_both_languages_and_plausible_around_its_reference() -> None:
+    for names in ({one.english for one in rom.MEASURES}, {one.japanese for one in rom.MEASURES}):
+        assert len(names) == len(rom.MEASURES)
+    for measure in rom.MEASURES:
+        # A supple shoulder goes further than the reference, a stiff one does not reach neutral.
+        assert measure.lowest_deg < 0 <= measure.reference_deg < measure.highest_deg, measure
+
+
+def test_only_rotation_asks_where_the_arm_was() -> None:
+    for motion in {measure.motion for measure in rom.MEASURES}:
+        rotation = motion in ("external_rotation", "internal_rotation")
+        assert rom.positions_of(motion) == (("at_side", "abducted_90", "flexed_90") if rotation else ("",))
+    assert rom.measure_of("flexion", "at_side") is None
+    assert rom.measure_of("external_rotation", "") is None
+
+
+def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
+    codes = {(one.motion, one.loinc.active, one.loinc.passive) for one in rom.MEASURES if one.loinc}
+    assert codes == {
+        ("flexion", "41389-8", "41390-6"),
+        ("extension", "41385-6", "41386-4"),
+        ("abduction", "41381-5", "41382-3"),
+        ("external_rotation", "41387-2", "41388-0"),
+        ("internal_rotation", "41391-4", "41392-2"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("pain", "disability", "expected"),
+    [
+        ([0] * 5, [0] * 8, Score(0, 0, 0)),
+        ([10] * 5, [10] * 8, Score(100, 100, 100)),
+        # 30 of 50 points, 24 of 80: both subscales weigh the same, however many items they have.
+        ([8, 7, 6, 5, 4], [3] * 8, Score(60, 30, 45)),
+        # One left out: 24 of 40 points.
+        ([8, None, 6, 6, 4], [3] * 8, Score(60, 30, 45)),
+        ([None, None, 6, 6, 6], [None, None, 4, 4, 4, 2, 2, 2], Score(60, 30, 45)),
+        ([None, None, None, 6, 6], [3] * 8, Score(None, 30, None)),
+        ([6] * 5, [None, None, None, 3, 3, 3, 3, 3], Score(60, None, None)),
+        ([None] * 5, [None] * 8, Score(None, None, None)),
+    ],
+)
+def test_the_score_is_the_mean_of_both_subscales_of_what_was_answered(
+    pain: list[int | None], disability: list[int | None], expected: Score
+) -> None:
+    assert spadi.score(pain + disability) == expected
+
+
+def test_there_are_five_items_of_pain_and_eight_of_disability_in_words_of_both_languages() -> None:
+    assert [item.subscale for item in spadi.ITEMS] == ["pain"] * 5 + ["disability"] * 8
+    assert len({item.english for item in spadi.ITEMS} | {item.japanese for item in spadi.ITEMS}) == 26

@@ -1,0 +1,448 @@
+"""Programmes with their versions, what was done of them, and how regularly: on every database."""
+
+from contextlib import nullcontext
+from datetime import UTC, date, datetime, timedelta
+from queue import Queue
+from threading import Event, Thread
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from sqlalchemy import event
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
+from kata.clinic.problems import ProblemError
+from kata.clinic.programmes import adherence, planned, service
+from kata.clinic.programmes.adherence import Said, Visit, by_week
+from kata.clinic.programmes.planned import Setting
+from kata.clinic.programmes.schemas import ItemWanted, ProgrammeCreate, ProgrammeItem, ProgrammeUpdate, VersionCreate
+from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
+from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+
+MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
+DAY = timedelta(days=1)
+
+
+class Clinic:
+    """A patient whose right shoulder is treated."""
+
+    def __init__(self, database: Database) -> None:
+        self.database = database
+        self.patient_id = self.sign_up("1")
+
+    def sign_up(self, number: str) -> UUID:
+        with self.database.write() as session:
+            return patients.create(session, PatientCreate(clinic_number=number, name="N", affected_side="right")).id
+
+    def recording(self, name: str = "Lift", side: str = "right", patient_id: UUID | None = None) -> UUID:
+        told = {"patient_id": patient_id or self.patient_id, "name": name, "side": side}
+        with self.database.write() as session:
+            session.add(teaching := TeachingRow(id=uuid4(), started_at=utc_now(), **told))
+            session.flush()
+            row = RecordingRow(
+                id=uuid4(), teaching_id=teaching.id, take=1, station="S", taught_at=utc_now(), duration_s=4.0,
+                rate_hz=100, samples=401, note="", **told,
+            )  # fmt: skip
+            session.add(row)
+            return row.id
+
+    def programme(self, *recordings: UUID, **given: Any) -> ProgrammeRow:
+        wanted = ProgrammeCreate(name="Morning", made_by="Aoki", items=items(*recordings), **given)
+        with self.database.write() as session:
+            return service.create(session, self.patient_id, wanted, [10.0] * len(recordings))
+
+    def version(self, programme_id: UUID, based_on: int, *recordings: UUID, **given: Any) -> ProgrammeRow:
+        wanted = VersionCreate(based_on=based_on, made_by="Baba", items=items(*recordings), **given)
+        with self.database.write() as session:
+            return service.add_version(session, programme_id, wanted, [10.0] * len(recordings))
+
+    def newest(self, programme_id: UUID) -> ProgrammeVersionRow:
+        with self.database.read() as session:
+            return service.get(session, programme_id).versions[-1]
+
+    def visit(self, at: datetime, version_id: UUID | None, *runs: dict[str, Any]) -> UUID:
+        with self.database.write() as session:
+            patient = patients.get(session, self.patient_id)
+            assert patient.episode
+            visit = SessionRow(
+                id=uuid4(), patient_id=patient.id, episode_id=patient.episode.id, programme_version_id=version_id,
+                started_at=at, note="",
+            )  # fmt: skip
+            session.add(visit)
+            session.flush()
+            session.add_all(played(session_id=visit.id, started_at=at, **run) for run in runs)
+            return visit.id
+
+
+def items(*recordings: UUID, **given: Any) -> list[ItemWanted]:
+    return [ItemWanted(**{"recording_id": one, "repetitions": 10, "load_level": 8} | given) for one in recordings]
+
+
+def played(**given: Any) -> RunRow:
+    usual = {
+        "id": uuid4(), "ended_at": utc_now(), "started_at": MONDAY, "outcome": "completed", "repetitions": 10,
+        "repetitions_done": 10, "load_level": 8, "method": "smooth", "played_s": 60.0, "speed_percent": 100.0,
+        "pause_s": 0.0, "range_percent": 100.0,
+    }  # fmt: skip
+    return RunRow(**usual | given)
+
+
+@pytest.fixture
+def clinic(database: Database) -> Clinic:
+    return Clinic(database)
+
+
+def refused(status: int, code: str) -> Any:
+    return pytest.raises(ProblemError, check=lambda error: (error.status, error.code) == (status, code))
+
+
+def test_every_change_is_a_version_and_what_was_said_stays(clinic: Clinic) -> None:
+    lift, turn = clinic.recording("Lift"), clinic.recording("Turn")
+    made = clinic.programme(lift, turn, timer_minutes=20, sessions_per_week=3, note="After the injection.")
+    clinic.version(made.id, 1, turn, note="Only what hurts less.")
+
+    with clinic.database.read() as session:
+        told = service.as_detail(session, service.get(session, made.id))
+        listed = [service.as_programme(row) for row in service.of_patient(session, clinic.patient_id)]
+    second, first = told.versions
+    assert (first.number, first.made_by, first.note) == (1, "Aoki", "After the injection.")
+    assert [(item.position, item.recording_name, item.repetitions) for item in first.items] == [
+        (1, "Lift", 10),
+        (2, "Turn", 10),
+    ]
+    assert (first.timer_minutes, first.sessions_per_week, first.duration_s) == (20.0, 3, 20.0)
+    assert (second.number, second.made_by, second.duration_s) == (2, "Baba", 10.0)
+    assert [item.recording_id for item in second.items] == [turn]
+    assert told.current == second
+    assert [one.current for one in listed] == [second]
+    assert told.side == "right"
+
+
+def test_the_second_of_two_editors_is_told_and_nothing_is_lost(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    made = clinic.programme(lift)
+    clinic.version(made.id, 1, lift, note="First.")
+    with refused(409, "edited_meanwhile"):
+        clinic.version(made.id, 1, lift, note="Second.")
+    assert (clinic.newest(made.id).number, clinic.newest(made.id).note) == (2, "First.")
+    with clinic.database.write() as session, refused(409, "edited_meanwhile"):
+        service.update(session, made.id, ProgrammeUpdate(name="Evening", updated_at=made.created_at))
+
+
+def test_of_two_who_save_at_the_same_moment_one_is_told(clinic: Clinic) -> None:
+    """The second looks before the first has committed, and writes after it."""
+    lift = clinic.recording()
+    made = clinic.programme(lift)
+    told: Queue[str] = Queue()
+    began = Event()
+
+    def second() -> None:
+        began.set()
+        try:
+            clinic.version(made.id, 1, lift, note="Second.")
+        except ProblemError as error:
+            told.put(error.code)
+
+    with clinic.database.write() as session:
+        wanted = VersionCreate(based_on=1, made_by="Baba", items=items(lift), note="First.")
+        service.add_version(session, made.id, wanted, [10.0])
+        Thread(target=second).start()
+        assert began.wait(5)
+    assert told.get(timeout=10) == "edited_meanwhile"
+    assert (clinic.newest(made.id).number, clinic.newest(made.id).note) == (2, "First.")
+
+
+def test_archived_programmes_come_last_and_take_no_version(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    old, new = clinic.programme(lift), clinic.programme(lift)
+    with clinic.database.write() as session:
+        service.update(session, new.id, ProgrammeUpdate(archived=True))
+    with clinic.database.read() as session:
+        assert [row.programme_id for row in service.of_patient(session, clinic.patient_id)] == [old.id, new.id]
+    with refused(409, "archived"):
+        clinic.version(new.id, 1, lift)
+    with clinic.database.write() as session:
+        assert service.update(session, new.id, ProgrammeUpdate(archived=False, name="Noon")).archived_at is None
+    assert clinic.version(new.id, 1, lift).name == "Noon"
+
+
+def test_only_what_fits_is_prescribed(clinic: Clinic) -> None:
+    other = clinic.sign_up("2")
+    with refused(409, "other_patient"):
+        clinic.programme(clinic.recording(patient_id=other))
+    with refused(409, "other_side"):
+        clinic.programme(clinic.recording(side="left"))
+    with refused(404, "not_found"):
+        clinic.programme(uuid4())
+    lift = clinic.recording()
+    with clinic.database.write() as session:
+        session.get_one(RecordingRow, lift).archived_at = utc_now()
+    with pytest.raises(ProblemError, match="Item 2, Lift, is archived") as caught:
+        clinic.programme(clinic.recording(), lift)
+    assert caught.value.code == "archived"
+    with clinic.database.read() as session:
+        assert service.of_patient(session, clinic.patient_id) == []
+
+
+def test_no_more_resistance_is_prescribed_than_the_doctor_allows(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    with clinic.database.write() as session:
+        episode = patients.get(session, clinic.patient_id).episode
+        assert episode
+        episode.max_load_level, episode.limits_by = 7, "Dr. Endo"
+    with pytest.raises(ProblemError, match=r"Item 1, Lift, has resistance level 8, and 7 is .* by Dr\. Endo"):
+        clinic.programme(lift)
+    with clinic.database.write() as session:
+        session.get_one(EpisodeRow, episode.id).max_load_level = 8
+    clinic.programme(lift)
+
+
+def test_a_closed_episode_and_an_archived_patient_take_no_programme(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    made = clinic.programme(lift)
+    with refused(404, "not_found"):
+        clinic.programme(lift, episode_id=uuid4())
+    with clinic.database.write() as session:
+        patients.update(session, clinic.patient_id, PatientUpdate(archived=True))
+    with refused(409, "archived"):
+        clinic.programme(lift)
+    with clinic.database.write() as session:
+        patients.update(session, clinic.patient_id, PatientUpdate(archived=False))
+        episode = patients.get(session, clinic.patient_id).episode
+        assert episode
+        episode.closed_at = utc_now()
+    for episode_id in (None, episode.id):
+        with refused(409, "episode_closed"):
+            clinic.programme(lift, episode_id=episode_id)
+    with refused(409, "episode_closed"):
+        clinic.version(made.id, 1, lift)
+    with clinic.database.read() as session:
+        assert service.as_detail(session, service.get(session, made.id)).closed
+
+
+def test_a_patient_without_an_episode_has_no_programme(clinic: Clinic) -> None:
+    with clinic.database.write() as session:
+        session.delete(patients.get(session, clinic.patient_id).episodes[0])
+    with refused(409, "no_episode"):
+        clinic.programme(clinic.recording())
+
+
+# -- planned and done -----------------------------------------------------------------------------------------------
+
+LIFT, TURN = RecordingRow(id=uuid4(), name="Lift"), RecordingRow(id=uuid4(), name="Turn")
+
+
+def item(position: int, recording: RecordingRow, **given: Any) -> ProgrammeItem:
+    return ProgrammeItem(
+        **{
+            "position": position, "recording_id": recording.id, "recording_name": recording.name, "duration_s": 40.0,
+            "recording_archived": False, "repetitions": 10, "load_level": 8,
+        } | given
+    )  # fmt: skip
+
+
+def run(position: int | None, recording: RecordingRow, **given: Any) -> RunRow:
+    told = {"session_id": uuid4(), "recording_id": recording.id, "recording": recording}
+    return played(programme_position=position, **told | given)
+
+
+def test_each_item_has_its_runs_and_what_was_played_besides_stands_apart() -> None:
+    plan = planned.compare(
+        [item(1, LIFT), item(2, TURN), item(3, LIFT)],
+        [
+            run(2, TURN, repetitions_done=4, outcome="returned"),
+            run(1, LIFT),
+            run(2, TURN, repetitions_done=5, outcome="stopped"),
+            run(None, TURN),
+            run(1, TURN),
+            run(9, LIFT),
+        ],
+    )
+    assert [(one.done, one.repetitions_done, len(one.runs)) for one in plan.items] == [
+        ("all", 10, 1),
+        ("some", 9, 2),
+        ("none", 0, 0),
+    ]
+    assert (plan.repetitions_done, plan.repetitions_planned) == (19, 30)
+    # Chosen one by one; of another recording than its item's; of an item that there is not.
+    assert [one.recording_name for one in plan.besides] == ["Turn", "Turn", "Lift"]
+
+
+def test_more_than_planned_makes_up_for_nothing() -> None:
+    plan = planned.compare([item(1, LIFT), item(2, TURN)], [run(1, LIFT), run(1, LIFT, repetitions_done=7)])
+    assert [one.repetitions_done for one in plan.items] == [17, 0]
+    assert (plan.repetitions_done, plan.repetitions_planned) == (10, 20)
+
+
+@pytest.mark.parametrize(
+    ("given", "done"),
+    [
+        ({"outcome": "unloaded", "repetitions_done": 0, "played_s": 0.0}, "none"),
+        ({"outcome": "stopped", "repetitions_done": 0, "played_s": 0.0}, "none"),
+        ({"outcome": "stopped", "repetitions_done": 0, "played_s": 3.0}, "some"),
+        ({"outcome": "loaded", "repetitions_done": None, "played_s": None}, "some"),
+        ({"outcome": "interrupted", "repetitions_done": None, "played_s": None}, "some"),
+    ],
+)
+def test_an_item_has_begun_when_something_of_it_was_played(given: dict[str, Any], done: str) -> None:
+    assert planned.compare([item(1, LIFT)], [run(1, LIFT, **given)]).items[0].done == done
+
+
+def test_settings_that_were_changed_are_named() -> None:
+    def changed(planned_: dict[str, Any], done: dict[str, Any]) -> list[Setting]:
+        return planned.compare([item(1, LIFT, **planned_)], [run(1, LIFT, **done)]).items[0].runs[0].changed
+
+    assert changed({}, {}) == []
+    given: dict[str, Any] = {
+        "speed_percent": 50.0,
+        "range_percent": 80.0,
+        "load_level": 5,
+        "method": "learned",
+        "repetitions": 5,
+    }
+    assert set(changed({}, given)) == set(given)
+    assert changed({"pause_s": 2.0}, {}) == ["pause_s"]
+    assert changed({"pause_s": 2.0, "repetitions": 1}, {"repetitions": 1}) == []
+    assert planned.compare([], [run(1, LIFT, speed_percent=50.0)]).besides[0].changed == []
+
+
+def test_when_the_timer_has_run_out_nothing_is_left() -> None:
+    assert [planned.left_s(20.0, played_s) for played_s in (0.0, 1199.0, 1200.0, 1500.0)] == [1200.0, 1.0, 0.0, 0.0]
+
+
+def test_a_sessions_plan_is_that_of_its_version(clinic: Clinic) -> None:
+    lift, turn = clinic.recording("Lift"), clinic.recording("Turn")
+    made = clinic.programme(lift, turn, timer_minutes=2)
+    first = clinic.newest(made.id)
+    clinic.version(made.id, 1, lift)
+    visit = clinic.visit(
+        MONDAY, first.id, {"recording_id": turn, "programme_position": 2, "played_s": 90.5, "repetitions_done": 6}
+    )
+    with clinic.database.read() as session:
+        plan = planned.of_session(session, visit)
+    assert plan.programme
+    assert (plan.programme.name, plan.programme.number, plan.programme.version_id) == ("Morning", 1, first.id)
+    assert [(one.recording_name, one.done) for one in plan.items] == [("Lift", "none"), ("Turn", "some")]
+    assert plan.timer
+    assert (plan.timer.minutes, plan.timer.played_s, plan.timer.left_s) == (2.0, 90.5, 29.5)
+    assert not plan.ended
+
+
+@pytest.mark.parametrize(("played_s", "over"), [(119.9, False), (120.0, True)])
+def test_when_its_time_is_over_no_further_item_is_begun(clinic: Clinic, played_s: float, over: bool) -> None:
+    lift = clinic.recording("Lift")
+    first = clinic.newest(clinic.programme(lift, lift, timer_minutes=2).id)
+    visit = clinic.visit(MONDAY, first.id, {"recording_id": lift, "programme_position": 1, "played_s": played_s})
+    with clinic.database.read() as session, refused(409, "timer_over") if over else nullcontext():
+        planned.check_timer(session, visit)
+
+
+def test_a_session_without_a_programme_has_everything_besides(clinic: Clinic) -> None:
+    visit = clinic.visit(MONDAY, None, {"recording_id": clinic.recording()}, {"recording_id": clinic.recording("Turn")})
+    with clinic.database.read() as session:
+        plan = planned.of_session(session, visit)
+        with refused(404, "not_found"):
+            planned.of_session(session, uuid4())
+    assert (plan.programme, plan.items, plan.timer, plan.played_s) == (None, [], None, 120.0)
+    assert len(plan.besides) == 2
+
+
+# -- adherence ------------------------------------------------------------------------------------------------------
+
+
+def week_numbers(weeks: list[adherence.AdherenceWeek]) -> list[tuple[date, int, int | None]]:
+    return [(week.begins_on, week.sessions, week.sessions_wished) for week in weeks]
+
+
+def test_weeks_without_a_session_are_there_too() -> None:
+    visits = [Visit(MONDAY), Visit(MONDAY + 6 * DAY), Visit(MONDAY + 14 * DAY)]
+    assert week_numbers(by_week(visits, [], MONDAY + 22 * DAY, timedelta())) == [
+        (date(2026, 11, 16), 2, None),
+        (date(2026, 11, 23), 0, None),
+        (date(2026, 11, 30), 1, None),
+        (date(2026, 12, 7), 0, None),
+    ]
+    assert by_week([], [], MONDAY, timedelta()) == []
+
+
+def test_monday_begins_where_the_clinic_is() -> None:
+    """Sunday night in London is Monday morning in Tokyo."""
+    night = Visit(MONDAY - 10 * timedelta(hours=1))
+    [london, *_] = by_week([night], [], night.started_at, timedelta())
+    [tokyo] = by_week([night], [], night.started_at, timedelta(hours=9))
+    assert (london.begins_on, tokyo.begins_on) == (date(2026, 11, 9), date(2026, 11, 16))
+
+
+def test_the_wish_is_what_was_last_said_by_the_end_of_a_week() -> None:
+    one, other = uuid4(), uuid4()
+    said = [
+        Said(one, MONDAY, 2, None),
+        Said(one, MONDAY + 8 * DAY, 3, None),
+        Said(other, MONDAY + 15 * DAY, None, None),
+        Said(other, MONDAY + 22 * DAY, 4, MONDAY + 30 * DAY),
+        Said(one, MONDAY + 43 * DAY, None, None),
+    ]
+    wishes = [week.sessions_wished for week in by_week([], said, MONDAY + 43 * DAY, timedelta())]
+    # The other's is archived in the fifth week, and the first withdraws its wish in the seventh.
+    assert wishes == [2, 3, 3, 4, 4, 3, None]
+
+
+def test_repetitions_are_added_up_by_week() -> None:
+    visits = [Visit(MONDAY, 20, 10), Visit(MONDAY + DAY, 10, 8), Visit(MONDAY)]
+    [week] = by_week(visits, [], MONDAY, timedelta())
+    assert (week.sessions, week.repetitions_planned, week.repetitions_done) == (3, 30, 18)
+
+
+def test_an_episodes_weeks_come_from_its_sessions(clinic: Clinic) -> None:
+    lift = clinic.recording()
+    version = clinic.newest(clinic.programme(lift, lift, sessions_per_week=2).id)
+    first = {"recording_id": lift, "programme_position": 1}
+    second = {"recording_id": lift, "programme_position": 2}
+    clinic.visit(MONDAY, version.id, first | {"repetitions_done": 4}, first | {"repetitions_done": 3}, second)
+    clinic.visit(MONDAY + DAY, None, {"recording_id": lift})
+    clinic.visit(MONDAY + 2 * DAY, version.id, first | {"outcome": "unloaded", "repetitions_done": 0})
+    clinic.visit(MONDAY + 3 * DAY, version.id)
+    with clinic.database.write() as session:
+        episode = patients.get(session, clinic.patient_id).episode
+        assert episode
+        episode.closed_at = MONDAY + 5 * DAY
+        # The version is as old as its sessions.
+        session.get_one(ProgrammeVersionRow, version.id).made_at = MONDAY
+    with clinic.database.read() as session:
+        [week] = adherence.of_episode(session, episode.id, 0).weeks
+        with refused(404, "not_found"):
+            adherence.of_episode(session, uuid4(), 0)
+    # Where nothing was played nothing was done, and a session of recordings chosen one by one planned nothing.
+    assert (week.sessions, week.sessions_wished) == (2, 2)
+    assert (week.repetitions_done, week.repetitions_planned) == (17, 20)
+
+
+def test_many_sessions_are_no_more_questions_to_the_database(clinic: Clinic) -> None:
+    """No samples, no run by itself: what takes long with hundreds of sessions is asked for once."""
+    lift = clinic.recording()
+    version = clinic.newest(clinic.programme(lift).id)
+    with clinic.database.read() as session:
+        episode = patients.get(session, clinic.patient_id).episode
+    assert episode
+
+    def questions() -> list[str]:
+        asked: list[str] = []
+
+        def count(*given: Any) -> None:
+            asked.append(given[2])
+
+        event.listen(clinic.database.reader, "before_cursor_execute", count)
+        with clinic.database.read() as session:
+            adherence.of_episode(session, episode.id, 0)
+        event.remove(clinic.database.reader, "before_cursor_execute", count)
+        return asked
+
+    before = questions()
+    for days in range(20):
+        clinic.visit(MONDAY - days * DAY, version.id, {"recording_id": lift, "programme_position": 1})
+    assert questions() == before

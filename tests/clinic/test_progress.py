@@ -1,0 +1,298 @@
+"""Progress charts: what stands in them, on both databases."""
+
+from collections.abc import Callable
+from datetime import UTC, date, datetime, timedelta
+from typing import Any
+from uuid import UUID, uuid4
+
+import msgspec
+import plotly.graph_objects as go
+import pytest
+from sqlalchemy.orm import Session
+
+from kata.clinic.assessments import service as assessments
+from kata.clinic.assessments.schemas import AssessmentCreate
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.problems import ProblemError
+from kata.clinic.programmes.adherence import AdherenceWeek
+from kata.clinic.progress import figures, numbers, service
+from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Tracked
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.database.engine import Database
+
+DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
+ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}
+
+
+class Episode:
+    """One that is filled as a test needs it."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        patient = patients.create(
+            session, PatientCreate(clinic_number="K-1", name="Yamada Hanako", affected_side="left")
+        )
+        assert patient.episode
+        self.patient_id, self.id = patient.id, patient.episode.id
+        self.recorded = 0
+
+    def assess(self, day: float, **found: Any) -> UUID:
+        body = {"assessed_at": DAY + timedelta(days=day), "assessed_by": "Kimura Jun"} | found
+        return assessments.create(self.session, self.id, AssessmentCreate(**body)).id
+
+    def record(self, name: str) -> UUID:
+        self.recorded += 1
+        row = RecordingRow(
+            id=uuid4(), patient_id=self.patient_id, name=name, side="left", station="S", duration_s=1.0, rate_hz=100,
+            taught_at=DAY + timedelta(minutes=self.recorded), samples=101, note="",
+        )  # fmt: skip
+        self.session.add(row)
+        self.session.flush()
+        return row.id
+
+    def treat(self, day: float, *runs: RunRow, **given: Any) -> None:
+        row = SessionRow(
+            id=uuid4(), patient_id=self.patient_id, episode_id=self.id, started_at=DAY + timedelta(days=day), note="",
+            run_count=len(runs), **given,
+        )  # fmt: skip
+        self.session.add(row)
+        self.session.flush()
+        for run in runs:
+            run.session_id = row.id
+            run.started_at += timedelta(days=day)
+            self.session.add(run)
+        self.session.flush()
+
+
+def run(recording_id: UUID, rmse_deg: float | None, peak_deg: float | None, minute: int = 0, **given: Any) -> RunRow:
+    return RunRow(
+        id=uuid4(), recording_id=recording_id, started_at=DAY + timedelta(minutes=minute), outcome="completed",
+        worst_rmse_deg=rmse_deg, worst_peak_deg=peak_deg, **({"method": "smooth"} | given),
+    )  # fmt: skip
+
+
+def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
+    return {"side": "left", "motion": "flexion", "kind": "active", "angle_deg": angle_deg} | given
+
+
+def drawn(figure: figures.Figure) -> go.Figure:
+    """Plotly's own classes know every property, and refuse what is none."""
+    written = msgspec.json.encode(figure).decode()
+    assert not {colour for colour in ALARM_COLOURS if f'"{colour}"' in written}
+    return go.Figure(figure)
+
+
+def traces(figure: go.Figure) -> dict[str, tuple[list[Any], list[Any]]]:
+    return {trace.name: (list(trace.x), list(trace.y)) for trace in figure.data}
+
+
+def told(database: Database, episode_id: UUID, read: Callable[[Session, service.Course], Any]) -> Any:
+    with database.read() as session:
+        return read(session, service.course(session, episode_id))
+
+
+def names(table: numbers.Table) -> list[str]:
+    assert all(len(row) == len(table.columns) for row in table.rows)
+    return [column.name for column in table.columns]
+
+
+@pytest.fixture
+def fill(database: Database) -> Callable[[Callable[[Episode], None]], UUID]:
+    def filled(how: Callable[[Episode], None]) -> UUID:
+        with database.write() as session:
+            episode = Episode(session)
+            how(episode)
+            return episode.id
+
+    return filled
+
+
+Fill = Callable[[Callable[[Episode], None]], UUID]
+
+
+def test_range_of_motion_is_held_against_baseline_other_side_and_reference(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        episode.assess(0, rom=[rom(90), rom(100, kind="passive"), rom(165, side="right")])
+        episode.assess(7, rom=[rom(105), rom(175, side="right"), rom(12, motion="extension")])
+        episode.assess(14, rom=[rom(120), rom(130, kind="passive")])
+        mistaken = episode.assess(21, rom=[rom(10)])
+        row = assessments.get(episode.session, mistaken)
+        assessments.withdraw(episode.session, mistaken, row.updated_at)
+
+    panels: list[RomPanel] = told(database, fill(how), service.rom_panels)
+    assert [panel.measure.english for panel in panels] == ["Flexion", "Extension"]
+    figure = drawn(figures.rom(panels))
+    flexion = [trace for trace in figure.data if trace.xaxis == "x"]
+    assert {trace.name: (list(trace.x), list(trace.y)) for trace in flexion} == {
+        "Active": ([0, 1, 2], [90, 105, 120]),
+        "Passive": ([0, 2], [100, 130]),
+        "Baseline, active": ([-0.2, 2.2], [90, 90]),
+        "Baseline, passive": ([-0.2, 2.2], [100, 100]),
+        "Other side, active": ([-0.2, 2.2], [175, 175]),
+        "Reference": ([-0.2, 2.2], [180, 180]),
+    }
+    looks = {(trace.line.color, trace.line.dash) for trace in flexion}
+    assert len(looks) == len(flexion)
+    shown = [trace.name for trace in figure.data if trace.showlegend]
+    assert len(shown) == len(set(shown)) == 6
+
+    table = numbers.rom(panels)
+    assert names(table)[:2] == ["Motion", "Kind"]
+    assert table.rows[2] == ["Flexion", "active", DAY + timedelta(days=14), 120, 30, 175, 180]
+    assert len(table.rows) == 6
+
+
+def test_pain_of_assessments_and_of_sessions_is_told_apart(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        episode.treat(0, pain_before=6, pain_after=5)
+        episode.assess(1.75, pain_rest=4, pain_average=7)
+        episode.treat(7, pain_before=4, pain_during=5, pain_after=3)
+        episode.treat(8)
+
+    lines: list[Line] = told(database, fill(how), service.pain_lines)
+    assert traces(drawn(figures.pain(lines))) == {
+        "At rest": ([0.25], [4]),
+        "Average of the week": ([0.25], [7]),
+        "Before the session": ([0, 1], [6, 4]),
+        "During the session": ([1], [5]),
+        "After the session": ([0, 1], [5, 3]),
+    }
+    dashes = {trace.name: trace.line.dash for trace in drawn(figures.pain(lines)).data}
+    assert [name for name, dash in dashes.items() if dash == "solid"] == ["At rest", "Average of the week"]
+    assert len({*dashes.values()}) == 4
+    table = numbers.pain(lines)
+    assert names(table) == [
+        "When", "At rest", "Average of the week", "Before the session", "During the session", "After the session",
+    ]  # fmt: skip
+    assert table.rows[0] == [DAY, None, None, 6, None, 5]
+    assert len(table.rows) == 3
+
+
+def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        episode.assess(0, spadi=[6] * 5 + [3] * 8)
+        episode.assess(7, spadi=[None, None, None, 4, 4] + [3] * 8)
+        episode.assess(14, spadi=[4] * 5 + [3] * 8)
+        episode.assess(21, spadi=[2] * 5 + [3] * 8)
+        episode.assess(28, pain_rest=1)
+
+    points: list[SpadiPoint] = told(database, fill(how), service.spadi_points)
+    figure = drawn(figures.spadi(points))
+    assert traces(figure) == {
+        "SPADI": ([0, 2, 3], [45, 35, 25]),
+        "Pain": ([0, 2, 3], [60, 40, 20]),
+        "Disability": ([0, 1, 2, 3], [30, 30, 30, 30]),
+        "Baseline": ([-0.2, 3.2], [45, 45]),
+        "8 better: perhaps important": ([-0.2, 3.2], [37, 37]),
+        "13 better: important": ([-0.2, 3.2], [32, 32]),
+    }
+    assert (figure.layout.shapes[0].y0, figure.layout.shapes[0].y1) == (32, 37)
+    table = numbers.spadi(points)
+    assert names(table)[-2:] == ["Change from baseline", "Important change"]
+    assert [row[-2:] for row in table.rows] == [[0, "no"], [None, ""], [-10, "perhaps better"], [-20, "better"]]
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict"),
+    [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-12.9, "perhaps better"), (-13, "better"),
+     (7.9, "no"), (8, "perhaps worse"), (13, "worse")],
+)  # fmt: skip
+def test_less_is_better_and_what_matters_begins_at_eight(change: float | None, verdict: str) -> None:
+    assert numbers.verdict(change) == verdict
+
+
+def test_errors_are_told_by_recording_and_method(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        lift, other = episode.record("Lift"), episode.record("Lift")
+        episode.treat(0, run(lift, 1.0, 3.0), run(lift, 2.0, 2.5, minute=5), run(other, 0.5, 0.75))
+        episode.treat(7, run(lift, 0.5, 1.5, method="learned"), run(lift, None, None))
+
+    tracked: list[Tracked] = told(database, fill(how), service.tracked)
+    figure = drawn(figures.tracking(tracked))
+    upper, lower = ([trace for trace in figure.data if trace.yaxis == axis] for axis in ("y", "y2"))
+    assert [(trace.name, list(trace.x), list(trace.y)) for trace in upper] == [
+        ("Lift, smooth", [0], [1.5]),
+        ("Lift (2), smooth", [0], [0.5]),
+        ("Lift, learned", [1], [0.5]),
+    ]
+    assert [list(trace.y) for trace in lower] == [[3.0], [0.75], [1.5]]
+    assert [trace.showlegend for trace in figure.data] == [True] * 3 + [False] * 3
+    table = numbers.tracking(tracked)
+    assert table.rows[-1] == [DAY + timedelta(days=7), "Lift", "learned", 1, 0.5, 1.5]
+
+
+def test_what_was_learned_is_told_as_it_was_at_the_end_of_a_session(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        lift = episode.record("Lift")
+        learned = [run(lift, 1.0, 3.0, minute, learned_rms_deg=rms) for minute, rms in ((5, 0.5), (0, 0.25))]
+        episode.treat(0, *learned)
+        episode.treat(7, run(lift, 1.0, 3.0, learned_rms_deg=0.75), run(lift, 1.0, 3.0, minute=3))
+
+    lines: list[Line] = told(database, fill(how), service.correction_lines)
+    assert traces(drawn(figures.correction(lines))) == {"Lift": ([0, 1], [0.5, 0.75])}
+    assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
+
+
+def test_a_week_in_which_nobody_came_is_a_week_too(database: Database, fill: Fill) -> None:
+    def how(episode: Episode) -> None:
+        lift = episode.record("Lift")
+        for day, stops in ((0, 0), (2, 1), (6.9, 0), (21, 0)):
+            episode.treat(day, run(lift, 1.0, 1.0), stop_count=stops)
+        episode.treat(9)
+
+    weeks = told(database, fill(how), service.weeks)
+    mondays = [date(2026, 3, day) for day in (2, 9, 16, 23)]
+    assert traces(drawn(figures.adherence(weeks[:4]))) == {"Sessions": (mondays, [2, 1, 0, 1])}
+    assert numbers.adherence(weeks).rows[2] == ["2026-03-16", 0, None, 0, 0]
+
+
+def test_what_was_prescribed_stands_beside_what_was_done() -> None:
+    monday = date(2026, 3, 2)
+    weeks = [
+        AdherenceWeek(begins_on=monday, sessions=2, sessions_wished=3, repetitions_planned=60, repetitions_done=54),
+        AdherenceWeek(
+            begins_on=monday + timedelta(days=7),
+            sessions=0,
+            sessions_wished=3,
+            repetitions_planned=0,
+            repetitions_done=0,
+        ),
+    ]
+    mondays = [week.begins_on for week in weeks]
+    assert traces(drawn(figures.adherence(weeks))) == {
+        "Sessions": (mondays, [2, 0]),
+        "As prescribed": (mondays, [3, 3]),
+    }
+    assert numbers.adherence(weeks).rows[0] == ["2026-03-02", 2, 3, 60, 54]
+
+
+def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fill: Fill) -> None:
+    episode_id = fill(lambda episode: None)
+    for read, draw, tabulate in (
+        (service.rom_panels, figures.rom, numbers.rom),
+        (service.pain_lines, figures.pain, numbers.pain),
+        (service.spadi_points, figures.spadi, numbers.spadi),
+        (service.tracked, figures.tracking, numbers.tracking),
+        (service.correction_lines, figures.correction, numbers.correction),
+        (service.weeks, figures.adherence, numbers.adherence),
+    ):
+        found = told(database, episode_id, read)
+        assert found == []
+        assert all(len(trace.y) == 0 for trace in drawn(draw(found)).data)
+        assert tabulate(found).rows == []
+
+
+def test_an_episode_that_is_not_there_is_not_found(database: Database) -> None:
+    with pytest.raises(ProblemError) as problem, database.read() as session:
+        service.course(session, uuid4())
+    assert problem.value.status == 404
+
+
+def test_thirty_things_in_one_chart_all_look_different() -> None:
+    lines = [Line(str(number), (Point(DAY, 0, number),)) for number in range(30)]
+    looks = {
+        (trace.line.color, trace.line.dash, trace.marker.symbol) for trace in drawn(figures.correction(lines)).data
+    }
+    assert len(looks) == 30

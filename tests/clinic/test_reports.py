@@ -1,0 +1,438 @@
+"""Reports: what they say is what the rows say, in both languages, and nothing that was typed in can do anything."""
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, get_args
+from uuid import uuid4
+
+import pytest
+from pypdf import PdfReader
+
+from kata.clinic.figures import RunParts
+from kata.clinic.problems import ProblemError
+from kata.clinic.reports import charts, episode, letterhead, paper, session
+from kata.clinic.reports.content import EpisodeContent, SessionContent
+from kata.clinic.reports.letterhead import Letterhead, LetterheadError
+from kata.clinic.reports.paper import Page, Print
+from kata.clinic.reports.words import LANGUAGES, STOPS_JA, WORDS, Language, Speaker
+from kata.clinic.sessions.schemas import Outcome
+from kata.database.arrays import UnreadableError
+from kata.database.engine import Database
+from kata.database.series import Series
+from kata.database.upgrade import upgrade
+from kata.device.faults import FAULTS
+from kata.motion.edit import AS_TAUGHT
+from tests.clinic.treated import PLAIN, Texts, treat
+from tests.conftest import ROOT
+
+CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
+AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
+HOSTILE = (
+    """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
+)
+TEMPLATES = ROOT / "backend/kata/clinic/reports/templates"
+
+
+def how(language: Language = "en") -> Print:
+    return Print(CLINIC, language, "Asia/Tokyo", AT)
+
+
+@pytest.fixture(scope="module")
+def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    made = Database(f"sqlite:///{tmp_path_factory.mktemp('reports') / 'kata.db'}")
+    upgrade(made)
+    yield made
+    made.close()
+
+
+def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[SessionContent, EpisodeContent]:
+    with database.write() as writing:
+        treated = treat(writing, texts, **kinds)
+    with database.read() as reading:
+        return session.content(reading, treated.session_ids[0]), episode.content(reading, treated.episode_id)
+
+
+@pytest.fixture(scope="module")
+def signed(sqlite: Database) -> tuple[SessionContent, EpisodeContent]:
+    return contents(sqlite, sessions=3)
+
+
+@pytest.fixture(scope="module")
+def draft(sqlite: Database) -> SessionContent:
+    return contents(sqlite, signed=False)[0]
+
+
+def texts_of(pdf: bytes) -> list[str]:
+    """The text of every page, without its line breaks."""
+    return [" ".join(page.extract_text().split()) for page in PdfReader(io.BytesIO(pdf)).pages]
+
+
+class Parsed(HTMLParser):
+    """What a page consists of. An element that is closed out of order is an error."""
+
+    EMPTY = frozenset({"meta", "img", "br", "line", "polyline", "circle"})
+
+    def __init__(self, page: Page) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.style = ""
+        self._open: list[str] = []
+        self.feed(page.html.replace("</t", " </t"))
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        self.text += " " * (tag == "br")
+        if tag not in self.EMPTY:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self._open and self._open[-1] == "style":
+            self.style += data
+        else:
+            self.text += data
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+# -- what it says ---------------------------------------------------------------------------------------------------
+
+
+def test_a_session_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    visit, _ = signed
+    text = " ".join(Parsed(paper.session_page(visit, how())).text.split())
+    for said in (
+        "Yamada Hanako (ヤマダ ハナコ)", "12 April 1968 (58 years)", "09:30 to 10:11, 41 min", "Sato Ken", "Kata 1", "Left",
+        "Went well. More range next time.", "Signed by Sato Ken, 2 November 2026 10:30", "Motor 3 does not answer.",
+        "pin is in: Left 09:32 Sato Ken", "closed: arm fixer 2, elbow fixer 2 09:32", "released today 09:32 by the apparatus", "Frozen shoulder, version 2, prescribed by Sato Ken, time limit 30 min",
+        "1 of 3 repetitions run 1: Played to its end", "0 of 3 repetitions run 2: Stopped", "Runs besides the programme: 3", "As planned",
+        "taken back by resistance: 2", "least range 80 %", "4.5 to 85.5", "5.0 to 84.9", "Before During After 7 6 5",
+    ):  # fmt: skip
+        assert said in text, said
+    speaker = Speaker("en", "")
+    for run in visit.runs:
+        assert run.motors
+        for motor in run.motors:
+            errors = [speaker.number(motor.peak_deg, 2), speaker.number(motor.rmse_deg, 2)]
+            assert f"{motor.motor} {' '.join(errors)}" in text.replace("\n", " ")
+
+
+def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
+    text = " ".join(texts_of(paper.session_pdf(draft, how("ja"))))
+    for said in ("治療セッション報告書", "患者番号", "ヤマダ ハナコ", "2026年11月2日", "09:30〜10:11", "モータ3が応答しない", "最後まで再生",
+                 "みどり整形外科", "宮城県仙台市青葉区", "未署名"):  # fmt: skip
+        assert said in text, said
+
+
+def test_an_episode_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    _, care = signed
+    text = " ".join(Parsed(paper.episode_page(care, how())).text.split())
+    for said in (
+        "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
+        "Highest load level: 12 of 25", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
+        "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2 −1", "SPADI 63.1 44.7 −18.4",
+        "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions played to their end: 3 of 18.",
+        "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "A change of 8 to 13 points",
+    ):  # fmt: skip
+        assert said in text, said
+    japanese = " ".join(texts_of(paper.episode_pdf(care, how("ja"))))
+    for said in ("治療経過報告書", "屈曲", "外旋", "外旋(1st)", "安静時", "禁忌", "発症日", "2026年6月1日", "推移"):
+        assert said in japanese, said
+
+
+def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    _, care = signed
+    bare = replace(
+        care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, limits_by="", stages=(),
+        assessed_at=(), rom=(), pain=(), spadi=(), visits=(), stops=(), closing_note="",
+    )  # fmt: skip
+    text = Parsed(paper.episode_page(bare, how())).text
+    assert "Nothing has been assessed yet." in text
+    assert "There has been no session yet." in text
+    assert "Trends" not in text
+
+
+def test_a_run_whose_samples_are_damaged_is_told_without_its_curves(
+    signed: tuple[SessionContent, EpisodeContent],
+) -> None:
+    visit, _ = signed
+    first = visit.runs[0]
+    assert first.parts
+    damaged = replace(first, parts=replace(first.parts, played=Series(b"nonsense"), overview=None))
+    page = Parsed(paper.session_page(replace(visit, runs=(damaged, *visit.runs[1:])), how()))
+    assert "The samples of this run cannot be read" in page.text
+    assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
+
+
+def test_every_database_tells_the_same(database: Database) -> None:
+    visit, care = contents(database, sessions=2)
+    assert [run.outcome for run in visit.runs] == ["completed", "stopped", "completed"]
+    assert [(line.motion, line.kind) for line in care.rom][:3] == [
+        ("flexion", "active"),
+        ("flexion", "passive"),
+        ("abduction", "active"),
+    ]
+    assert [(visit.planned, visit.done, visit.stops) for visit in care.visits] == [(6, 1, 1), (6, 1, 1)]
+    assert [(stop.code, count) for stop, count in care.stops] == [("drive_silent", 2)]
+
+
+def test_what_is_not_there_has_no_report(sqlite: Database) -> None:
+    with sqlite.read() as reading:
+        for content in (session.content, episode.content):
+            with pytest.raises(ProblemError) as told:
+                content(reading, uuid4())
+            assert told.value.status == 404
+
+
+# -- paper ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_unsigned_session_is_a_draft_on_every_page_and_a_signed_one_on_none(
+    draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
+) -> None:
+    mark = WORDS["draft"][LANGUAGES.index(language)]
+    pages = texts_of(paper.session_pdf(draft, how(language)))
+    assert len(pages) > 1
+    assert all(mark in page for page in pages)
+    assert not any(mark in page for page in texts_of(paper.session_pdf(signed[0], how(language))))
+
+
+def test_every_page_says_whose_it_is_which_it_is_and_when_it_was_printed(draft: SessionContent) -> None:
+    pages = texts_of(paper.session_pdf(draft, how()))
+    for number, page in enumerate(pages, start=1):
+        assert f"{number} / {len(pages)}" in page
+        assert f"Yamada Hanako, {draft.patient.clinic_number}" in page
+        assert "Printed 30 November 2026 12:04 JST" in page
+
+
+def test_sixty_runs_go_over_many_pages_and_every_page_of_a_table_has_its_head(draft: SessionContent) -> None:
+    one = draft.runs[0]
+    many = replace(draft, runs=tuple(replace(one, number=number) for number in range(1, 61)))
+    pages = texts_of(paper.session_pdf(many, how()))
+    assert 14 <= len(pages) <= 24
+    listed = [page for page in pages if "Settings Outcome" in page]
+    assert len(listed) >= 2
+    for number in range(1, 61):
+        assert any(f"{number}. {one.recording}" in page for page in pages)
+
+
+def test_a_pdf_carries_its_title_and_its_own_font(draft: SessionContent) -> None:
+    reader = PdfReader(io.BytesIO(paper.session_pdf(draft, how("ja"))))
+    assert reader.metadata
+    assert reader.metadata.title == "治療セッション報告書、2026年11月2日"
+    assert reader.metadata.author == CLINIC.name
+    width, height = (float(side) for side in reader.pages[0].mediabox[2:])
+    assert (round(width), round(height)) == (595, 842)
+    fonts = {str(font.get_object()["/BaseFont"]) for font in _fonts(reader)}
+    assert fonts
+    assert all("NotoSansJP" in font for font in fonts), fonts
+
+
+def _fonts(reader: PdfReader) -> list[Any]:
+    resources: list[Any] = [page["/Resources"] for page in reader.pages]
+    return [font for of_page in resources for font in of_page.get("/Font", {}).values()]
+
+
+# -- HTML -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_pages_are_sound(signed: tuple[SessionContent, EpisodeContent], language: Language) -> None:
+    visit, care = signed
+    for page in (paper.session_page(visit, how(language)), paper.episode_page(care, how(language))):
+        parsed = Parsed(page)
+        assert parsed.all("html") == [{"lang": language}]
+        assert len(parsed.all("h1")) == 1
+        levels = [int(tag[1]) for tag, _ in parsed.elements if re.fullmatch(r"h[1-6]", tag)]
+        assert all(after <= before + 1 for before, after in pairwise(levels))
+        assert all(head.get("scope") in ("row", "col") for head in parsed.all("th"))
+        assert len(parsed.all("thead")) >= 3
+        assert all(chart.get("aria-label") for chart in parsed.all("svg"))
+
+
+def test_nothing_runs_and_nothing_is_fetched(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    page = paper.session_page(signed[0], how())
+    parsed = Parsed(page)
+    for tag, attributes in parsed.elements:
+        assert tag not in ("script", "link", "iframe", "object", "embed", "form", "base", "a")
+        assert not {name for name in attributes if name.startswith("on") or name in ("style", "href")}
+        assert str(attributes.get("src", "data:")).startswith("data:")
+    assert "url(" not in parsed.style
+    digest = re.search(r"style-src 'sha256-([^']+)'", page.policy)
+    assert digest
+    assert "script" not in page.policy
+    assert page.policy.startswith("default-src 'none'; ")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_whatever_people_write_is_only_text(sqlite: Database, language: Language) -> None:
+    """In the page, in the margins that a style sheet makes, in the head, and on paper."""
+    hostile = Texts(HOSTILE[:100], HOSTILE[:100], HOSTILE[:100], HOSTILE, HOSTILE[:100], HOSTILE)
+    visit, care = contents(sqlite, hostile, signed=True)
+    letters = Print(Letterhead(HOSTILE, (HOSTILE,), HOSTILE), language, "Asia/Tokyo", AT)
+    harmless, its_care = contents(sqlite)
+    for page, plain in (
+        (paper.session_page(visit, letters), paper.session_page(harmless, how(language))),
+        (paper.episode_page(care, letters), paper.episode_page(its_care, how(language))),
+    ):
+        parsed = Parsed(page)
+        assert HOSTILE in parsed.text
+        assert [tag for tag, _ in parsed.elements] == [tag for tag, _ in Parsed(plain).elements]
+        assert "9989001" not in parsed.style
+        assert "<" not in parsed.style
+        assert parsed.style.count("@page") == 1
+    pages = texts_of(paper.session_pdf(visit, letters))
+    assert all("</style></title><script>" in page for page in pages)
+
+
+def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None:
+    long = Texts(name="W" * 100, recording="M" * 100, therapist="W" * 100, other="W" * 100)
+    visit, _ = contents(sqlite, long)
+    text = "".join(texts_of(paper.session_pdf(visit, how()))).replace(" ", "")
+    assert "W" * 100 in text
+    assert "M" * 100 in text
+
+
+# -- words ----------------------------------------------------------------------------------------------------------
+
+
+def test_every_word_is_there_in_both_languages_and_used() -> None:
+    python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "words.py"]
+    source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" named("rom"'
+    for key, (english, japanese) in WORDS.items():
+        assert english.strip(" ")
+        assert japanese
+        assert set(re.findall(r"{(\w+)}", english)) == set(re.findall(r"{(\w+)}", japanese)), key
+        kind, dot, _ = key.partition(".")
+        assert f'"{key}"' in source or (dot and f'named("{kind}"' in source), key
+
+
+def test_every_stop_and_every_outcome_has_its_words() -> None:
+    assert set(STOPS_JA) == {fault.code for fault in FAULTS}
+    for fault in FAULTS:
+        assert ("{motor}" in STOPS_JA[fault.code]) == ("{motor}" in fault.message), fault.code
+    assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
+    assert Speaker("ja", "").stop("unheard_of", "As it was told.") == "As it was told."
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "sign", "text"),
+    [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.2"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
+)  # fmt: skip
+def test_numbers_have_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
+    assert Speaker("en", "").number(value, digits, sign=sign) == text
+
+
+def test_a_day_is_the_clinics() -> None:
+    late = datetime(2026, 11, 2, 20, 0, tzinfo=UTC)
+    assert Speaker("en", "Asia/Tokyo").moment(late) == "3 November 2026 05:00"
+    assert Speaker("ja", "Asia/Tokyo").day(late) == "2026年11月3日"
+
+
+# -- curves ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_curve_keeps_its_peak_and_stays_in_its_frame(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    run = signed[0].runs[0]
+    assert run.parts
+    third = charts.tracking(run.parts)[2]
+    assert [line.name for line in third.lines] == ["taught", "played"]
+    places = [tuple(map(float, place.split(","))) for place in third.lines[0].points.split()]
+    assert len(places) <= 180
+    frame = third.frame
+    assert all(frame.x(0) <= x <= frame.x(1) and frame.y(1) <= y <= frame.y(0) for x, y in places)
+    # 90 % of 0 to 90 deg: the top is at 85.5, where 50 and 75 have their ticks.
+    at = {tick.label: tick.at for tick in third.y_ticks}
+    a_degree = (at["50"] - at["75"]) / 25
+    assert min(y for _, y in places) == pytest.approx(at["75"] - 10.5 * a_degree, abs=0.1)
+
+
+def test_damaged_samples_are_no_curves() -> None:
+    with pytest.raises(UnreadableError):
+        charts.tracking(RunParts(Series(b""), Series(b""), AS_TAUGHT, None, None))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [(0, 10, (0, 2.5, 5, 7.5, 10)), (-20, 130, (-50, 0, 50, 100, 150)), (5, 5, (5,)), (0, 0.3, (0, 0.1, 0.2, 0.3))],
+)
+def test_ticks_are_round_and_hold_everything(low: float, high: float, ticks: tuple[float, ...]) -> None:
+    assert charts.nice_ticks(low, high, 4) == ticks
+
+
+# -- letterhead -----------------------------------------------------------------------------------------------------
+
+PNG = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4" cy="4" r="3"/></svg>'
+
+
+@pytest.mark.parametrize(("image", "kind"), [(PNG, "png"), (SVG, "svg+xml")], ids=["png", "svg"])
+def test_a_letterhead_stands_on_both_reports(
+    tmp_path: Path, signed: tuple[SessionContent, EpisodeContent], image: bytes, kind: str
+) -> None:
+    logo = tmp_path / "logo"
+    logo.write_bytes(image)
+    ours = letterhead.read("Midori Clinic", "1-2-3 Aoba| Sendai |", "022", logo)
+    assert ours.address == ("1-2-3 Aoba", "Sendai")
+    visit, care = signed
+    printed = Print(ours, "en", "", AT)
+    for page in (paper.session_page(visit, printed), paper.episode_page(care, printed)):
+        parsed = Parsed(page)
+        assert [one["src"] for one in parsed.all("img")] == [
+            f"data:image/{kind};base64,{base64.b64encode(image).decode()}"
+        ]
+        assert "Midori Clinic" in parsed.text
+        assert "Tel. 022" in parsed.text
+    assert "Midori Clinic" in texts_of(paper.episode_pdf(care, printed))[0]
+
+
+def test_without_a_letterhead_there_is_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
+    nobody = Print(letterhead.read("", "", "", None), "en", "", AT)
+    assert not Parsed(paper.session_page(signed[0], nobody)).all("header")
+
+
+@pytest.mark.parametrize(
+    ("image", "why"),
+    [
+        (b"x" * 300_000, "larger than 256 kB"),
+        (b"GIF89a", "neither PNG nor SVG"),
+        (b"<html/>", "neither PNG nor SVG"),
+        (b"", "neither PNG nor SVG"),
+        (PNG[:18], "damaged PNG"),
+        (PNG[:16] + b"\0\0\xff\xff\0\0\0\x01", "pixels a side"),
+        (b"<!DOCTYPE svg><svg/>", "document type"),
+        (b"<svg><script/></svg>", "script"),
+        (b'<svg onload="x"/>', "script"),
+        (b'<svg><image href="http://elsewhere.example/x.png"/></svg>', "elsewhere"),
+    ],
+    ids=str,
+)
+def test_a_logo_that_cannot_be_used_is_refused_in_words(tmp_path: Path, image: bytes, why: str) -> None:
+    logo = tmp_path / "logo"
+    logo.write_bytes(image)
+    with pytest.raises(LetterheadError, match=why):
+        letterhead.read("", "", "", logo)
+
+
+def test_a_logo_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
+    with pytest.raises(LetterheadError, match="cannot be read"):
+        letterhead.read("", "", "", tmp_path / "none.png")

@@ -1,0 +1,381 @@
+"""Databases of every released version, with data in every table: up, down, up again, and killed at every statement."""
+
+import hashlib
+import json
+import os
+import shutil
+import signal
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import event
+
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
+from kata.clinic.recordings.tables import SAMPLES as TAUGHT
+from kata.clinic.sessions import learning
+from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
+from kata.clinic.sessions.tables import SAMPLES as PLAYED
+from kata.database.arrays import decode, encode
+from kata.database.engine import Database, DatabaseError
+from kata.database.series import pack, unpack
+from kata.database.upgrade import migrations, upgrade
+from tests.database.test_arrays import FIRST_FORMAT
+
+RELEASED = ("0001", "0002", "0003", "0004")
+NOW = datetime(2025, 4, 1, 9, 30, 0, 123456, tzinfo=UTC)
+LATER = datetime(2025, 4, 1, 10, 15, tzinfo=UTC)
+Row = dict[str, Any]
+Contents = dict[str, list[Row]]
+
+
+def key(number: int) -> UUID:
+    return UUID(int=number)
+
+
+def rows_of(version: str) -> list[tuple[str, Row]]:
+    """Two of everything that version knows, in an order in which it can be written down."""
+    told: list[tuple[str, Row]] = []
+    for n, side in ((1, "left"), (2, "right")):
+        patient = {
+            "id": key(n), "clinic_number": f"K-{n}", "name": "Satō Ken", "kana": "サトウ ケン" if n == 1 else None,
+            "birth_date": date(1950, 2, 28), "sex": "male", "affected_side": side, "notes": "Plays the violin.",
+            "created_at": NOW, "updated_at": LATER, "archived_at": LATER if n == 2 else None,
+        }  # fmt: skip
+        visit = {
+            "id": key(10 + n), "patient_id": key(n), "started_at": NOW, "ended_at": LATER if n == 1 else None,
+            "note": "Went well.",
+        }  # fmt: skip
+        teaching = {"id": key(20 + n), "patient_id": key(n), "name": "Lift", "side": side, "started_at": NOW}
+        recording = {
+            "id": key(30 + n), "patient_id": key(n), "teaching_id": key(20 + n), "take": 1, "name": "Lift",
+            "side": side, "station": "Station 1", "taught_at": NOW, "duration_s": 1.25, "rate_hz": 100, "samples": 126,
+            "note": "", "archived_at": None,
+        }  # fmt: skip
+        run = {
+            "id": key(40 + n), "session_id": key(10 + n), "recording_id": key(30 + n), "started_at": NOW,
+            "ended_at": LATER, "outcome": "stopped" if n == 1 else "completed",
+            "stop_code": "estop_pressed" if n == 1 else None, "stop_message": "Pressed." if n == 1 else None,
+            "rate_hz": 100, "samples": 126,
+        }  # fmt: skip
+        tracking = {"run_id": key(40 + n), "peak_deg": -2.5, "peak_at_s": 0.5, "rmse_deg": 0.75, "start_deg": 0.0}
+        if version >= "0002":
+            run |= {"load_level": 8 if n == 1 else None}
+        figures = {"lag_ms": 51.5, "taught_min_deg": -1.0} | dict.fromkeys(
+            ("taught_max_deg", "played_min_deg", "played_max_deg", "taught_smoothness", "played_smoothness")
+        )
+        if version >= "0003":
+            run |= {
+                "speed_percent": 80.0, "repetitions": 3, "pause_s": 1.5, "range_percent": 90.0, "method": "learned",
+                "corrected_by": key(41) if n == 2 else None,
+            }  # fmt: skip
+        if version >= "0004":
+            recording |= {"parent_id": None, "done": []}
+        told += [("patients", patient), ("sessions", visit), ("teachings", teaching), ("recordings", recording)]
+        # One that can be read, and one that was damaged before.
+        told.append(
+            ("recording_samples", {"recording_id": key(30 + n), "data": FIRST_FORMAT[: 1000 if n == 1 else 40]})
+        )
+        told.append(("runs", run))
+        motor = tracking | {"motor": 3} | (figures | {"torque_peak_nm": 1.5} if version >= "0003" else {})
+        told += [("motor_tracking", motor), ("run_samples", {"run_id": key(40 + n), "data": FIRST_FORMAT})]
+        if version >= "0003":
+            told.append(("motion_tracking", tracking | figures | {"motion": 4}))
+            told.append(("run_corrections", {"run_id": key(40 + n), "station": "Station 1", "data": FIRST_FORMAT}))
+        if version >= "0004":
+            derived = {"id": key(50 + n), "teaching_id": None, "take": None, "parent_id": key(30 + n)}
+            told.append(("recordings", recording | derived | {"done": ["trimmed", "mirrored"]}))
+            told.append(("recording_samples", {"recording_id": key(50 + n), "data": FIRST_FORMAT}))
+    return told
+
+
+def kind(name: str) -> Any:
+    """A column's type, by its name: these tests know no classes of today."""
+    if name in ("id", "corrected_by") or name.endswith("_id"):
+        return sa.Uuid()
+    if name.endswith("_at"):
+        return sa.DateTime(timezone=True)
+    return {"data": sa.LargeBinary(), "done": sa.JSON(), "birth_date": sa.Date()}.get(name, sa.types.NullType())
+
+
+def at_version(database: Database, version: str, move: Callable[[Config, str], None] = command.upgrade) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(migrations()))
+    with database.writer.connect() as connection:
+        config.attributes["connection"] = connection
+        move(config, version)
+
+
+def filled(database: Database, version: str) -> None:
+    """As a program of that version left it."""
+    at_version(database, version)
+    told = rows_of(version)
+    with database.writer.begin() as connection:
+        for table, row in told:
+            connection.execute(sa.insert(sa.table(table, *(sa.column(name, kind(name)) for name in row))), [row])
+        tables = set(sa.inspect(connection).get_table_names()) - {"alembic_version"}
+    assert tables == {table for table, _ in told}
+
+
+def contents(database: Database) -> Contents:
+    """Everything, as the database itself tells it; but for the ids that an upgrade makes up."""
+    kept: Contents = {}
+    with database.writer.connect() as connection:
+        for table in sorted(sa.inspect(connection).get_table_names()):
+            rows = connection.exec_driver_sql(f"SELECT * FROM {table}").mappings().all()
+            made_up = {"episode_id"} | ({"id"} if table == "episodes" else set())
+            plain = [{name: value for name, value in row.items() if name not in made_up} for row in rows]
+            kept[table] = sorted(plain, key=repr)
+    return kept
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def empty(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
+    """A database in which there is nothing, not even tables."""
+    on_file = request.param == "sqlite"
+    made = Database(f"sqlite:///{tmp_path / 'kata.db'}" if on_file else request.getfixturevalue("postgresql_url"))
+    yield made
+    if not on_file:
+        emptied(made)
+    made.close()
+
+
+def emptied(database: Database) -> None:
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("DROP SCHEMA public CASCADE")
+        connection.exec_driver_sql("CREATE SCHEMA public")
+
+
+@pytest.mark.parametrize("version", RELEASED)
+def test_data_of_every_released_version_goes_up_down_and_up_again(empty: Database, version: str) -> None:
+    filled(empty, version)
+    before = contents(empty)
+    upgrade(empty)
+    upgraded = contents(empty)
+    assert {table: len(rows) for table, rows in upgraded.items() if table in before} == {
+        table: len(rows) for table, rows in before.items()
+    }
+    with empty.read() as session:
+        assert decode(TAUGHT.read(session, key(31)).head)["path_s"][4] == 5.0
+        assert unpack(PLAYED.read(session, key(42)))["path_s"][4] == 5.0
+    assert sorted(row["side"] for row in upgraded["episodes"]) == ["left", "right"]
+    assert sorted(row["run_count"] for row in upgraded["sessions"]) == [1, 1]
+    assert [row["code"] for row in upgraded["session_stops"]] == ["estop_pressed"]
+
+    at_version(empty, version, command.downgrade)
+    assert contents(empty) == before
+    upgrade(empty)
+    assert contents(empty) == upgraded
+
+
+def test_going_back_takes_what_is_new_away_and_leaves_what_was_there_before(empty: Database) -> None:
+    filled(empty, "0004")
+    before = contents(empty)
+    upgrade(empty)
+    today = _today(empty)
+    at_version(empty, "0004", command.downgrade)
+    after = contents(empty)
+
+    new = {"recording_samples", "run_samples", "run_corrections"}
+    assert {table: rows for table, rows in after.items() if table not in new} == {
+        table: rows for table, rows in before.items() if table not in new
+    }
+    for table, whose, values in today:
+        with empty.writer.connect() as connection:
+            rows = sa.table(table, sa.column(whose[0], sa.Uuid()), sa.column("data", sa.LargeBinary()))
+            data = connection.execute(sa.select(rows.c.data).where(rows.c[whose[0]] == whose[1])).scalar_one()
+        assert json.loads(data.partition(b"\n")[0])["format"] == "kata-samples/1"
+        back = decode(data)
+        for name, expected in values.items():
+            assert back[name] == pytest.approx(expected, abs=1.1e-4, nan_ok=True)
+
+
+def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, Any]]]:
+    """Today's samples in place of those of before, and a row in each of the tables that are new."""
+    times_s = np.arange(13_000) * 0.01
+    taught = {"time_s": times_s, "angle_deg": np.rint(np.sin(times_s[:, None] * np.arange(1, 6)) * 400) * 360 / 4096}
+    angles = taught["angle_deg"]
+    played = {
+        "time_s": times_s, "phase": np.full(13_000, 2.0), "path_s": np.where(times_s < 1, np.nan, times_s),
+        "setpoint_deg": np.rint(angles * 500) / 500, "measured_deg": angles, "torque_nm": angles / 100,
+    }  # fmt: skip
+    learned = {"time_s": times_s[:100], "correction_deg": angles[:100] / 1000}
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("DELETE FROM recording_samples WHERE recording_id IN (SELECT id FROM recordings)")
+        connection.exec_driver_sql("DELETE FROM run_samples")
+        connection.exec_driver_sql("DELETE FROM run_corrections")
+    with database.write() as session:
+        for number in (31, 32, 51, 52):
+            TAUGHT.keep(session, key(number), pack(taught, TAUGHT_COLUMNS), b"overview")
+        PLAYED.keep(session, key(41), pack(played, PLAYED_COLUMNS), None)
+        correction = sa.table(
+            "run_corrections", *(sa.column(name, kind(name)) for name in ("run_id", "station", "data"))
+        )
+        data = encode(learned, learning.COLUMNS)
+        session.execute(sa.insert(correction), [{"run_id": key(41), "station": "Station 1", "data": data}])
+        episode = session.scalar(sa.text("SELECT id FROM episodes LIMIT 1"))
+        for table, more in (
+            ("stages", "id, episode_id, stage, since, noted_at"),
+            ("programmes", "id, episode_id, name, created_at, updated_at"),
+        ):
+            values = {"id": key(60).hex, "episode": episode, "now": NOW.isoformat()}
+            given = "'x', '2025-04-01', :now" if table == "stages" else "'x', :now, :now"
+            session.execute(sa.text(f"INSERT INTO {table} ({more}) VALUES (:id, :episode, {given})"), values)
+    return [
+        ("recording_samples", ("recording_id", key(31)), taught),
+        ("run_samples", ("run_id", key(41)), played),
+        ("run_corrections", ("run_id", key(41)), learned),
+    ]
+
+
+def test_a_database_of_a_newer_program_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    filled(database, "0004")
+    with database.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    before = contents(database)
+    with pytest.raises(DatabaseError, match="written by a newer version of Kata"):
+        upgrade(database)
+    assert contents(database) == before
+    assert [one.name for one in tmp_path.glob("*version*")] == []
+
+
+def test_a_file_is_copied_before_it_is_upgraded_and_two_copies_are_kept(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    for version in RELEASED[1:]:
+        filled(database, version) if version == "0002" else at_version(database, version, command.downgrade)
+        before = contents(database)
+        upgrade(database)
+        copy = Database(f"sqlite:///{tmp_path / f'kata.db.version-{version}'}")
+        assert contents(copy) == before
+        copy.close()
+    database.close()
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["kata.db", "kata.db.version-0003", "kata.db.version-0004"]
+
+
+def test_without_room_for_it_nothing_is_upgraded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    filled(database, "0004")
+    before = contents(database)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1, 1, 1000))
+    with pytest.raises(DatabaseError, match="make room, then start again"):
+        upgrade(database)
+    assert contents(database) == before
+
+
+def statements(database: Database, at: Callable[[int], None]) -> None:
+    """Say before each one that is carried out which it is."""
+    count = 0
+
+    def about_to(*_: object) -> None:
+        nonlocal count
+        at(count)
+        count += 1
+
+    event.listen(database.writer, "before_cursor_execute", about_to)
+
+
+def test_what_any_statement_of_an_upgrade_leaves_on_disk_is_a_whole_version(tmp_path: Path) -> None:
+    """What a killed process leaves are its files as they are at that moment."""
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    filled(database, "0001")
+    whole = {"0001": contents(database)}
+    database.close()
+    for version in ("0002", "0003", "0004", "0005", "0006"):
+        shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
+        step = Database(f"sqlite:///{tmp_path / 'step.db'}")
+        at_version(step, version)
+        whole[version] = contents(step)
+        step.close()
+
+    left: dict[str, Path] = {}
+    taken = 0
+
+    def keep(n: int) -> None:
+        nonlocal taken
+        taken += 1
+        parts = [
+            (end, (tmp_path / f"kata.db{end}").read_bytes())
+            for end in ("", "-wal")
+            if (tmp_path / f"kata.db{end}").exists()
+        ]
+        name = hashlib.sha256(repr(parts).encode()).hexdigest()
+        if name not in left:
+            left[name] = tmp_path / f"left-{n}.db"
+            for end, data in parts:
+                left[name].with_name(left[name].name + end).write_bytes(data)
+
+    statements(database, keep)
+    upgrade(database)
+    assert taken > 200
+    versions = set()
+    for path in left.values():
+        found = Database(f"sqlite:///{path}")
+        told = contents(found)
+        version = told["alembic_version"][0]["version_num"]
+        assert told == whole[version]
+        with closing(sqlite3.connect(path)) as connection:
+            assert connection.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+        found.close()
+        versions.add(version)
+    assert versions >= {"0001", "0002", "0003", "0004", "0005"}
+
+
+def killed_at(url: str, statement: int) -> None:
+    """Upgrade in a process of its own, and kill that before a statement."""
+    child = os.fork()
+    if child == 0:
+        try:
+            database = Database(url)
+            statements(database, lambda n: os.kill(os.getpid(), signal.SIGKILL) if n == statement else None)
+            upgrade(database)
+        finally:
+            os._exit(0)
+    _, status = os.waitpid(child, 0)
+    assert os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL
+
+
+@pytest.mark.parametrize("backend", ["sqlite", "postgresql"])
+def test_the_start_after_one_that_was_killed_ends_up_where_an_unkilled_one_does(
+    backend: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    on_file = backend == "sqlite"
+
+    def fresh(name: str) -> str:
+        return f"sqlite:///{tmp_path / name}" if on_file else str(request.getfixturevalue("postgresql_url"))
+
+    reference = Database(fresh("whole.db"))
+    count = 0
+
+    def counted(n: int) -> None:
+        nonlocal count
+        count = n
+
+    filled(reference, "0001")
+    statements(reference, counted)
+    upgrade(reference)
+    last = count
+    expected = contents(reference)
+    for statement in (last // 2, last - 20, last) if on_file else (last // 2, last):
+        if not on_file:
+            emptied(reference)
+        url = fresh(f"killed-{statement}.db")
+        database = Database(url)
+        filled(database, "0001")
+        database.close()
+        killed_at(url, statement)
+        upgrade(database)
+        assert contents(database) == expected, statement
+        database.close()
+    if not on_file:
+        emptied(reference)
+    reference.close()

@@ -1,0 +1,54 @@
+"""What a therapist does before anything is played, for tests that are about something else."""
+
+import time
+from typing import Any
+
+from fastapi.testclient import TestClient
+
+LIMIT_S = 30.0
+WHO = "Ito Mai"
+
+
+def still_open(client: TestClient, session_id: str, recording_id: str) -> list[str]:
+    """Names of the checks that nobody has given yet."""
+    asked = client.get(f"/api/sessions/{session_id}/checklist", params={"recording_id": recording_id})
+    assert asked.status_code == 200, asked.text
+    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+
+
+def until_estop(client: TestClient, state: str) -> None:
+    """Wait until the device has seen the switch."""
+    limit = time.monotonic() + LIMIT_S
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["estop"] != state:
+            assert time.monotonic() < limit
+
+
+def try_estop(client: TestClient) -> None:
+    """Press the switch, release it, acknowledge."""
+    for pressed, state in ((True, "pressed"), (False, "released")):
+        assert client.post("/api/simulator/estop", json={"pressed": pressed}).status_code == 200
+        until_estop(client, state)
+    limit = time.monotonic() + LIMIT_S
+    with client.websocket_connect("/api/live") as socket:
+        refusals: dict[str, Any] = {"acknowledge": {}}
+        while "acknowledge" in refusals:
+            refusals = socket.receive_json().get("live", {}).get("refusals", refusals)
+            assert time.monotonic() < limit
+    assert client.post("/api/station/acknowledge").status_code == 200
+    until_estop(client, "closed")
+
+
+def go_through_checklist(client: TestClient, session_id: str, recording_id: str) -> None:
+    """Everything is in order: the emergency stop is tried if it has not been today, and somebody has looked at the rest."""
+    body = {"checked_by": WHO, "recording_id": recording_id}
+    for check in still_open(client, session_id, recording_id):
+        if check == "estop":
+            try_estop(client)
+        else:
+            answer = client.put(f"/api/sessions/{session_id}/checklist/{check}", json=body)
+            assert answer.status_code == 200, answer.text
+    limit = time.monotonic() + LIMIT_S
+    while still_open(client, session_id, recording_id):
+        # That it was tried is written down by a thread of its own.
+        assert time.monotonic() < limit, still_open(client, session_id, recording_id)
