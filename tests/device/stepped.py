@@ -64,7 +64,8 @@ class SteppedApparatus:
         )
         inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
         status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
-        return Reading(drives, inputs, () if axis in self.silent else (status,), frozenset(self.garbled))
+        statuses = () if axis in self.silent else (status,)
+        return Reading(drives, inputs, statuses, frozenset(self.garbled), frozenset(self.silent - self.garbled))
 
     def read_inputs(self) -> InputReading | None:
         self._check()

@@ -171,13 +171,17 @@ def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watche
     assert watched.hear(30, watched.reading(30)).complete
 
 
-def test_damaged_answers_count_as_such_until_a_sound_one_comes(watched: Watched) -> None:
+def test_answers_are_damaged_where_something_unsound_comes_at_least_as_often_as_nothing(watched: Watched) -> None:
     good = watched.reading(0)
-    silent = replace(good, drives=(None, *good.drives[1:]))
+    unasked = replace(good, drives=(None, *good.drives[1:]))
+    silent, unsound = replace(unasked, silent=frozenset({0})), replace(unasked, garbled=frozenset({0}))
     assert not watched.hear(0, good).garbled[0]
-    assert not watched.hear(0, silent).garbled[0]
-    assert watched.hear(0, replace(silent, garbled=frozenset({0}))).garbled == (True, False, False, False, False)
+    assert watched.hear(0, unsound).garbled == (True, False, False, False, False)
+    assert watched.hear(0, unasked).garbled[0]
     assert watched.hear(0, silent).garbled[0]
+    # Late to a busy computer, and then no more: it is switched off.
+    assert not watched.hear(0, silent).garbled[0]
+    assert watched.hear(0, unsound).garbled[0]
     assert not watched.hear(0, good).garbled[0]
 
 

@@ -24,7 +24,7 @@ class KataDrives:
     def cycle(self) -> int:
         """See :class:`~kata.bench.cycle.Host`."""
         self._bus.write_setpoints(self._goals.next_deg())
-        drives, _ = self._bus.read_drives()
+        drives, _, _ = self._bus.read_drives()
         return sum(1 for drive in drives if drive)
 
     def close(self) -> None:

@@ -59,7 +59,9 @@ class Facts:
     status_age_ms: tuple[float, ...]
     """inf where a drive never told its status since the bus is there."""
     garbled: tuple[bool, ...]
-    """Of those that did not answer soundly when last asked: something did come."""
+    """Since its last sound answer something unsound came at least as often as nothing. Once is not enough: what a busy computer
+    hands over late looks unsound too, and a drive that is switched off is not to be called damaged for that.
+    """
     measured_t_ns: int | None
     """When this cycle's angles came; None unless all five did."""
     hardware_error: tuple[int, ...]
@@ -109,7 +111,7 @@ class Observer:
         self._drives: list[DriveReading | None] = [None] * axes
         self._before: list[DriveReading | None] = [None] * axes
         self._status: list[DriveStatus | None] = [None] * axes
-        self._garbled = [False] * axes
+        self._nothing, self._unsound = [0] * axes, [0] * axes
         self._following, self._overtorque, self._accelerating = _Lasting(axes), _Lasting(axes), _Lasting(axes)
         self._frozen_since: list[float | None] = [None] * axes
         self._inputs: InputReading | None = None
@@ -159,7 +161,7 @@ class Observer:
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
             status_age_ms=tuple([_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status]),
-            garbled=tuple(self._garbled),
+            garbled=tuple([0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
             hardware_error=tuple([status.hardware_error if status else 0 for status in self._status]),
             watchdog_tripped=tuple([bool(status and status.watchdog_tripped) for status in self._status]),
@@ -178,7 +180,10 @@ class Observer:
         for n, drive in enumerate(replies.drives):
             if drive:
                 self._before[n], self._drives[n] = self._drives[n], drive
-            self._garbled[n] = n in replies.garbled or (drive is None and self._garbled[n])
+                self._nothing[n] = self._unsound[n] = 0
+            else:
+                self._nothing[n] += n in replies.silent
+                self._unsound[n] += n in replies.garbled
         if not bus_ok:
             # Whoever comes back may have been switched off and on: what it said of itself no longer counts.
             self._status = [None] * len(self._status)

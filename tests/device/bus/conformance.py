@@ -196,7 +196,9 @@ class Conformance:
         others = [n for n in range(5) if n != motor - 1]
         for reading in readings[1:]:
             assert reading.drives[motor - 1] is None
+            assert reading.silent <= {motor - 1}
             assert all(reading.drives[n] for n in others)
+        assert any(reading.silent for reading in readings)
         assert not any(reading.garbled for reading in readings)
 
     def test_a_silent_drive_costs_less_than_a_millisecond_a_cycle(self, world: World, bus: Bus) -> None:

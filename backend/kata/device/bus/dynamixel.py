@@ -299,12 +299,15 @@ class DynamixelBus:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
         self._longer = 1 - self._longer
-        drives, garbled = self.read_drives()
+        drives, missing, garbled = self.read_drives()
         status = self._read_status(next(self._next_status))
-        return Reading(drives, self._ask_inputs(), (status,) if status else (), garbled)
+        statuses = (status,) if status else ()
+        if garbled:
+            return Reading(drives, self._ask_inputs(), statuses, garbled=missing)
+        return Reading(drives, self._ask_inputs(), statuses, silent=missing)
 
-    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int]]:
-        """Position, speed and torque of all five; and the axes from which something unsound came."""
+    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int], bool]:
+        """Position, speed and torque of all five; the axes that were asked in vain; and whether something unsound came."""
         self._slack_left_ns = self._slack_ns
         asked = self._quiet.order()
         fast = self._fast and not self._plain_cycles
@@ -316,8 +319,8 @@ class DynamixelBus:
         self.errors += len(asked) - len(found)
         self._quiet.answered(asked, found.keys())
         drives = tuple([found.get(drive_id) for drive_id in self._ids])
-        missing = [self._ids.index(drive_id) for drive_id in asked if drive_id not in found]
-        return drives, frozenset(missing if replies.garbled else ())
+        missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in found])
+        return drives, missing, replies.garbled
 
     def read_inputs(self) -> InputReading | None:
         """See :class:`~kata.device.bus.port.Bus`."""

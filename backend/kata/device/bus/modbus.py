@@ -125,6 +125,7 @@ class ModbusBus:
         drives: list[DriveReading | None] = []
         statuses: list[DriveStatus] = []
         garbled: set[int] = set()
+        silent: set[int] = set()
         for n, axis in enumerate(self._config.axes):
             answer = self._read_drive(axis) if self._quiet.worth_asking(axis.id) else None
             if answer and answer.data is not None:
@@ -132,9 +133,9 @@ class ModbusBus:
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
             else:
                 drives.append(None)
-                if answer and answer.garbled:
-                    garbled.add(n)
-        return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled))
+                if answer:
+                    (garbled if answer.garbled else silent).add(n)
+        return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled), frozenset(silent))
 
     def read_inputs(self) -> InputReading | None:
         """See :class:`~kata.device.bus.port.Bus`."""

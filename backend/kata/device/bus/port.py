@@ -49,6 +49,8 @@ class Reading:
     statuses: tuple[DriveStatus, ...]
     garbled: frozenset[int] = frozenset()
     """Axes (0-4) from which something came that is no sound answer."""
+    silent: frozenset[int] = frozenset()
+    """Axes that were asked, and nothing came."""
 
 
 class Bus(Protocol):
