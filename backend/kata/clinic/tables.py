@@ -1,5 +1,15 @@
 """Every table of the clinic, for whoever needs them all: migrations."""
 
+from kata.access.tables import (
+    AccountRow,
+    AccountStationRow,
+    AuditRow,
+    BackupRow,
+    BrokenGlassRow,
+    CareTeamRow,
+    RecoveryCodeRow,
+    SignInRow,
+)
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow, StationRow
@@ -18,8 +28,14 @@ from kata.clinic.sessions.tables import (
 )
 
 __all__ = [
+    "AccountRow",
+    "AccountStationRow",
     "AddendumRow",
     "AssessmentRow",
+    "AuditRow",
+    "BackupRow",
+    "BrokenGlassRow",
+    "CareTeamRow",
     "DeviceEventRow",
     "EpisodeRow",
     "ErasureRow",
@@ -31,12 +47,14 @@ __all__ = [
     "ProgrammeVersionRow",
     "RecordingRow",
     "RecordingSamplesRow",
+    "RecoveryCodeRow",
     "RomRow",
     "RunCorrectionRow",
     "RunRow",
     "RunSamplesRow",
     "SessionRow",
     "SessionStopRow",
+    "SignInRow",
     "StageRow",
     "StationRow",
     "TeachingRow",

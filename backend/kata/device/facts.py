@@ -161,7 +161,9 @@ class Observer:
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
             status_age_ms=tuple([_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status]),
-            garbled=tuple([0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]),
+            garbled=tuple(
+                [0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]
+            ),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
             hardware_error=tuple([status.hardware_error if status else 0 for status in self._status]),
             watchdog_tripped=tuple([bool(status and status.watchdog_tripped) for status in self._status]),

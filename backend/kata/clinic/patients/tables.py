@@ -36,6 +36,8 @@ class PatientRow(Base):
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     archived_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    restricted: Mapped[bool] = mapped_column(default=False)
+    """Only its care team sees this record; others break the glass."""
     erased_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """When what tells who this is was taken away at the patient's request."""
     search_text: Mapped[str] = mapped_column(String(search.LONGEST), default=_found_by)

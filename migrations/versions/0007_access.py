@@ -1,0 +1,154 @@
+"""Accounts, sign-ins, audit, restricted records and backups
+
+Revision ID: 0007
+Revises: 0006
+"""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0007"
+down_revision = "0006"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    op.create_table(
+        "accounts",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("username", sa.String(length=64), nullable=False),
+        sa.Column("name", sa.String(length=100), nullable=False),
+        sa.Column("role", sa.String(length=16), nullable=False),
+        sa.Column("language", sa.String(length=8), nullable=False),
+        sa.Column("password_hash", sa.String(length=200), nullable=True),
+        sa.Column("password_changed_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("totp_secret", sa.String(length=64), nullable=True),
+        sa.Column("totp_confirmed_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
+        sa.Column("code_hash", sa.String(length=64), nullable=True),
+        sa.Column("code_until", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("oidc_subject", sa.String(length=300), nullable=True),
+        sa.Column("failed", sa.Integer(), nullable=False),
+        sa.Column("locked_until", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("updated_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("disabled_at", sa.DateTime(timezone=True), nullable=True),
+        sa.PrimaryKeyConstraint("id", name="pk_accounts"),
+        sa.UniqueConstraint("oidc_subject", name="uq_accounts_oidc_subject"),
+        sa.UniqueConstraint("username", name="uq_accounts_username"),
+    )
+    op.create_table(
+        "audit",
+        sa.Column("number", sa.BigInteger().with_variant(sa.Integer(), "sqlite"), nullable=False),
+        sa.Column("at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("account_id", sa.Uuid(), nullable=True),
+        sa.Column("who", sa.String(length=100), nullable=False),
+        sa.Column("role", sa.String(length=16), nullable=False),
+        sa.Column("sign_in_id", sa.Uuid(), nullable=True),
+        sa.Column("address", sa.String(length=64), nullable=False),
+        sa.Column("action", sa.String(length=64), nullable=False),
+        sa.Column("outcome", sa.String(length=8), nullable=False),
+        sa.Column("patient_id", sa.Uuid(), nullable=True),
+        sa.Column("subject", sa.String(length=100), nullable=False),
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.Column("detail", sa.Text(), nullable=False),
+        sa.Column("hash", sa.LargeBinary(length=32), nullable=False),
+        sa.PrimaryKeyConstraint("number", name="pk_audit"),
+    )
+    op.create_index("ix_audit_account_id_number", "audit", ["account_id", "number"], unique=False)
+    op.create_index("ix_audit_action_number", "audit", ["action", "number"], unique=False)
+    op.create_index("ix_audit_at", "audit", ["at"], unique=False)
+    op.create_index("ix_audit_patient_id_number", "audit", ["patient_id", "number"], unique=False)
+    op.create_table(
+        "backups",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("kind", sa.String(length=8), nullable=False),
+        sa.Column("file", sa.String(length=300), nullable=False),
+        sa.Column("bytes", sa.BigInteger(), nullable=False),
+        sa.Column("problem", sa.Text(), nullable=False),
+        sa.Column("tested_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("test_problem", sa.Text(), nullable=False),
+        sa.PrimaryKeyConstraint("id", name="pk_backups"),
+    )
+    op.create_index("ix_backups_at", "backups", ["at"], unique=False)
+    op.create_table(
+        "account_stations",
+        sa.Column("account_id", sa.Uuid(), nullable=False),
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_account_stations_account_id_accounts"),
+        sa.PrimaryKeyConstraint("account_id", "station", name="pk_account_stations"),
+    )
+    op.create_table(
+        "broken_glass",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("patient_id", sa.Uuid(), nullable=False),
+        sa.Column("account_id", sa.Uuid(), nullable=False),
+        sa.Column("reason", sa.Text(), nullable=False),
+        sa.Column("at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("until", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("reviewed_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("reviewed_by", sa.String(length=100), nullable=False),
+        sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_broken_glass_account_id_accounts"),
+        sa.ForeignKeyConstraint(["patient_id"], ["patients.id"], name="fk_broken_glass_patient_id_patients"),
+        sa.PrimaryKeyConstraint("id", name="pk_broken_glass"),
+    )
+    op.create_index("ix_broken_glass_account_id", "broken_glass", ["account_id"], unique=False)
+    op.create_index("ix_broken_glass_patient_id", "broken_glass", ["patient_id"], unique=False)
+    op.create_table(
+        "care_team",
+        sa.Column("patient_id", sa.Uuid(), nullable=False),
+        sa.Column("account_id", sa.Uuid(), nullable=False),
+        sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_care_team_account_id_accounts"),
+        sa.ForeignKeyConstraint(["patient_id"], ["patients.id"], name="fk_care_team_patient_id_patients"),
+        sa.PrimaryKeyConstraint("patient_id", "account_id", name="pk_care_team"),
+    )
+    op.create_table(
+        "recovery_codes",
+        sa.Column("account_id", sa.Uuid(), nullable=False),
+        sa.Column("code_hash", sa.String(length=64), nullable=False),
+        sa.Column("used_at", sa.DateTime(timezone=True), nullable=True),
+        sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_recovery_codes_account_id_accounts"),
+        sa.PrimaryKeyConstraint("account_id", "code_hash", name="pk_recovery_codes"),
+    )
+    op.create_table(
+        "sign_ins",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("account_id", sa.Uuid(), nullable=False),
+        sa.Column("secret_hash", sa.String(length=64), nullable=False),
+        sa.Column("began_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("seen_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("proved_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("method", sa.String(length=16), nullable=False),
+        sa.Column("address", sa.String(length=64), nullable=False),
+        sa.Column("agent", sa.String(length=200), nullable=False),
+        sa.Column("locked_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("ended_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("end_reason", sa.String(length=16), nullable=False),
+        sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_sign_ins_account_id_accounts"),
+        sa.PrimaryKeyConstraint("id", name="pk_sign_ins"),
+        sa.UniqueConstraint("secret_hash", name="uq_sign_ins_secret_hash"),
+    )
+    op.create_index("ix_sign_ins_account_id", "sign_ins", ["account_id"], unique=False)
+    op.add_column("patients", sa.Column("restricted", sa.Boolean(), nullable=False, server_default=sa.false()))
+
+
+def downgrade() -> None:
+    op.drop_column("patients", "restricted")
+    op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
+    op.drop_table("sign_ins")
+    op.drop_table("recovery_codes")
+    op.drop_table("care_team")
+    op.drop_index("ix_broken_glass_patient_id", table_name="broken_glass")
+    op.drop_index("ix_broken_glass_account_id", table_name="broken_glass")
+    op.drop_table("broken_glass")
+    op.drop_table("account_stations")
+    op.drop_index("ix_backups_at", table_name="backups")
+    op.drop_table("backups")
+    op.drop_index("ix_audit_patient_id_number", table_name="audit")
+    op.drop_index("ix_audit_at", table_name="audit")
+    op.drop_index("ix_audit_action_number", table_name="audit")
+    op.drop_index("ix_audit_account_id_number", table_name="audit")
+    op.drop_table("audit")
+    op.drop_table("accounts")
