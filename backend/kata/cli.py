@@ -19,6 +19,9 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.access.backups.commands import backup, restore_command
+from kata.access.backups.folder import UnfinishedRestoreError
+from kata.access.backups.key import BackupError
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.clinic.reports.letterhead import LetterheadError
@@ -37,6 +40,8 @@ from kata.web.app import create_app
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
+app.command()(backup)
+app.command("restore")(restore_command)
 _console = Console(stderr=True, highlight=False)
 
 
@@ -185,7 +190,15 @@ async def _serve(settings: Settings) -> None:
                 uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
             )
             await server.serve([listening])
-    except (ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
+    except (
+        BackupError,
+        ConfigError,
+        DatabaseError,
+        FolderInUseError,
+        LetterheadError,
+        SimulatorError,
+        UnfinishedRestoreError,
+    ) as error:
         _fail(str(error))
 
 

@@ -147,6 +147,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "note_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "erase_patient": _ADMINISTER,
+        "list_backups": _ADMINISTER,
+        "make_backup": _ADMINISTER,
         # The apparatus.
         "live": _WATCH,
         "get_station": _WATCH,

@@ -24,7 +24,7 @@ from kata.database.engine import Database, DatabaseError
 from kata.database.programs import postgresql_program
 from kata.database.tally import Tally, tallies
 
-Kind = Literal["sqlite", "postgresql"]
+DatabaseKind = Literal["sqlite", "postgresql"]
 
 _ASIDE: Final = "before_restore_"
 _SCRATCH: Final = "kata_try_"
@@ -32,7 +32,7 @@ _FORGOTTEN_S: Final = 86_400
 _PARTS: Final = ("", "-wal", "-shm", "-journal")
 
 
-def kind_of(database: Database) -> Kind:
+def kind_of(database: Database) -> DatabaseKind:
     """Which of the two it is."""
     return "sqlite" if database.file else "postgresql"
 
@@ -160,7 +160,10 @@ def found_damaged(connection: Connection) -> list[str]:
     if connection.dialect.name != "sqlite":
         return []
     told = [row[0] for row in connection.exec_driver_sql("PRAGMA integrity_check(5)") if row[0] != "ok"]
-    told += [f"a row of {row[0]} refers to none of {row[2]}" for row in connection.exec_driver_sql("PRAGMA foreign_key_check")]
+    told += [
+        f"a row of {row[0]} refers to none of {row[2]}"
+        for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
+    ]
     return told
 
 
@@ -178,11 +181,19 @@ def _parts(file: Path) -> list[Path]:
 
 
 def _swap(file: Path, made: Path, aside: Path) -> None:
+    """All of it, or nothing: what is moved is moved back when the next thing cannot be."""
     aside.mkdir(parents=True, exist_ok=True)
-    for part in _parts(file):
-        shutil.move(part, aside / part.name)
     file.parent.mkdir(parents=True, exist_ok=True)
-    shutil.move(made, file)
+    moved: list[Path] = []
+    try:
+        for part in _parts(file):
+            shutil.move(part, aside / part.name)
+            moved.append(part)
+        shutil.move(made, file)
+    except BaseException:
+        for part in moved:
+            shutil.move(aside / part.name, part)
+        raise
 
 
 def _put_back(url: URL, file: Path) -> None:
@@ -194,10 +205,14 @@ def _run(program: str, url: URL, *arguments: str) -> None:
     """One of PostgreSQL's programs; the password goes where the list of processes does not show it."""
     path = postgresql_program(program)
     if path is None:
-        raise DatabaseError(f"{program} is not on this computer; on Debian and Ubuntu: sudo apt install postgresql-client")
+        raise DatabaseError(
+            f"{program} is not on this computer; on Debian and Ubuntu: sudo apt install postgresql-client"
+        )
     told = url.set(drivername="postgresql", password=None).render_as_string()
     given = os.environ | ({"PGPASSWORD": str(url.password)} if url.password else {})
-    done = subprocess.run([path, f"--dbname={told}", *arguments], env=given, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [path, f"--dbname={told}", *arguments], env=given, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise DatabaseError(f"{program} did not do it: {done.stderr.strip() or done.returncode}")
 
@@ -213,7 +228,9 @@ def _others(connection: Connection) -> list[str]:
 
 def _forgotten(connection: Connection) -> list[str]:
     """What a try that was killed has left."""
-    names = connection.exec_driver_sql(f"SELECT datname FROM pg_database WHERE starts_with(datname, '{_SCRATCH}')").scalars()
+    names = connection.exec_driver_sql(
+        f"SELECT datname FROM pg_database WHERE starts_with(datname, '{_SCRATCH}')"
+    ).scalars()
     return [name for name in names if int(name.split("_")[2]) < time.time() - _FORGOTTEN_S]
 
 

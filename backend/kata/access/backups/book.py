@@ -10,6 +10,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from kata.access import audit
 from kata.access.backups.folder import notes_folder
 from kata.access.tables import BackupRow
 from kata.database.engine import Database
@@ -54,13 +55,21 @@ def take_notes_in(settings: Settings, database: Database) -> None:
             log.error("%s tells nothing of a backup (%s); it is removed", file, error)
         else:
             with database.write() as session:
-                session.merge(BackupRow(**msgspec.structs.asdict(note)))
+                row = session.merge(BackupRow(**msgspec.structs.asdict(note)))
+                failed = row.problem or (row.tested_at and row.test_problem)
+                audit.note(session, f"backup_{note.kind}", "failed" if failed else "done", subject=f"backup {note.id}")
         file.unlink()
 
 
 def newest(session: Session) -> Sequence[BackupRow]:
     """The newest first, some months of them."""
     return session.scalars(select(BackupRow).order_by(BackupRow.at.desc(), BackupRow.id).limit(_SHOWN)).all()
+
+
+def last_made(session: Session) -> BackupRow | None:
+    """The newest that nothing is known to be wrong with, tried or not."""
+    sound = (BackupRow.problem == "", (BackupRow.test_problem == "") | BackupRow.tested_at.is_(None))
+    return session.scalars(select(BackupRow).where(*sound).order_by(BackupRow.at.desc()).limit(1)).first()
 
 
 def last_good(session: Session) -> BackupRow | None:

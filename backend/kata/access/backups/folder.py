@@ -1,5 +1,6 @@
 """The data folder, as backups see it: what of it belongs to the clinic, and who may touch it now."""
 
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,7 +32,7 @@ def served(settings: Settings) -> Iterator[None]:
     """
     settings.data.mkdir(parents=True, exist_ok=True)
     with journal.claimed(settings.data, _LAST_SERVICE_S):
-        if (marker := settings.data / _RESTORING).exists():
+        if (marker := restoring_marker(settings)).exists():
             raise UnfinishedRestoreError(
                 f"A restore into {settings.data} was cut off before its end. Run it again: kata restore FILE. What was there "
                 f"before it is in a folder {_ASIDE}... beside it. To start with what is there now, delete {marker}."
@@ -56,24 +57,23 @@ def without_service(settings: Settings) -> Iterator[None]:
         ) from error
 
 
-@contextmanager
-def replacing(settings: Settings) -> Iterator[None]:
-    """Whoever starts the service after this was cut off is told so."""
-    marker = settings.data / _RESTORING
-    marker.touch()
-    yield
-    marker.unlink()
+def restoring_marker(settings: Settings) -> Path:
+    """There while a restore puts things in their places: a service does not start on half of them."""
+    return settings.data / _RESTORING
 
 
 @contextmanager
 def one_at_a_time(settings: Settings) -> Iterator[None]:
-    """Of backups and tries.
+    """Of backups, tries and restores.
 
     :raises BackupError: when there is another.
     """
     notes_folder(settings).mkdir(parents=True, exist_ok=True)
     try:
         with journal.claimed(notes_folder(settings), 0.0):
+            for left in settings.data.glob(f"{_WORK}*"):
+                # Of one that was killed: what is in it is not encrypted.
+                shutil.rmtree(left)
             yield
     except journal.FolderInUseError as error:
         raise BackupError("another backup is being made or tried just now; try again when it is done") from error

@@ -4,6 +4,7 @@ First in it is ``kata-backup.json``, which says what the rest is; then ``databas
 ``data/``, what else belongs to the clinic. age authenticates every piece of it, and its end: what is cut short or changed is refused.
 """
 
+import gzip
 import os
 import shutil
 import tarfile
@@ -13,13 +14,15 @@ from datetime import datetime
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import IO, Any, Final
+from uuid import UUID
 
 import msgspec
 import pyrage
 from pyrage.x25519 import Identity, Recipient
 
+from kata.access.backups.book import Kind
 from kata.access.backups.key import BackupError
-from kata.database.copies import Kind
+from kata.database.copies import DatabaseKind
 from kata.database.tally import Tally
 
 SUFFIX: Final = ".kata-backup"
@@ -36,11 +39,14 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     """What is in a backup."""
 
     format: str = _FORMAT
-    id: str
+    id: UUID
+    kind: Kind
     made_at: datetime
     program: str
     """Kata's version."""
-    database: Kind
+    bytes: int
+    """Of what is in it, unpacked."""
+    database: DatabaseKind
     schema: str
     """Revision of the database's tables."""
     tables: dict[str, Tally]
@@ -93,7 +99,9 @@ def unseal(file: Path, keys: list[Identity], folder: Path, check: Callable[[Cont
                 f"this key does not open {file}: it was made with another one, or its first lines are damaged. "
                 "Look for the key that was kept when it was made, or take another copy of the file"
             ) from error
-        raise BackupError(f"{file} is no backup, or its beginning is damaged; take another copy of it, or another backup") from error
+        raise BackupError(
+            f"{file} is no backup, or its beginning is damaged; take another copy of it, or another backup"
+        ) from error
     except OSError as error:
         if error.errno is not None:
             raise BackupError(f"{file} cannot be taken apart: {error.strerror}") from error
@@ -117,7 +125,10 @@ def _not_whole(file: Path) -> BackupError:
 
 
 def _pack(sink: IO[bytes], contents: Contents, folder: Path) -> None:
-    with tarfile.open(fileobj=sink, mode="w|gz", compresslevel=_COMPRESSION) as tar:
+    with (
+        gzip.GzipFile(fileobj=sink, mode="wb", filename="", compresslevel=_COMPRESSION) as packed,
+        tarfile.open(fileobj=packed, mode="w|") as tar,
+    ):
         told = msgspec.json.format(msgspec.json.encode(contents))
         head = tarfile.TarInfo(_CONTENTS)
         head.size, head.mtime, head.mode = len(told), int(contents.made_at.timestamp()), 0o600
@@ -134,7 +145,7 @@ def _unpack(source: IO[bytes], folder: Path, check: Callable[[Contents], None]) 
             raise BackupError("what is in this file is no backup of Kata")
         contents = _contents(opened.read())
         check(contents)
-        for member in tar:
+        while member := tar.next():
             _take_out(tar, member, folder)
     return contents
 
@@ -165,7 +176,9 @@ def _contents(told: bytes) -> Contents:
             return msgspec.json.decode(told, type=Contents)
     except msgspec.MsgspecError as error:
         raise BackupError("what is in this file is no backup that Kata can read") from error
-    raise BackupError(f"this backup was made by a newer version of Kata (its format is {form!r}); install that version, then restore")
+    raise BackupError(
+        f"this backup was made by a newer version of Kata (its format is {form!r}); install that version, then restore"
+    )
 
 
 def _through_pipe(fill: Callable[[IO[bytes]], None], drain: Callable[[IO[bytes]], None]) -> None:
