@@ -3070,7 +3070,7 @@ export interface components {
              */
             language: string;
             /** Permissions */
-            permissions: ("read_records" | "write_records" | "operate" | "stop" | "see_station" | "diagnose" | "administer" | "own_account" | "public")[];
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "read_records" | "write_records" | "administer")[];
             /**
              * Stations
              * @description Names of the stations that this account works at; empty: all.
@@ -8955,6 +8955,15 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
             };
         };
     };
