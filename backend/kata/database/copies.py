@@ -123,7 +123,7 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
             yield made
         _swap(database.file, file, aside)
         return
-    schema = schema_aside(aside)
+    schema = _schema(aside)
     with database.writer.begin() as connection:
         if others := _others(connection):
             raise DatabaseError(
@@ -150,9 +150,13 @@ def replaced(database: Database, file: Path, aside: Path) -> Iterator[Database]:
             connection.exec_driver_sql(f'DROP SCHEMA "{schema}" CASCADE')
 
 
-def schema_aside(aside: Path) -> str:
-    """Under which name PostgreSQL's old tables stay."""
-    return _ASIDE + "".join(letter for letter in aside.name if letter.isdigit())
+def schema_aside(database: Database, aside: Path) -> str | None:
+    """Under which name PostgreSQL's old tables have stayed, where there were any."""
+    if database.file:
+        return None
+    with database.reader.connect() as connection:
+        schema = _schema(aside)
+        return schema if schema in inspect(connection).get_schema_names() else None
 
 
 def found_damaged(connection: Connection) -> list[str]:
@@ -165,6 +169,10 @@ def found_damaged(connection: Connection) -> list[str]:
         for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
     ]
     return told
+
+
+def _schema(aside: Path) -> str:
+    return _ASIDE + "".join(letter for letter in aside.name if letter.isdigit())
 
 
 def _at(file: Path) -> Database:
@@ -182,11 +190,11 @@ def _parts(file: Path) -> list[Path]:
 
 def _swap(file: Path, made: Path, aside: Path) -> None:
     """All of it, or nothing: what is moved is moved back when the next thing cannot be."""
-    aside.mkdir(parents=True, exist_ok=True)
     file.parent.mkdir(parents=True, exist_ok=True)
     moved: list[Path] = []
     try:
         for part in _parts(file):
+            aside.mkdir(parents=True, exist_ok=True)
             shutil.move(part, aside / part.name)
             moved.append(part)
         shutil.move(made, file)

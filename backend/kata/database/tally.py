@@ -7,8 +7,7 @@ from hashlib import sha256
 from typing import Any, Final
 
 import msgspec
-from sqlalchemy import Connection, MetaData, Table, inspect, select
-from sqlalchemy.types import NullType
+from sqlalchemy import ColumnClause, Connection, column, inspect, select, table
 
 _AT_ONCE: Final = 1000
 
@@ -42,14 +41,13 @@ def differences(expected: dict[str, Tally], found: dict[str, Tally]) -> list[str
 
 
 def _tally(connection: Connection, name: str) -> Tally:
-    table = Table(name, MetaData(), autoload_with=connection)
-    for column in table.columns:
-        # As the driver hands it over: what a type of SQLAlchemy's makes of it may hide a difference.
-        column.type = NullType()
-    order = list(table.primary_key.columns) or list(table.columns)
+    found = inspect(connection)
+    # Without their types, as the driver hands them over: what a type of SQLAlchemy's makes of a value may hide a difference.
+    columns: list[ColumnClause[Any]] = [column(one["name"]) for one in found.get_columns(name)]
+    keys = found.get_pk_constraint(name)["constrained_columns"]
+    query = select(*columns).select_from(table(name, *columns)).order_by(*([column(key) for key in keys] or columns))
     rows, checksum = 0, sha256()
-    told = connection.execute(select(table).order_by(*order).execution_options(stream_results=True, yield_per=_AT_ONCE))
-    for row in told:
+    for row in connection.execute(query.execution_options(stream_results=True, yield_per=_AT_ONCE)):
         rows += 1
         checksum.update(repr([_short(value) for value in row]).encode())
     return Tally(rows, checksum.hexdigest())

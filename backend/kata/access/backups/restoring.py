@@ -57,7 +57,7 @@ class Restored:
 
     contents: Contents
     aside: str
-    """Where that is which was there before."""
+    """Where that is which was there before; ``nothing`` where nothing was."""
 
 
 def try_backup(settings: Settings, database: Database, file: Path, keys: list[Identity]) -> Tried:
@@ -133,10 +133,12 @@ def restore(settings: Settings, file: Path, key: Path) -> Restored:
             _exchange(settings.data, there, folder / DATA, aside)
             adopt_key(settings, key)
             marker.unlink()
+            kept = [str(aside)] if aside.exists() else []
+            if schema := schema_aside(database, aside):
+                kept.append(f"the schema {schema} of the database")
         finally:
             database.close()
-    where = str(aside) if database.file else f"{aside}, and the schema {schema_aside(aside)} of the database"
-    return Restored(contents, where)
+    return Restored(contents, " and ".join(kept) or "nothing")
 
 
 def _check(settings: Settings, database: Database) -> Callable[[Contents], None]:
