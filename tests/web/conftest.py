@@ -16,7 +16,7 @@ from kata.web.app import create_app
 @contextmanager
 def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
     """From start to end."""
-    given: dict[str, Any] = {"data": folder, "simulate": True} | settings
+    given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
     with TestClient(create_app(Settings(**given))) as client:
         yield client
 
