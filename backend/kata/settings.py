@@ -1,6 +1,10 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
+<<<<<<< HEAD
 from ipaddress import ip_address, ip_network
+=======
+from ipaddress import ip_address
+>>>>>>> main
 from pathlib import Path
 from typing import Self
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -112,6 +116,14 @@ class Settings(BaseSettings):
     def effective_database_url(self) -> str:
         """What is really opened."""
         return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def is_on_loopback(self) -> bool:
+        """Whether only this computer reaches the service; a name other than localhost is not trusted to be it."""
+        try:
+            return self.host == "localhost" or ip_address(self.host).is_loopback
+        except ValueError:
+            return False
 
     @property
     def journal(self) -> Path:
