@@ -1,10 +1,6 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
-<<<<<<< HEAD
 from ipaddress import ip_address, ip_network
-=======
-from ipaddress import ip_address
->>>>>>> main
 from pathlib import Path
 from typing import Self
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -95,17 +91,9 @@ class Settings(BaseSettings):
         return self
 
     @property
-    def on_loopback(self) -> bool:
-        """Whether only this computer can reach the service."""
-        try:
-            return ip_address(self.host).is_loopback
-        except ValueError:
-            return self.host == "localhost"
-
-    @property
     def encrypted(self) -> bool:
         """Whether the service itself speaks TLS: by the clinic's certificate, or because others can reach it."""
-        return self.tls_certificate is not None or not (self.on_loopback or self.plain_http)
+        return self.tls_certificate is not None or not (self.is_on_loopback or self.plain_http)
 
     @property
     def named_hosts(self) -> frozenset[str]:

@@ -44,12 +44,8 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-<<<<<<< HEAD
 from kata.web import hardening, live, page, problems
-=======
-from kata.web import live, page, problems
 from kata.web import sign_in as signing_in
->>>>>>> main
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router

@@ -56,7 +56,7 @@ def page_policy(nonce: str) -> str:
 
 def allowed_hosts(settings: Settings) -> frozenset[str]:
     """The names that a request may address: loopback's, this computer's where others can reach it, and those in the settings."""
-    own = set() if settings.on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
+    own = set() if settings.is_on_loopback else {name.lower() for name in (socket.gethostname(), socket.getfqdn())}
     return _LOOPBACK | {name for name in own if _HOST.fullmatch(name)} | settings.named_hosts
 
 
