@@ -199,6 +199,11 @@ class Station:
                 self._process.start()
         return None
 
+    @property
+    def may_have_torque(self) -> bool:
+        """Torque is on, or a command on its way may switch it on."""
+        return bool(self._asked) or (self._snapshot is not None and self._snapshot.torque_on)
+
     # -- telemetry ------------------------------------------------------------------------------------------------
 
     @property

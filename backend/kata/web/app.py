@@ -42,7 +42,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import live, page, problems
+from kata.web import live, operating, page, problems
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -204,7 +204,9 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
+        on_due=operating.noting(database, station_config.name, importing),
     )
+    app.state.board = operating.Board(station)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
