@@ -22,6 +22,9 @@ log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
+PING_S: Final = 0.5
+PONG_S: Final = 1.0
+"""A listener that is asked every half second, and has not answered for so long, has gone: the lease's grace begins then."""
 
 
 class _LiveMessage(BaseModel):

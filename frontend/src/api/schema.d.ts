@@ -1186,6 +1186,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sign-in": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Password
+         * @description Sign in with user name and password, and with the second factor where there is one.
+         */
+        post: operations["sign_in_by_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/link": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Link
+         * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
+         */
+        post: operations["sign_in_by_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-out": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Out
+         * @description Nobody is signed in at this browser any more.
+         */
+        post: operations["sign_out"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Me
+         * @description Who is signed in at this browser.
+         */
+        get: operations["get_me"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/station": {
         parameters: {
             query?: never;
@@ -1201,6 +1281,32 @@ export interface paths {
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/lease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Lease
+         * @description Operate the apparatus from this browser; the first command does the same while nobody operates it.
+         *
+         *     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+         */
+        post: operations["take_lease"];
+        /**
+         * Release Lease
+         * @description Operate the apparatus no more; refused while the motors move or hold the arm.
+         */
+        delete: operations["release_lease"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1422,7 +1528,8 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Ramp down, torque off, latch. Always accepted; waits behind nothing. Not an emergency stop: it needs a network.
+         * @description Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+         *     stop: it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -2777,6 +2884,64 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LeaseLive
+         * @description Who operates the apparatus; everybody else watches, and may stop it.
+         */
+        LeaseLive: {
+            /**
+             * Holder
+             * @description Name of whoever operates; null: nobody does, and the first command takes the lease.
+             * @example Sato
+             */
+            holder: string | null;
+            /**
+             * Mine
+             * @description It is the browser that this is told to.
+             */
+            mine: boolean;
+            /** Since */
+            since: string | null;
+            /**
+             * Taken From
+             * @description From whom it was taken over; null when it was free.
+             * @example Kato
+             */
+            taken_from: string | null;
+            /**
+             * Away Since
+             * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
+             */
+            away_since: string | null;
+            /**
+             * Paused
+             * @description The playback was paused for want of the holder's browser.
+             */
+            paused: boolean;
+        };
+        /**
+         * LeaseRequest
+         * @description Operate the apparatus from this browser.
+         */
+        LeaseRequest: {
+            /**
+             * Take Over
+             * @description Also when somebody operates it at another browser, who is told.
+             * @default false
+             */
+            take_over: boolean;
+        };
+        /**
+         * LinkSignIn
+         * @description By a link of the demonstration clinic.
+         */
+        LinkSignIn: {
+            /**
+             * Secret
+             * @description What stands in the link behind `link=`; good for one sign-in.
+             */
+            secret: string;
+        };
+        /**
          * Live
          * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
          */
@@ -2826,6 +2991,7 @@ export interface components {
             refusals: {
                 [key: string]: components["schemas"]["RefusalLive"];
             };
+            lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
         };
         /**
@@ -2953,6 +3119,58 @@ export interface components {
              * @description The control program's memory is locked, so that it never waits for a disk.
              */
             memory_locked: boolean;
+        };
+        /**
+         * Me
+         * @description Who is signed in at this browser, and what they may do.
+         */
+        Me: {
+            /** Account Id */
+            account_id: string;
+            /** Username */
+            username: string;
+            /**
+             * Name
+             * @description As it stands in records.
+             */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /**
+             * Language
+             * @description Of the page; empty: the browser's.
+             */
+            language: string;
+            /** Permissions */
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "read_records" | "write_records" | "administer")[];
+            /**
+             * Stations
+             * @description Names of the stations that this account works at; empty: all.
+             */
+            stations: string[];
+            /**
+             * Locked
+             * @description The screen is locked: only Stop, unlocking and signing out are allowed.
+             */
+            locked: boolean;
+            /**
+             * Enrolling
+             * @description A second factor has to be set up before anything else is allowed.
+             */
+            enrolling: boolean;
+            /**
+             * Second Factor
+             * @description Whether there is one.
+             */
+            second_factor: boolean;
+            /**
+             * Demonstration
+             * @description Signed in by a link of the demonstration clinic.
+             */
+            demonstration: boolean;
         };
         /**
          * Mirror
@@ -4922,6 +5140,28 @@ export interface components {
              * @enum {string}
              */
             side: "left" | "right";
+        };
+        /**
+         * SignIn
+         * @description Who somebody is.
+         */
+        SignIn: {
+            /**
+             * Username
+             * @example yamada
+             */
+            username: string;
+            /**
+             * Password
+             * @example correct horse battery staple
+             */
+            password: string;
+            /**
+             * Code
+             * @description Of the second factor: six digits, or a recovery code.
+             * @example 123456
+             */
+            code?: string | null;
         };
         /**
          * SimulatorState
@@ -8673,6 +8913,164 @@ export interface operations {
             };
         };
     };
+    sign_in_by_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignIn"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LinkSignIn"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_out: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_station: {
         parameters: {
             query?: never;
@@ -8689,6 +9087,77 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
+                };
+            };
+        };
+    };
+    take_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
