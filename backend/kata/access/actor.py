@@ -1,5 +1,7 @@
 """Who acts: known from the sign-in's cookie at the edge, carried along to whatever is done in this request."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Final, Literal
@@ -47,3 +49,14 @@ class Doing:
 
 DOING: Final[ContextVar[Doing | None]] = ContextVar("doing", default=None)
 """What is being done in this request; set for every one that has a route, also where it is then refused."""
+
+
+@contextmanager
+def by_program(action: str, station: str = "") -> Iterator[None]:
+    """What follows nobody asked for: the program does it by itself, even where a request happened to set it going."""
+    acting, doing = ACTING.set(None), DOING.set(Doing(action, station=station))
+    try:
+        yield
+    finally:
+        ACTING.reset(acting)
+        DOING.reset(doing)
