@@ -74,7 +74,7 @@ def rows(database: Database) -> list[AuditRow]:
 
 def verified(database: Database, folder: Path | None = None, kept: chain.Head | None = None) -> Verdict:
     with database.read() as session:
-        return verify(session, [anchor.read(folder / "audit.anchor")] if folder else [], kept)
+        return verify(session, [folder / "audit.anchor"] if folder else [], kept)
 
 
 class TestWhatIsWritten:

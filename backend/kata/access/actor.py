@@ -42,6 +42,8 @@ class Doing:
     """Of the browser; from the connection, or from a proxy that is trusted."""
     permission: str = ""
     """That the action needs: whether a mere look is worth a row follows from it."""
+    why: str = ""
+    """Code of the problem that it ended in."""
     told: set[str] = field(default_factory=set)
     """Outcomes that stand in the trail already. One object goes along into worker threads, so that what is told there is known at
     the edge."""

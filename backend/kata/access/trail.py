@@ -268,4 +268,3 @@ def _with(one: Entry, changes: Changes) -> Entry:
         subject=one.subject or changes.subject,
         detail=written(detail),
     )
-

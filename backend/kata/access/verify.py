@@ -8,12 +8,14 @@ somebody has kept elsewhere shows it.
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import IO, Any, Final
 
 from sqlalchemy import Select, select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
+from kata.access import anchor
 from kata.access.anchor import Line
 from kata.access.chain import COLUMNS, NOTHING, Head, link
 from kata.access.restored import restored
@@ -77,30 +79,38 @@ class _Seen:
 
 
 def verify(
-    session: Session, anchors: Sequence[Sequence[Line]], kept: Head | None = None, export: IO[str] | None = None
+    session: Session, anchors: Sequence[Path], kept: Head | None = None, export: IO[str] | None = None
 ) -> Verdict:
-    """Look at the whole trail, with the lines of each anchor there is.
+    """Look at the whole trail, with each anchor there is; also while services go on writing both.
 
     ``kept``: a head that somebody has noted. ``export``: each row goes there, as a line of JSON.
     """
-    verdict = Verdict(lines=sum(len(lines) for lines in anchors))
-    seen = _Seen({line.head.number for lines in anchors for line in lines} | ({kept.number} if kept else set()))
+    # Before the rows, as there may be more of them later, and again behind them, as they may then speak of more lines.
+    before = [_lines(file) for file in anchors]
+    verdict = Verdict()
+    seen = _Seen({line.head.number for lines in before for line in lines} | ({kept.number} if kept else set()))
     _rows(session, verdict, seen, export)
     given_up = list(restored(session))
     for gap in given_up:
         verdict.remarks.append(f"Row {gap.number}: a backup was restored; what had been written since it was given up.")
-    for lines in anchors:
+    for lines in before:
         _anchor([line for line in lines if not any(gap.holds(line) for gap in given_up)], verdict, seen)
+    after = [_lines(file) for file in anchors]
+    for lines in after:
         _whole_anchor(lines, verdict, seen)
-    names = {line.anchor for lines in anchors for line in lines}
-    for name in seen.anchored.keys() - names:
+        verdict.lines += len(lines)
+    for name in seen.anchored.keys() - {line.anchor for lines in after for line in lines}:
         held, number = seen.anchored[name]
-        message = f"Row {number} speaks of an anchor of {held} lines, {name}, which is not here to be looked at."
         if held:
+            message = f"Row {number} speaks of an anchor of {held} lines, {name}, which is not here to be looked at."
             verdict.found(number, number, message)
     if kept:
         _anchor([Line(1, "", kept)], verdict, seen)
     return verdict
+
+
+def _lines(file: Path) -> list[Line]:
+    return anchor.read(file) if file.exists() else []
 
 
 def _rows(session: Session, verdict: Verdict, seen: _Seen, export: IO[str] | None) -> None:

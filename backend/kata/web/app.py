@@ -15,6 +15,7 @@ from pydantic import Field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
 from kata.clinic.episodes.router import router as episodes
@@ -43,6 +44,8 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
 from kata.web import live, page, problems
+from kata.web.audit import Audited
+from kata.web.audit import router as audit
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -123,6 +126,7 @@ def create_app(settings: Settings) -> FastAPI:
     for router in (
         health,
         assessments,
+        audit,
         episodes,
         events,
         erasures,
@@ -144,6 +148,8 @@ def create_app(settings: Settings) -> FastAPI:
     _document_problems(app)
     page.install(app)
     app.add_middleware(SameOrigin)
+    # Outermost: what is refused at the door is told too.
+    app.add_middleware(Audited)
     return app
 
 
@@ -157,6 +163,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
+    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
+    stack.push_async_callback(asyncio.to_thread, trail.close)
     figures = FigureWorker()
     stack.callback(figures.close)
 
