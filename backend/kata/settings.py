@@ -1,5 +1,6 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
+from ipaddress import ip_address
 from pathlib import Path
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -68,6 +69,14 @@ class Settings(BaseSettings):
     def effective_audit_anchor(self) -> Path:
         """The file that is really used."""
         return self.audit_anchor or self.data / "audit.anchor"
+
+    @property
+    def is_on_loopback(self) -> bool:
+        """Whether only this computer reaches the service; a name other than localhost is not trusted to be it."""
+        try:
+            return self.host == "localhost" or ip_address(self.host).is_loopback
+        except ValueError:
+            return False
 
     @property
     def journal(self) -> Path:

@@ -15,6 +15,9 @@ from pydantic import Field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from kata.access import demonstration
+from kata.access.demonstration import DemonstrationLinks
+from kata.access.passwords import Passwords, hasher
 from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
@@ -36,6 +39,7 @@ from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import config
@@ -44,6 +48,7 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
 from kata.web import live, page, problems
+from kata.web import sign_in as signing_in
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
 from kata.web.simulator import Simulation
@@ -138,6 +143,7 @@ def create_app(settings: Settings) -> FastAPI:
         reports,
         session_lists,
         sessions,
+        signing_in.router,
         station_router,
         simulator,
         live.router,
@@ -165,6 +171,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await asyncio.to_thread(upgrade, database)
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
+    await asyncio.to_thread(_open, app, settings, database)
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -226,6 +233,14 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
     station.start()
+
+
+def _open(app: FastAPI, settings: Settings, database: Database) -> None:
+    """Let people sign in."""
+    is_demonstration = settings.simulate and settings.is_on_loopback
+    app.state.access = signing_in.Access(Passwords(hasher()), DemonstrationLinks(allowed=is_demonstration))
+    with database.write() as session:
+        demonstration.prepare(session, utc_now(), allowed=is_demonstration)
 
 
 def _register(database: Database, name: str, station_file: Path) -> None:
