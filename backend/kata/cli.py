@@ -19,6 +19,8 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.access.anchor import AnchorError
+from kata.access.audit_commands import app as audit
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.clinic.reports.letterhead import LetterheadError
@@ -32,11 +34,12 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
-from kata.web import tls
+from kata.web import live, tls
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
 _LONGEST_MESSAGE = 64 * 1024
@@ -111,6 +114,7 @@ def demo(
         HandRefusedError,
         RehearsalError,
         ProblemError,
+        AnchorError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
@@ -204,7 +208,15 @@ async def _serve(settings: Settings) -> None:
                 await stack.enter_async_context(tls.kept(certificate))
                 _console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
             await _Server(_configured(application, settings, certificate)).serve([listening])
-    except (ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError, tls.TlsError) as error:
+    except (
+        AnchorError,
+        ConfigError,
+        DatabaseError,
+        FolderInUseError,
+        LetterheadError,
+        SimulatorError,
+        tls.TlsError,
+    ) as error:
         _fail(str(error))
 
 
@@ -219,6 +231,9 @@ def _configured(application: Any, settings: Settings, certificate: tls.Certifica
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
         ws_max_size=_LONGEST_MESSAGE,
+        # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+        ws_ping_interval=live.PING_S,
+        ws_ping_timeout=live.PONG_S,
         ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,
     )
 
