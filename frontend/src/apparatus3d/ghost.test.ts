@@ -130,8 +130,8 @@ describe("the limits", () => {
 
   it("that a motion leaves are named with motor and time", () => {
     expect(leavings(motion, limits)).toEqual([{ motor: 3, at_s: 3, angle_deg: 130 }]);
-    expect(leavings({ ...motion, angles_deg: motion.angles_deg.map((row) => row.with(2, 120.4)) }, limits)).toEqual(
-      [],
-    );
+    expect(
+      leavings({ ...motion, angles_deg: motion.angles_deg.map((row) => row.with(2, 120.4)) }, limits),
+    ).toEqual([]);
   });
 });

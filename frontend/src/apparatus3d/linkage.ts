@@ -126,12 +126,7 @@ export function scapulaOf(theta1_deg: number, theta2_deg: number, side: Side): S
 }
 
 /** The links' joints where the scapula and motors 1 and 2 stand so, degrees. */
-export function linkPoints(
-  scapula: Scapula,
-  theta1_deg: number,
-  theta2_deg: number,
-  side: Side,
-): LinkPoints {
+export function linkPoints(scapula: Scapula, theta1_deg: number, theta2_deg: number, side: Side): LinkPoints {
   const phi = radians(scapula.phi_deg);
   const psi = radians(seen(side) * scapula.psi_deg);
   return {

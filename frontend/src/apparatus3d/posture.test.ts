@@ -1,15 +1,7 @@
 import { describe, expect, it } from "vitest";
 import cases from "./cases.json";
 import { motorsOf, scapulaOf } from "./linkage";
-import {
-  type Angles,
-  FOREARM_MM,
-  outward,
-  type Posture,
-  postureOf,
-  sweeps,
-  UPPER_ARM_MM,
-} from "./posture";
+import { type Angles, FOREARM_MM, outward, type Posture, postureOf, sweeps, UPPER_ARM_MM } from "./posture";
 import { distance, minus, plus, type Side, type Vec } from "./vectors";
 
 const SIDES: Side[] = ["right", "left"];
@@ -122,13 +114,16 @@ describe("the arm", () => {
     expect(third.wrist[2] - third.elbow[2]).toBeGreaterThan(200);
   });
 
-  it.each(SIDES)("goes with the scapula: abduction carries the shoulder forward, upward rotation lifts it: %s", (side) => {
-    const rest = at([0, 0, 0, 0, 0], side);
-    expect(at([15, 0, 0, 0, 0], side).shoulder[0]).toBeGreaterThan(rest.shoulder[0] + 20);
-    expect(at([0, 15, 0, 0, 0], side).shoulder[2]).toBeGreaterThan(rest.shoulder[2] + 20);
-    const lifted = at([0, 15, 0, 0, 0], side);
-    expect(outward(side) * (lifted.elbow[1] - lifted.shoulder[1])).toBeGreaterThan(60);
-  });
+  it.each(SIDES)(
+    "goes with the scapula: abduction carries the shoulder forward, upward rotation lifts it: %s",
+    (side) => {
+      const rest = at([0, 0, 0, 0, 0], side);
+      expect(at([15, 0, 0, 0, 0], side).shoulder[0]).toBeGreaterThan(rest.shoulder[0] + 20);
+      expect(at([0, 15, 0, 0, 0], side).shoulder[2]).toBeGreaterThan(rest.shoulder[2] + 20);
+      const lifted = at([0, 15, 0, 0, 0], side);
+      expect(outward(side) * (lifted.elbow[1] - lifted.shoulder[1])).toBeGreaterThan(60);
+    },
+  );
 
   it("of the left mirrors the right in every joint", () => {
     for (const { pose_deg } of cases) {
@@ -164,9 +159,9 @@ describe("a motor's range", () => {
       down[2] * hand[0] - down[0] * hand[2],
       down[0] * hand[1] - down[1] * hand[0],
     ];
-    expect(Math.abs(normal[0] * pointing[0] + normal[1] * pointing[1] + normal[2] * pointing[2])).toBeLessThan(
-      1e-3,
-    );
+    expect(
+      Math.abs(normal[0] * pointing[0] + normal[1] * pointing[1] + normal[2] * pointing[2]),
+    ).toBeLessThan(1e-3);
   });
 
   it("of motors 3 to 5 on the left mirrors the right", () => {

@@ -77,7 +77,10 @@ export function postureOf(angles: Angles, side: Side): Posture | null {
   if (scapula === null) return null;
   const out = outward(side);
   const origin = originOf(side);
-  const board = after(about("z", -out * radians(scapula.phi_deg)), about("x", out * radians(scapula.psi_deg)));
+  const board = after(
+    about("z", -out * radians(scapula.phi_deg)),
+    about("x", out * radians(scapula.psi_deg)),
+  );
   const lifted = after(board, about("x", out * radians(abduction)));
   const swung = after(lifted, about("y", -radians(flexion)));
   const arm = after(swung, about("z", out * radians(rotation)));

@@ -19,7 +19,11 @@ const column = (of: Rotation, n: 0 | 1 | 2): Vec => [of[0][n], of[1][n], of[2][n
 
 /** First the right one, then the left one. */
 export function after(left: Rotation, right: Rotation): Rotation {
-  const row = (of: Vec): Vec => [dot(of, column(right, 0)), dot(of, column(right, 1)), dot(of, column(right, 2))];
+  const row = (of: Vec): Vec => [
+    dot(of, column(right, 0)),
+    dot(of, column(right, 1)),
+    dot(of, column(right, 2)),
+  ];
   return [row(left[0]), row(left[1]), row(left[2])];
 }
 
