@@ -1,18 +1,16 @@
-import { ActionIcon, Group, SegmentedControl, Skeleton, Stack, Text, UnstyledButton } from "@mantine/core";
+import { ActionIcon, Group, SegmentedControl, Stack, Text, UnstyledButton } from "@mantine/core";
 import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/icons-react";
-import { lazy, Suspense, useEffect, useState, useSyncExternalStore } from "react";
+import { useEffect, useState, useSyncExternalStore } from "react";
 import { formatDeg } from "../shared/format";
 import classes from "./apparatus3d.module.css";
 import { MOTOR_COLOURS } from "./colours";
 import type { AnglesSource } from "./ghost";
 import { endsReached, type Limits, MOTORS, type Motor } from "./limits";
 import { postureOf } from "./posture";
+import { Scene } from "./Scene";
 import type { Side } from "./vectors";
 import { moved, VIEWS, type View, type ViewName, viewOf } from "./view";
 import { AT_END, BODY, ELBOW, MOVES, NO_3D, NO_ANGLES, NO_POSE, VIEW_WORDS } from "./words";
-
-// Three dimensions weigh as much as the rest of the page, and come only where they are looked at.
-const Scene = lazy(() => import("./Scene"));
 
 const TURN_DEG = 20;
 const NEARER = 1.25;
@@ -70,19 +68,17 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
         {unable ? (
           <Text p="md">{NO_3D}</Text>
         ) : (
-          <Suspense fallback={<Skeleton h="100%" aria-label="The apparatus is being drawn" />}>
-            <Scene
-              side={side}
-              limits={limits}
-              view={view}
-              only={only}
-              real={real}
-              ghost={ghost}
-              label={label}
-              onView={look}
-              onUnable={() => setUnable(true)}
-            />
-          </Suspense>
+          <Scene
+            side={side}
+            limits={limits}
+            view={view}
+            only={only}
+            real={real}
+            ghost={ghost}
+            label={label}
+            onView={look}
+            onUnable={() => setUnable(true)}
+          />
         )}
       </div>
       <Group gap={6} role="group" aria-label="What each motor moves">

@@ -5,7 +5,7 @@ import { Stage } from "./scene/stage";
 import type { Side } from "./vectors";
 import { moved, type View } from "./view";
 
-export interface SceneProps {
+interface SceneProps {
   side: Side;
   limits: Limits;
   view: View;
@@ -20,7 +20,7 @@ export interface SceneProps {
 const DEG_A_PIXEL = 0.4;
 
 /** The canvas. Angles go from their source to the stage, ten times a second, without React. */
-export default function Scene(props: SceneProps) {
+export function Scene(props: SceneProps) {
   const { side, limits, view, only, real, ghost, label, onView, onUnable } = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const stage = useRef<Stage | null>(null);

@@ -2,7 +2,7 @@ import { Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { api } from "../api/client";
-import { LiveApparatus } from "../apparatus3d/LiveApparatus";
+import { LiveApparatus } from "../apparatus3d/lazily";
 import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
