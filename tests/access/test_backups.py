@@ -22,6 +22,8 @@ from kata.access.backups.key import BackupError, identities, make_key, whereabou
 from kata.access.backups.making import let_go, make
 from kata.access.backups.restoring import restore, try_and_note
 from kata.access.tables import AccountRow, BackupRow, SignInRow
+from kata.access.trail import Trail
+from kata.access.verify import Verdict, verify
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -162,6 +164,37 @@ def test_nobody_comes_in_over_a_restore_with_what_was_open_at_the_backup(
     with database.read() as session:
         assert session.scalars(select(SignInRow)).one().end_reason == "restored"
         assert session.scalars(select(AccountRow)).one().code_hash is None
+
+
+def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
+    settings: Settings, database: Database, tmp_path: Path
+) -> None:
+    trail = Trail(database, settings.effective_audit_anchor)
+    file = backup_of(settings)
+    add_patient(database, "K-2")
+    trail.close()
+    database.close()
+    elsewhere = settings
+    if database.file:
+        # The anchor that burnt is the one of the backup.
+        elsewhere = Settings(data=tmp_path / "new", database_url="")
+        restore(elsewhere, file, settings.backup_key_file)
+        assert verdict(elsewhere).remarks[0].startswith("Row ")
+        assert verdict(elsewhere).findings == []
+    restore(settings, file, settings.backup_key_file)
+    found = verdict(settings)
+    assert found.findings == []
+    assert "a backup was restored; what had been written since it was given up" in found.remarks[0]
+    Trail(database, settings.effective_audit_anchor).close()
+    assert verdict(settings).findings == []
+
+
+def verdict(settings: Settings) -> Verdict:
+    database = Database(settings.effective_database_url)
+    with database.read() as session:
+        told = verify(session, [settings.effective_audit_anchor])
+    database.close()
+    return told
 
 
 def test_each_of_several_backups_under_load_is_of_one_moment(settings: Settings, database: Database) -> None:
@@ -352,7 +385,7 @@ def test_a_restore_that_fails_halfway_leaves_all_as_it_was(
     add_patient(database, "K-2")
     database.close()
 
-    def fails(made: Database, now: datetime) -> None:
+    def fails(*arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(restoring, "_settle", fails)

@@ -110,6 +110,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "derive_recording": _WRITE,
         "preview_derived_recording": _WRITE,
         "get_recording_figure": _READ,
+        "get_recording_motion": _READ,
         "list_programmes": _READ,
         "create_programme": _WRITE,
         "preview_programme": _WRITE,
@@ -132,6 +133,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "add_addendum": _WRITE,
         "get_run": _READ,
         "get_run_figures": _READ,
+        "get_run_motion": _READ,
         # What goes out and comes in.
         "get_session_page": _READ,
         "get_session_pdf": _READ,
@@ -154,11 +156,15 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "erase_patient": _ADMINISTER,
         "list_backups": _ADMINISTER,
         "make_backup": _ADMINISTER,
+        # The audit trail.
+        "list_audit": _ADMINISTER,
         # The apparatus.
         "live": _WATCH,
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
         "stop": Rule("stop", locked=True),
+        "take_lease": _OPERATE,
+        "release_lease": _OPERATE,
         "turn": _OPERATE,
         "teach": _OPERATE,
         "finish_teaching": _OPERATE,

@@ -16,7 +16,7 @@ from typing import Final, Literal
 from uuid import uuid4
 
 from alembic.migration import MigrationContext
-from sqlalchemy import Connection, inspect
+from sqlalchemy import Connection, inspect, text
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import DBAPIError
 
@@ -236,9 +236,8 @@ def _others(connection: Connection) -> list[str]:
 
 def _forgotten(connection: Connection) -> list[str]:
     """What a try that was killed has left."""
-    names = connection.exec_driver_sql(
-        f"SELECT datname FROM pg_database WHERE starts_with(datname, '{_SCRATCH}')"
-    ).scalars()
+    query = text("SELECT datname FROM pg_database WHERE starts_with(datname, :prefix)")
+    names = connection.scalars(query, {"prefix": _SCRATCH})
     return [name for name in names if int(name.split("_")[2]) < time.time() - _FORGOTTEN_S]
 
 

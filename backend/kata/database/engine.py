@@ -9,7 +9,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 from urllib.parse import quote
 
 from sqlalchemy import Engine, create_engine, event
@@ -25,6 +25,19 @@ class DatabaseError(Exception):
     """The database cannot be used; the message says why and what to do."""
 
 
+class Witness(Protocol):
+    """Sees every writing session, and may add to it what has to be committed with it, or not at all."""
+
+    def began(self, session: Session) -> None:
+        """Nothing has been done in it yet."""
+
+    def about_to_commit(self, session: Session) -> None:
+        """All has been done and sent to the database; what is raised here takes all of it back."""
+
+    def committed(self, session: Session) -> None:
+        """It stands. Does not fail, and waits for nothing."""
+
+
 class Database:
     """The clinic's database. Ask it for a session to read or a session to write; both are short."""
 
@@ -33,13 +46,14 @@ class Database:
 
         :raises DatabaseError: when it is none, or its driver is not installed.
         """
+        self.witness: Witness | None = None
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
                 self.writer = _sqlite(self.url, writes=True)
                 self.reader = _sqlite(self.url, writes=False)
             else:
-                self.writer = self.reader = create_engine(self.url, pool_pre_ping=True)
+                self.writer = self.reader = create_engine(self.url, pool_pre_ping=True, hide_parameters=True)
         except ArgumentError as error:
             raise DatabaseError(f"KATA_DATABASE_URL names no database that Kata knows: {error}") from error
         except ModuleNotFoundError as error:
@@ -66,8 +80,17 @@ class Database:
 
         Rows stay readable after the commit.
         """
-        with Session(self.writer, expire_on_commit=False) as session, session.begin():
-            yield session
+        witness = self.witness
+        with Session(self.writer, expire_on_commit=False) as session:
+            with session.begin():
+                if witness:
+                    witness.began(session)
+                yield session
+                if witness:
+                    session.flush()
+                    witness.about_to_commit(session)
+            if witness:
+                witness.committed(session)
 
     def close(self) -> None:
         """Close every connection."""
@@ -80,7 +103,10 @@ def _sqlite(url: URL, *, writes: bool) -> Engine:
         # `query_only` would not do: such a connection checkpoints when it is the last one to close.
         file = Path(str(url.database)).absolute()
         url = url.set(database=f"file:{quote(str(file))}", query={"mode": "ro", "uri": "true"})
-    engine = create_engine(url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10)
+    # What is written about a patient, or hashed of a password, is in no error message and so in no log.
+    engine = create_engine(
+        url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10, hide_parameters=True
+    )
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
         # sqlite3's own transaction handling begins too late for us: see `begun`.

@@ -229,6 +229,7 @@ def _environment(settings: Settings) -> Mapping[str, str]:
         "backups": settings.backup_folder,
         "backup_key": settings.backup_key_file,
         "backup_recipients": settings.backup_recipients,
+        "audit_anchor": settings.effective_audit_anchor,
     }
     return os.environ | {f"KATA_{name.upper()}": str(value) for name, value in given.items()}
 

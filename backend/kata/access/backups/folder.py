@@ -97,12 +97,14 @@ def aside_folder(settings: Settings, name: str) -> Path:
 
 
 def others_files(settings: Settings, database: Path | None) -> list[Path]:
-    """Files of the data folder that belong to the clinic besides its database, relative to it: journals that no row holds yet, the
-    audit trail's anchor, how the station stands, certificates. Not: what is kept elsewhere already, and what opens backups.
+    """Files of the data folder that belong to the clinic besides its database, relative to it: journals that no row holds yet, how the
+    station stands, certificates. Not: what is kept elsewhere already, what opens backups, and the audit trail's anchor, which a
+    restore on the same computer leaves where it is.
 
     ``database``: SQLite's file.
     """
     left_out = {settings.backup_folder, settings.backup_key_file, public_half(settings), settings.journal / "imported"}
+    left_out.add(settings.effective_audit_anchor)
     copies = f"{database.name}.version-" if database else None
     if database:
         left_out |= {database.with_name(database.name + ending) for ending in _ENDINGS}

@@ -18,7 +18,7 @@ from kata.access.backups.book import Kind, Note, leave_note
 from kata.access.backups.folder import one_at_a_time, others_files, work_folder
 from kata.access.backups.key import BackupError, identities, make_key, recipients, whereabouts
 from kata.access.backups.restoring import try_backup
-from kata.access.backups.sealed import DATA, DATABASE, SUFFIX, Contents, seal
+from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, SUFFIX, Contents, seal
 from kata.database.base import utc_now
 from kata.database.copies import copy, kind_of, size_bytes
 from kata.database.engine import Database, DatabaseError
@@ -112,7 +112,9 @@ def _written(settings: Settings, database: Database, note: Note) -> int:
             folder / DATA,
         )
         schema, tables = copy(database, folder / DATABASE)
-        # The anchor goes after: it has to know every row that the database has.
+        # The anchor goes after it: it has to know every row that the database has.
+        with suppress(FileNotFoundError):
+            shutil.copy(settings.effective_audit_anchor, folder / DATA / ANCHOR)
         _take(
             settings,
             [path for path in others_files(settings, database.file) if not path.is_relative_to(journals)],
@@ -137,7 +139,7 @@ def _take(settings: Settings, paths: list[Path], folder: Path) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         # Imported meanwhile, or made anew.
         with suppress(FileNotFoundError):
-            shutil.copyfile(settings.data / path, target)
+            shutil.copy(settings.data / path, target)
 
 
 def _look_for_room(settings: Settings, database: Database) -> None:

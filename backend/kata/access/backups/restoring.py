@@ -28,8 +28,10 @@ from kata.access.backups.folder import (
     work_folder,
 )
 from kata.access.backups.key import BackupError, adopt_key, identities
-from kata.access.backups.sealed import DATA, DATABASE, Contents, sync_folder, unseal
+from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, Contents, sync_folder, unseal
+from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, SignInRow
+from kata.access.trail import Chained
 from kata.database.base import utc_now
 from kata.database.copies import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch
 from kata.database.engine import Database
@@ -125,12 +127,12 @@ def restore(settings: Settings, file: Path, key: Path) -> Restored:
                     if problems := _problems(made, contents):
                         raise BackupError(f"{file} does not come back as it was backed up: {'; '.join(problems)}")
                     upgrade(made)
-                    _settle(made, now)
+                    _settle(settings, made, file, folder, now)
             except BaseException:
                 # All of it is as it was.
                 marker.unlink()
                 raise
-            _exchange(settings.data, there, folder / DATA, aside)
+            _exchange(settings, there, folder / DATA, aside)
             adopt_key(settings, key)
             marker.unlink()
             kept = [str(aside)] if aside.exists() else []
@@ -175,9 +177,12 @@ def _problems(made: Database, contents: Contents) -> list[str]:
         return found_damaged(connection) or differences(contents.tables, tallies(connection))
 
 
-def _settle(made: Database, now: datetime) -> None:
-    """What somebody could come in with that has been ended or used up since the backup lets nobody in."""
+def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: datetime) -> None:
+    """What somebody could come in with that has been ended or used up since the backup lets nobody in; the trail says what it was."""
+    here = settings.effective_audit_anchor
+    Chained(made)
     with made.write() as session:
+        note_restored(session, here if here.exists() else folder / DATA / ANCHOR, file.name)
         session.execute(
             update(SignInRow).where(SignInRow.ended_at.is_(None)).values(ended_at=now, end_reason="restored")
         )
@@ -186,8 +191,14 @@ def _settle(made: Database, now: datetime) -> None:
         )
 
 
-def _exchange(data: Path, there: list[Path], restored: Path, aside: Path) -> None:
-    """What else belongs to the clinic: what is there aside, what was backed up in its place."""
+def _exchange(settings: Settings, there: list[Path], restored: Path, aside: Path) -> None:
+    """What else belongs to the clinic: what is there aside, what was backed up in its place. An anchor that is there goes on."""
+    data, anchor = settings.data, restored / ANCHOR
+    if anchor.exists():
+        if not settings.effective_audit_anchor.exists():
+            settings.effective_audit_anchor.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(anchor, settings.effective_audit_anchor)
+        anchor.unlink()
     for path in there:
         (aside / path).parent.mkdir(parents=True, exist_ok=True)
         (data / path).replace(aside / path)

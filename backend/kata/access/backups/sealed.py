@@ -28,6 +28,7 @@ from kata.database.tally import Tally
 SUFFIX: Final = ".kata-backup"
 DATABASE: Final = "database"
 DATA: Final = "data"
+ANCHOR: Final = "audit.anchor"
 _CONTENTS: Final = "kata-backup.json"
 _FORMAT: Final = "kata-backup/1"
 _COMPRESSION: Final = 1
