@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final
 from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
 
+from kata.access.actor import ACTING, Actor
 from kata.clinic.figures import FigureWorker, Window
 from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
@@ -44,11 +45,14 @@ class _Problems:
     """Documentation of error answers."""
 
     _SENTENCES: Final = {
-        403: "Not from this page: the request came from another site.",
+        401: "Nobody is signed in at this browser.",
+        403: "Not from this page, or not for this account.",
         404: "There is no such thing.",
         409: "Not now: refused, with cause and next step.",
         410: "It was there, and can no longer be read.",
         422: "The request itself is wrong: see its errors.",
+        423: "The screen is locked: give the password first. Stop works all the same.",
+        429: "Too many tries: wait for as many seconds as Retry-After says.",
         503: "The apparatus' control program is not running.",
     }
 
@@ -93,6 +97,14 @@ def _window(
     return window
 
 
+async def _actor() -> Actor:
+    actor = ACTING.get()
+    # Whoever asks for this is asked for by a route that only lets in who has signed in.
+    assert actor is not None
+    return actor
+
+
+TheActor = Annotated[Actor, Depends(_actor)]
 TheWindow = Annotated[Window | None, Depends(_window)]
 TheDatabase = Annotated[Database, Depends(_database)]
 TheStation = Annotated[Station, Depends(_station)]

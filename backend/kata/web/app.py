@@ -10,7 +10,7 @@ from typing import Final, Literal
 from urllib.parse import urlsplit
 
 import msgspec
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, Depends, FastAPI
 from pydantic import Field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -33,6 +33,7 @@ from kata.clinic.progress.router import router as progress
 from kata.clinic.recordings.router import router as recordings
 from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
+from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.database.engine import Database
@@ -42,7 +43,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import live, page, problems
+from kata.web import access, live, page, problems
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -115,6 +116,7 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
+        dependencies=[Depends(access.allowed)],
         generate_unique_id_function=lambda route: route.name,
         docs_url="/api/docs",
         redoc_url=None,
@@ -132,6 +134,7 @@ def create_app(settings: Settings) -> FastAPI:
         progress,
         recordings,
         reports,
+        restricted,
         session_lists,
         sessions,
         station_router,
@@ -143,6 +146,7 @@ def create_app(settings: Settings) -> FastAPI:
     live.document(app)
     _document_problems(app)
     page.install(app)
+    access.install(app)
     app.add_middleware(SameOrigin)
     return app
 
@@ -248,6 +252,7 @@ def _document_problems(app: FastAPI) -> None:
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described
+            access.document(document)
             app.openapi_schema = document
         return app.openapi_schema
 

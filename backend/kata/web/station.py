@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.fields import Doer, Name, Schema, Side
@@ -31,6 +31,7 @@ from kata.station.schemas import Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.problems import refused
 from kata.web.simulator import AnySimulation
+from kata.web.view import View
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
@@ -96,9 +97,9 @@ class LoadRequest(Asked):
 
 
 @router.get("")
-async def get_station(station: TheStation) -> StationState:
-    """The station and its newest state; the WebSocket /api/live keeps telling it."""
-    return StationState(station=station.info, live=station.live())
+async def get_station(station: TheStation, database: TheDatabase, actor: TheActor) -> StationState:
+    """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
+    return StationState(station=station.info, live=await View(actor, database).of(station.live()))
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422))
