@@ -18,10 +18,10 @@ from tests.signed_in import signed_in
 
 @contextmanager
 def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
-    """From start to end; the client is signed in."""
+    """From start to end; somebody of this role is signed in."""
     given: dict[str, Any] = {"data": folder, "simulate": True} | settings
     app = create_app(Settings(**given))
-    with TestClient(app) as client:
+    with TestClient(app, client=("127.0.0.1", 50_000)) as client:
         client.cookies.set(COOKIE, signed_in(app.state.database, role))
         yield client
 

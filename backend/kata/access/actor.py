@@ -20,6 +20,10 @@ class Actor:
     role: Role
     stations: frozenset[str]
     """Names of the stations that this account works at; empty: at every one."""
+    locked: bool = False
+    """The screen is locked: what goes on stays visible and may be stopped, until the password is given again."""
+    enrolling: bool = False
+    """A second factor is asked of this account and there is none yet: nothing but setting it up is allowed."""
 
 
 ACTING: Final[ContextVar[Actor | None]] = ContextVar("acting", default=None)

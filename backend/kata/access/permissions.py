@@ -70,6 +70,11 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "swagger_ui_html": _PUBLIC,
         "swagger_ui_redirect": _PUBLIC,
         "get_health": _PUBLIC,
+        # Coming in and going out.
+        "sign_in_by_password": _PUBLIC,
+        "sign_in_by_link": _PUBLIC,
+        "sign_out": _PUBLIC,
+        "get_me": Rule("own_account", locked=True, enrolling=True),
         # Patients.
         "list_patients": _READ,
         "create_patient": _WRITE,

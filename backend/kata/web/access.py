@@ -29,6 +29,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.web.sign_in import actor_at, cookie_of
 
 log = logging.getLogger(__name__)
 
@@ -143,10 +144,10 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     doing.station = state.station.info.name if hasattr(state, "station") else ""
     named = list(_named(connection, body))
     doing.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
-    cookie, remembered = _cookie(connection), state.remembered
+    cookie, remembered = cookie_of(connection) or "", state.remembered
     actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
     if actor is None:
-        actor = await run_in_threadpool(_known, state, cookie)
+        actor = await run_in_threadpool(actor_at, connection, state.database)
     if actor is None:
         remembered.forget(cookie)
         raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
@@ -161,18 +162,6 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
         task = asyncio.create_task(run_in_threadpool(_did_something, state.database, actor), name="did something")
         remembered.writing.add(task)
         task.add_done_callback(remembered.writing.discard)
-
-
-def _cookie(connection: HTTPConnection) -> str:
-    secure = connection.url.scheme in ("https", "wss")
-    return connection.cookies.get(sign_in.SECURE_COOKIE if secure else sign_in.COOKIE, "")
-
-
-def _known(state: Any, cookie: str) -> Actor | None:
-    if not cookie:
-        return None
-    with state.database.read() as session:
-        return sign_in.actor_of(session, cookie, utc_now())
 
 
 def _did_something(database: Database, actor: Actor) -> None:
