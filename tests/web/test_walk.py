@@ -40,12 +40,13 @@ BEHIND_A_LOCK: Final = {"get_station", "stop", "get_me"}
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
     "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest", "acknowledge",
+    "take_lease", "release_lease",
 }  # fmt: skip
 ADMINISTER: Final = {
-    "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass",
+    "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",
 }  # fmt: skip
 AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check"}
-WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass"}
+WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
 LOOKS_BY_POST: Final = {"break_glass"}
 """Changes nothing of a record: whoever reads may."""
 

@@ -1,7 +1,7 @@
 """What somebody may see of the station: all of it, but not a patient who is none of their business."""
 
 import time
-from typing import Final
+from typing import Any, Final
 from uuid import UUID
 
 from fastapi.concurrency import run_in_threadpool
@@ -10,8 +10,8 @@ from kata.access.actor import Actor
 from kata.access.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
 from kata.database.engine import Database
-from kata.station.schemas import Live
 
+_OF_A_PATIENT: Final = ("patient", "recording_name", "session_id")
 _ASKED_AGAIN_S: Final = 5.0
 """So long a watcher goes by what was found before: a record may be restricted, or the glass broken, while it is played."""
 
@@ -27,14 +27,14 @@ class View:
         self._seen = False
         self._asked_at_s = 0.0
 
-    async def of(self, live: Live) -> Live:
-        """The state as it is shown: without patient and recording where they are not for this watcher."""
-        patients = [going_on.patient.id for going_on in (live.run, live.teaching) if going_on and going_on.patient]
-        if not patients or await self._sees(patients[0]):
-            return live
-        run = live.run and live.run.model_copy(update={"patient": None, "recording_name": None, "session_id": None})
-        teaching = live.teaching and live.teaching.model_copy(update={"patient": None})
-        return live.model_copy(update={"run": run, "teaching": teaching})
+    async def of(self, state: dict[str, Any]) -> dict[str, Any]:
+        """What :class:`~kata.station.schemas.Live` says, as JSON: without patient and recording that are not for this watcher."""
+        shown = dict(state)
+        for going_on in ("run", "teaching"):
+            told = state[going_on]
+            if told and told["patient"] and not await self._sees(UUID(told["patient"]["id"])):
+                shown[going_on] = told | {name: None for name in _OF_A_PATIENT if name in told}
+        return shown
 
     async def may_hear_of(self, patient_id: UUID) -> bool:
         """Whether what was saved of a patient is for this watcher."""
