@@ -80,7 +80,7 @@ def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Se
     async def night() -> None:
         backups = Backups(settings, database, occupied)
         async with backups.each_night(first_look_s=0.0, look_s=0.01), asyncio.timeout(LIMIT_S):
-            while not (state := await backups.state()).items:
+            while not (state := await backups.state()).items:  # noqa: ASYNC110
                 await asyncio.sleep(0.05)
         (made,) = state.items
         assert (made.kind, made.problem, made.test_problem) == ("nightly", "", "")
@@ -100,7 +100,7 @@ def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Data
             backups.begin("asked")
             with pytest.raises(ProblemError):
                 backups.begin("asked")
-            while not list(settings.data.glob("backup-notes")):
+            while not list(settings.data.glob("backup-notes")):  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
 
     asyncio.run(short())
