@@ -132,6 +132,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Backups
+         * @description Backups, each with its last restore test, newest first; and when the next one is made.
+         */
+        get: operations["list_backups"];
+        put?: never;
+        /**
+         * Make Backup
+         * @description Begin a backup; it is in the list when it has been made and tried.
+         */
+        post: operations["make_backup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/audit": {
         parameters: {
             query?: never;
@@ -2251,6 +2275,98 @@ export interface components {
              * @description Since the drive last answered, when the snapshot was made.
              */
             age_ms: number | null;
+        };
+        /**
+         * Backup
+         * @description A backup that was made, or tried to be.
+         */
+        Backup: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            at: string;
+            /**
+             * Kind
+             * @description nightly: by itself; asked: by somebody.
+             * @enum {string}
+             */
+            kind: "nightly" | "asked";
+            /** File */
+            file: string;
+            /**
+             * Bytes
+             * @description 0 where there is none.
+             */
+            bytes: number;
+            /**
+             * Problem
+             * @description Why there is none; empty when it was made.
+             */
+            problem: string;
+            /**
+             * Tested At
+             * @description When it was restored to see whether it can be.
+             */
+            tested_at: string | null;
+            /**
+             * Test Problem
+             * @description Why it is not known to be restorable; empty where it came back whole and equal.
+             */
+            test_problem: string;
+            /**
+             * There
+             * @description The file is still where it was made.
+             */
+            there: boolean;
+        };
+        /**
+         * BackupList
+         * @description Backups, newest first, and how they are made.
+         */
+        BackupList: {
+            /** Items */
+            items: components["schemas"]["Backup"][];
+            /** @description The newest that came back whole and equal when it was tried. */
+            last_good: components["schemas"]["Backup"] | null;
+            /**
+             * Running
+             * @description One is being made just now.
+             */
+            running: boolean;
+            /**
+             * Next At
+             * @description When the next one is made by itself; null: never.
+             */
+            next_at: string | null;
+            /**
+             * Folder
+             * @example /var/lib/kata/backups
+             */
+            folder: string;
+            /**
+             * Same Disk
+             * @description The folder is on the database's own disk, and is lost with it.
+             */
+            same_disk: boolean;
+            /**
+             * Key
+             * @description Where the key that opens them is: on this computer, taken away from it, or not made yet.
+             * @enum {string}
+             */
+            key: "here" | "elsewhere" | "nowhere";
+            /**
+             * Key File
+             * @example /var/lib/kata/backup-key.txt
+             */
+            key_file: string;
         };
         /**
          * BreakGlass
@@ -6607,6 +6723,109 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_backups: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    make_backup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
