@@ -147,7 +147,7 @@ class Backups:
         return due(utc_now(), self._settings.backup_at, _zone(self._settings), made_at, max(tried, default=None))
 
     async def _make(self, kind: Kind) -> None:
-        command = [sys.executable, "-m", "kata", "backup", *(["--nightly"] if kind == "nightly" else [])]
+        command = [sys.executable, "-m", "kata.access.backups", *(["--nightly"] if kind == "nightly" else [])]
         process = await asyncio.create_subprocess_exec(
             *command,
             env=_environment(self._settings),
