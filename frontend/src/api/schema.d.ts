@@ -876,6 +876,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/recordings/{recording_id}/motion": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Recording Motion
+         * @description What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second.
+         */
+        get: operations["get_recording_motion"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}/report.html": {
         parameters: {
             query?: never;
@@ -1184,6 +1204,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/runs/{run_id}/motion": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Motion
+         * @description What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
+         *
+         *     Its range and speed are the run's, so that it can be watched before it touches anybody.
+         */
+        get: operations["get_run_motion"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/runs/{run_id}/figures": {
         parameters: {
             query?: never;
@@ -1301,6 +1343,32 @@ export interface paths {
         put?: never;
         post?: never;
         delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/lease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Lease
+         * @description Operate the apparatus from this browser; the first command does the same while nobody operates it.
+         *
+         *     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+         */
+        post: operations["take_lease"];
+        /**
+         * Release Lease
+         * @description Operate the apparatus no more; refused while the motors move or hold the arm.
+         */
+        delete: operations["release_lease"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1522,7 +1590,8 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Ramp down, torque off, latch. Always accepted; waits behind nothing. Not an emergency stop: it needs a network.
+         * @description Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+         *     stop: it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -2949,6 +3018,53 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LeaseLive
+         * @description Who operates the apparatus; everybody else watches, and may stop it.
+         */
+        LeaseLive: {
+            /**
+             * Holder
+             * @description Name of whoever operates; null: nobody does, and the first command takes the lease.
+             * @example Sato
+             */
+            holder: string | null;
+            /**
+             * Mine
+             * @description It is the browser that this is told to.
+             */
+            mine: boolean;
+            /** Since */
+            since: string | null;
+            /**
+             * Taken From
+             * @description From whom it was taken over; null when it was free.
+             * @example Kato
+             */
+            taken_from: string | null;
+            /**
+             * Away Since
+             * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
+             */
+            away_since: string | null;
+            /**
+             * Paused
+             * @description The playback was paused for want of the holder's browser.
+             */
+            paused: boolean;
+        };
+        /**
+         * LeaseRequest
+         * @description Operate the apparatus from this browser.
+         */
+        LeaseRequest: {
+            /**
+             * Take Over
+             * @description Also when somebody operates it at another browser, who is told.
+             * @default false
+             */
+            take_over: boolean;
+        };
+        /**
          * LinkSignIn
          * @description By a link of the demonstration clinic.
          */
@@ -3009,6 +3125,7 @@ export interface components {
             refusals: {
                 [key: string]: components["schemas"]["RefusalLive"];
             };
+            lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
         };
         /**
@@ -3249,6 +3366,27 @@ export interface components {
              * @example 90
              */
             highest_deg?: number | null;
+        };
+        /**
+         * MotionShown
+         * @description Where the motors stand over time; between two samples they go straight.
+         */
+        MotionShown: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Times S
+             * @description Seconds, rising; the first is 0, the last the motion's length.
+             */
+            times_s: number[];
+            /**
+             * Angles Deg
+             * @description A row a time: motor angles in axis order 1-5, degrees.
+             */
+            angles_deg: number[][];
         };
         /**
          * MotionTracking
@@ -8122,6 +8260,55 @@ export interface operations {
             };
         };
     };
+    get_recording_motion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MotionShown"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session_page: {
         parameters: {
             query?: {
@@ -8910,6 +9097,55 @@ export interface operations {
             };
         };
     };
+    get_run_motion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MotionShown"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run_figures: {
         parameters: {
             query?: {
@@ -9147,6 +9383,77 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
+                };
+            };
+        };
+    };
+    take_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
