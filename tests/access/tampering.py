@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 from random import Random
-from typing import Any, Final
+from typing import Any, Final, cast
 from uuid import UUID, uuid4
 
-from sqlalchemy import bindparam, delete, insert, select, text, update
+from sqlalchemy import Table, bindparam, delete, insert, select, text, update
 from sqlalchemy.orm import Session
 
 from kata.access import chain
@@ -22,7 +22,7 @@ from kata.access.tables import AuditRow
 from kata.access.verify import Verdict, verify
 from kata.database.engine import Database
 
-TABLE: Final = AuditRow.__table__
+TABLE: Final = cast(Table, AuditRow.__table__)
 ALTERED: Final = (*COLUMNS[1:], "hash")
 EVERY: Final = 20
 """Rows between two lines of the anchor, so that there is something to guess."""

@@ -34,7 +34,7 @@ def client(folder: Path) -> Iterator[TestClient]:
 @contextmanager
 def acting_as(client: TestClient, role: Any) -> Iterator[None]:
     """Somebody else at this browser; None: nobody."""
-    before = client.cookies.get(COOKIE)
+    before = client.cookies[COOKIE]
     client.cookies.delete(COOKIE)
     if role:
         client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
