@@ -25,20 +25,20 @@ from kata.database.engine import Database
 TABLE: Final = cast(Table, AuditRow.__table__)
 ALTERED: Final = (*COLUMNS[1:], "hash")
 EVERY: Final = 20
-"""Rows between two lines of the anchor, so that there is something to guess."""
+"""Rows between two lines of the anchor, unless told, so that there is something to guess."""
 _STAFF: Final = [Actor(UUID(int=n), UUID(int=100 + n), f"Person {n}", "therapist", frozenset()) for n in range(5)]
 
 
-def filled(database: Database, file: Path, rows: int) -> None:
+def filled(database: Database, file: Path, rows: int, every: int = EVERY) -> None:
     """A trail of so many rows, as services write it, with an anchor behind the last."""
     anchor = Anchor(file)
     made = [
         entry(f"act_{n % 40}", "done", UUID(int=1000 + n % 300), f"recording {n}", {"n": n}, _STAFF[n % 5])
         for n in range(rows)
     ]
-    for first in range(0, rows, EVERY):
+    for first in range(0, rows, every):
         with database.write() as session:
-            head = chain.append(session, made[first : first + EVERY], anchor.id, anchor.lines)
+            head = chain.append(session, made[first : first + every], anchor.id, anchor.lines)
         anchor.add(head)
     anchor.close()
 
@@ -63,7 +63,7 @@ def guards_down(database: Database) -> Iterator[Session]:
         session.rollback()
 
 
-def tricks(rows: int, chance: Random) -> Iterator[tuple[str, Callable[[Session, Path], Trick]]]:
+def tricks(rows: int, chance: Random, every: int = EVERY) -> Iterator[tuple[str, Callable[[Session, Path], Trick]]]:
     """One of each, at places that chance chooses."""
 
     def place() -> int:
@@ -84,15 +84,15 @@ def tricks(rows: int, chance: Random) -> Iterator[tuple[str, Callable[[Session, 
     yield "cut the last off", lambda session, _: cut(session, rows, 1)
     yield "cut the tail off", lambda session, _: cut(session, rows, chance.randint(2, rows - 1))
     yield "cut everything off", lambda session, _: cut(session, rows, rows)
-    yield "cut the anchor", lambda _, file: cut_anchor(file, chance.randint(2, rows // EVERY - 1))
-    yield "emptied the anchor", lambda _, file: cut_anchor(file, rows // EVERY)
+    yield "cut the anchor", lambda _, file: cut_anchor(file, chance.randint(2, rows // every - 1))
+    yield "emptied the anchor", lambda _, file: cut_anchor(file, rows // every)
     yield "removed the anchor", lambda _, file: remove_anchor(file)
-    yield "dropped a line of the anchor", lambda _, file: drop_line(file, chance.randint(1, rows // EVERY - 1))
+    yield "dropped a line of the anchor", lambda _, file: drop_line(file, chance.randint(1, rows // every - 1))
     for field in ("line", "anchor", "number", "hash"):
         yield (
             f"altered {field} in the anchor",
             lambda _, file, field=field: alter_line(  # type: ignore[misc]
-                file, chance.randint(1, rows // EVERY - 1), field
+                file, chance.randint(1, rows // every - 1), field
             ),
         )
 

@@ -15,6 +15,8 @@ from tests.access.tampering import filled, judged, tricks
 log = logging.getLogger(__name__)
 
 ROWS = 100_000
+EVERY = 250
+"""Rows between two lines of the anchor."""
 
 
 @pytest.mark.campaign
@@ -26,7 +28,7 @@ def test_nothing_is_done_to_a_long_trail_that_does_not_show(
     url = f"sqlite:///{tmp_path / 'kata.db'}" if backend == "sqlite" else request.getfixturevalue("postgresql_url")
     database, file = Database(url), tmp_path / "audit.anchor"
     upgrade(database)
-    filled(database, file, ROWS)
+    filled(database, file, ROWS, EVERY)
     began_s, worked_s = time.perf_counter(), time.process_time()
     with database.read() as session:
         assert verify(session, [file]).findings == []
@@ -35,7 +37,7 @@ def test_nothing_is_done_to_a_long_trail_that_does_not_show(
 
     chance = Random()
     unseen, misplaced, played = [], [], 0
-    for name, trick in tricks(ROWS, chance):
+    for name, trick in tricks(ROWS, chance, EVERY):
         done, verdict = judged(database, file, trick)
         played += 1
         if not verdict.findings:
