@@ -2,6 +2,7 @@
 
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Literal
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
@@ -41,6 +42,13 @@ class Settings(BaseSettings):
     """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
     host: str = "127.0.0.1"
     port: int = 8000
+
+    idle_minutes: float = Field(default=15.0, gt=0)
+    """After so long without anything done by its user, a browser's screen is locked; what goes on stays visible and stoppable."""
+    sign_in_hours: float = Field(default=12.0, gt=0)
+    """After so long a sign-in is over, whatever is done."""
+    second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
+    """Of whom a second factor is asked; everybody may have one."""
 
     @field_validator("data")
     @classmethod

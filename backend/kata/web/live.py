@@ -15,6 +15,7 @@ from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
+from kata.web.signing import actor_at
 
 log = logging.getLogger(__name__)
 router = APIRouter()
@@ -73,16 +74,23 @@ def document(app: FastAPI) -> None:
 async def live(socket: WebSocket) -> None:
     """Tell one listener, until it leaves."""
     station: Station = socket.app.state.station
+    actor = actor_at(socket, socket.app.state.database)
+    if actor is None:
+        await socket.close(1008, "not signed in")
+        return
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
     try:
         with station.subscribed() as subscription:
             telling = asyncio.create_task(_tell(socket, station, subscription))
-            _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
+            ending = asyncio.create_task(socket.app.state.access.endings.of(actor.sign_in_id))
+            _, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
-            _, told = await asyncio.gather(listening, telling, return_exceptions=True)
+            _, told, ended = await asyncio.gather(listening, telling, ending, return_exceptions=True)
+            if ended is None:
+                await socket.close(1008, "signed out")
             if isinstance(told, Exception):
                 log.error("a listener could not be told any more", exc_info=told)
     finally:
