@@ -19,6 +19,8 @@ from kata.problems import ProblemError
 SHORTEST: Final = 10
 _OURS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")
 """What a guesser tries first here."""
+_TRIMMINGS: Final = "0123456789!?.,-_*#$@+ "
+"""What people put around a word to make a password of it."""
 _REPEATED: Final = re.compile(r"(.{1,4})\1+")
 _ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
 _WAITING: Final = 8
@@ -65,15 +67,15 @@ class Passwords:
 
     def _is_common(self, password: str, about: tuple[str, ...]) -> bool:
         lower = password.lower()
-        core = lower.strip("0123456789!?.,-_*#$@+ ")
-        known = [word for told in (*about, *_OURS) for word in told.lower().split() if len(word) > 2]
-        left = core
-        for word in known:
+        core = lower.strip(_TRIMMINGS)
+        known = {word for told in (*about, *_OURS) for word in told.lower().split() if len(word) > 2}
+        left = lower
+        for word in sorted(known, key=len, reverse=True):
             left = left.replace(word, "")
         return (
             lower in self._common
             or core in self._common
-            or len(left) < 4
+            or len(left.strip(_TRIMMINGS)) < 4
             or _REPEATED.fullmatch(lower) is not None
             or any(lower in row or lower in row[::-1] for row in _ROWS)
         )

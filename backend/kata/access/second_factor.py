@@ -34,7 +34,7 @@ def begin(account: AccountRow) -> str:
             409, "second_factor_there", "There is a second factor already.", "Take it away first, to set up another."
         )
     account.totp_secret = pyotp.random_base32()
-    return pyotp.TOTP(account.totp_secret, interval=_STEP_S).provisioning_uri(account.username, "Kata")
+    return pyotp.TOTP(account.totp_secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
 
 
 def drawn(address: str) -> str:

@@ -10,12 +10,13 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, Field
 
+from kata.access.actor import Actor
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
-from kata.web.signing import actor_at
+from kata.web.signing import Endings, actor_at
 
 log = logging.getLogger(__name__)
 router = APIRouter()
@@ -75,16 +76,13 @@ async def live(socket: WebSocket) -> None:
     """Tell one listener, until it leaves."""
     station: Station = socket.app.state.station
     actor = actor_at(socket, socket.app.state.database)
-    if actor is None:
-        await socket.close(1008, "not signed in")
-        return
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
     try:
         with station.subscribed() as subscription:
             telling = asyncio.create_task(_tell(socket, station, subscription))
-            ending = asyncio.create_task(socket.app.state.access.endings.of(actor.sign_in_id))
+            ending = asyncio.create_task(_ended(socket, actor))
             _, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
@@ -95,6 +93,12 @@ async def live(socket: WebSocket) -> None:
                 log.error("a listener could not be told any more", exc_info=told)
     finally:
         listening.cancel()
+
+
+async def _ended(socket: WebSocket, actor: Actor | None) -> None:
+    """Return when nobody is signed in there any more."""
+    endings: Endings = socket.app.state.access.endings
+    await (endings.of(actor.sign_in_id) if actor else asyncio.Event().wait())
 
 
 async def _listen(socket: WebSocket) -> None:
