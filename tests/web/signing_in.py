@@ -60,7 +60,10 @@ class Clinic:
 
     def browser(self, address: str = "127.0.0.1") -> TestClient:
         """A new one."""
-        return TestClient(self.app, client=(address, 50_001))
+        browser = TestClient(self.app, client=(address, 50_001))
+        # In the event loop that the service runs in.
+        browser.portal = self.administrator.portal
+        return browser
 
     def account(self, role: Role = "therapist") -> str:
         """A new one, with PASSWORD and without a second factor: its user name."""
