@@ -19,6 +19,8 @@ import uvicorn
 from rich.console import Console
 
 from kata.access import set_up
+from kata.access.anchor import AnchorError
+from kata.access.audit_commands import app as audit
 from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
@@ -34,9 +36,11 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
+from kata.web import live
 from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
 accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
@@ -111,6 +115,7 @@ def demo(
         HandRefusedError,
         RehearsalError,
         ProblemError,
+        AnchorError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
@@ -220,10 +225,18 @@ async def _serve(settings: Settings) -> None:
     try:
         async with application.router.lifespan_context(application):
             server = _Server(
-                uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
+                uvicorn.Config(
+                    application,
+                    lifespan="off",
+                    log_level="warning",
+                    timeout_graceful_shutdown=2,
+                    # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+                    ws_ping_interval=live.PING_S,
+                    ws_ping_timeout=live.PONG_S,
+                )
             )
             await server.serve([listening])
-    except (ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
+    except (AnchorError, ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
         _fail(str(error))
 
 

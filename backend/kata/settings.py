@@ -40,6 +40,9 @@ class Settings(BaseSettings):
     """PNG or SVG, up to 256 kB."""
     clinic_zone: str = ""
     """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
+    audit_anchor: Path | None = None
+    """File outside the database that the audit trail is anchored in; in the data folder unless given. On another disk or computer
+    it also shows that both were replaced by an older copy."""
     host: str = "127.0.0.1"
     port: int = 8000
     allowed_hosts: str = ""
@@ -111,6 +114,11 @@ class Settings(BaseSettings):
     def effective_database_url(self) -> str:
         """What is really opened."""
         return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def effective_audit_anchor(self) -> Path:
+        """The file that is really used."""
+        return self.audit_anchor or self.data / "audit.anchor"
 
     @property
     def is_on_loopback(self) -> bool:

@@ -168,11 +168,15 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "note_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "erase_patient": _ADMINISTER,
+        # The audit trail.
+        "list_audit": _ADMINISTER,
         # The apparatus.
         "live": _WATCH,
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
         "stop": Rule("stop", locked=True),
+        "take_lease": _OPERATE,
+        "release_lease": _OPERATE,
         "turn": _OPERATE,
         "teach": _OPERATE,
         "finish_teaching": _OPERATE,

@@ -19,6 +19,7 @@ from kata.access.accounts import count_administrators
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
+from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
 from kata.clinic.episodes.router import router as episodes
@@ -47,7 +48,9 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import accounts, hardening, live, own_account, page, problems, sign_in, signing
+from kata.web import accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
+from kata.web.audit import Audited
+from kata.web.audit import router as audit
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -107,6 +110,7 @@ def create_app(settings: Settings) -> FastAPI:
         health,
         accounts.router,
         assessments,
+        audit,
         episodes,
         events,
         erasures,
@@ -143,6 +147,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
+    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
+    stack.push_async_callback(asyncio.to_thread, trail.close)
     app.state.access = access = await _opened(settings, database)
     await stack.enter_async_context(access.endings.watched())
     figures = FigureWorker()
@@ -192,7 +198,9 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
+        on_due=operating.noting(database, station_config.name, importing),
     )
+    app.state.board = operating.Board(station)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -253,7 +261,8 @@ def _harden(app: FastAPI, hosts: frozenset[str]) -> None:
     made = app.build_middleware_stack
 
     def build_middleware_stack() -> ASGIApp:
-        return hardening.Hardening(made(), hosts)
+        # What is refused at the door is told the trail too.
+        return Audited(hardening.Hardening(made(), hosts))
 
     app.build_middleware_stack = build_middleware_stack  # type: ignore[method-assign]
 

@@ -10,18 +10,23 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, Field
 
-from kata.access.actor import Actor
+from kata.access.actor import ACTING, Actor
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
+from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
+from kata.web.operating import Board, browser
 from kata.web.signing import Endings, actor_at
 
 log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
+PING_S: Final = 0.5
+PONG_S: Final = 1.0
+"""A listener that is asked every half second, and has not answered for so long, has gone: the lease's grace begins then."""
 
 
 class _LiveMessage(BaseModel):
@@ -75,24 +80,29 @@ def document(app: FastAPI) -> None:
 async def live(socket: WebSocket) -> None:
     """Tell one listener, until it leaves."""
     station: Station = socket.app.state.station
-    actor = actor_at(socket, socket.app.state.database)
+    board: Board = socket.app.state.board
+    here = browser()
+    actor = ACTING.get() or actor_at(socket, socket.app.state.database)
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
+    ending = asyncio.create_task(_ended(socket, actor))
     try:
-        with station.subscribed() as subscription:
-            telling = asyncio.create_task(_tell(socket, station, subscription))
-            ending = asyncio.create_task(_ended(socket, actor))
-            _, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
+        with station.operating.listening(here), station.subscribed() as subscription:
+            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription))
+            first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
-            _, told, ended = await asyncio.gather(listening, telling, ending, return_exceptions=True)
-            if ended is None:
+            if pending:
+                # Not gather: it would swallow what we ourselves are cancelled by.
+                await asyncio.wait(pending)
+            if not telling.cancelled() and (error := telling.exception()):
+                log.error("a listener could not be told any more", exc_info=error)
+            if ending in first and listening not in first:
                 await socket.close(1008, "signed out")
-            if isinstance(told, Exception):
-                log.error("a listener could not be told any more", exc_info=told)
     finally:
         listening.cancel()
+        ending.cancel()
 
 
 async def _ended(socket: WebSocket, actor: Actor | None) -> None:
@@ -106,24 +116,23 @@ async def _listen(socket: WebSocket) -> None:
         pass
 
 
-async def _tell(socket: WebSocket, station: Station, subscription: Subscription) -> None:
+async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription) -> None:
     """Changes are merged while a slow listener keeps us waiting; events never are."""
     told: dict[str, Any] = {}
     sequence = 0
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            live = station.live()
-            state = live.model_dump(mode="json")
+            state = board.state(here)
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
                 "sent_at": utc_now(),
-                "estop": live.estop,
-                "mode": live.mode,
+                "estop": state["estop"],
+                "mode": state["mode"],
             }
             if sequence == 1:
-                message: _LiveMessage = SnapshotMessage(**common, station=station.info, live=live)
+                message: _LiveMessage = SnapshotMessage(**common, station=info, live=Live.model_validate(state))
             else:
                 changed = {name: value for name, value in state.items() if told.get(name) != value}
                 message = ChangeMessage(**common, live=changed)

@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
+from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.clinic.problems import ProblemError
 from kata.device.messages import Refusal
@@ -76,6 +77,8 @@ def document(
     headers: Any = None,
 ) -> JSONResponse:
     """One problem document."""
+    if doing := DOING.get():
+        doing.why = code
     problem = Problem(
         type="about:blank",
         title=HTTPStatus(status).phrase,

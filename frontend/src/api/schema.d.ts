@@ -1286,6 +1286,32 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/station/lease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Lease
+         * @description Operate the apparatus from this browser; the first command does the same while nobody operates it.
+         *
+         *     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+         */
+        post: operations["take_lease"];
+        /**
+         * Release Lease
+         * @description Operate the apparatus no more; refused while the motors move or hold the arm.
+         */
+        delete: operations["release_lease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/station/side": {
         parameters: {
             query?: never;
@@ -1502,7 +1528,8 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Ramp down, torque off, latch. Always accepted; waits behind nothing. Not an emergency stop: it needs a network.
+         * @description Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+         *     stop: it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -2857,6 +2884,53 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LeaseLive
+         * @description Who operates the apparatus; everybody else watches, and may stop it.
+         */
+        LeaseLive: {
+            /**
+             * Holder
+             * @description Name of whoever operates; null: nobody does, and the first command takes the lease.
+             * @example Sato
+             */
+            holder: string | null;
+            /**
+             * Mine
+             * @description It is the browser that this is told to.
+             */
+            mine: boolean;
+            /** Since */
+            since: string | null;
+            /**
+             * Taken From
+             * @description From whom it was taken over; null when it was free.
+             * @example Kato
+             */
+            taken_from: string | null;
+            /**
+             * Away Since
+             * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
+             */
+            away_since: string | null;
+            /**
+             * Paused
+             * @description The playback was paused for want of the holder's browser.
+             */
+            paused: boolean;
+        };
+        /**
+         * LeaseRequest
+         * @description Operate the apparatus from this browser.
+         */
+        LeaseRequest: {
+            /**
+             * Take Over
+             * @description Also when somebody operates it at another browser, who is told.
+             * @default false
+             */
+            take_over: boolean;
+        };
+        /**
          * LinkSignIn
          * @description By a link of the demonstration clinic.
          */
@@ -2917,6 +2991,7 @@ export interface components {
             refusals: {
                 [key: string]: components["schemas"]["RefusalLive"];
             };
+            lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
         };
         /**
@@ -9012,6 +9087,77 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
+                };
+            };
+        };
+    };
+    take_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
