@@ -1868,15 +1868,15 @@ export interface components {
          * @description What was added, and when.
          */
         Addendum: {
-            /** Written By */
-            written_by: string;
-            /** Text */
-            text: string;
             /**
              * Id
              * Format: uuid
              */
             id: string;
+            /** Written By */
+            written_by: string;
+            /** Text */
+            text: string;
             /**
              * Written At
              * Format: date-time
@@ -1890,7 +1890,11 @@ export interface components {
          * @description What is added to a signed note.
          */
         AddendumCreate: {
-            /** Written By */
+            /**
+             * Written By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             written_by: string;
             /** Text */
             text: string;
@@ -2013,6 +2017,8 @@ export interface components {
             assessed_at: string;
             /**
              * Assessed By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Kimura Jun
              */
             assessed_by: string;
@@ -2396,7 +2402,11 @@ export interface components {
          * @description Somebody has looked.
          */
         CheckTick: {
-            /** Checked By */
+            /**
+             * Checked By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             checked_by: string;
             /**
              * Recording Id
@@ -2758,6 +2768,8 @@ export interface components {
             explanation: string;
             /**
              * Decided By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -2782,6 +2794,8 @@ export interface components {
             explanation: string;
             /**
              * Decided By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -2798,7 +2812,8 @@ export interface components {
             reason: string;
             /**
              * Noted By
-             * @description Who noted it.
+             * @description Who noted it: you, unless somebody else is named.
+             * @default
              * @example Suzuki Aya
              */
             noted_by: string;
@@ -4142,7 +4157,8 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it.
+             * @description Who prescribes it: you, unless somebody else is named.
+             * @default
              * @example Aoki Rin
              */
             made_by: string;
@@ -5228,10 +5244,11 @@ export interface components {
             patient_id: string;
             /**
              * Therapist
-             * @description Who treats.
+             * @description Who treats: you, unless somebody else is named.
+             * @default
              * @example Ito Mai
              */
-            therapist?: string | null;
+            therapist: string;
             /**
              * Programme Version Id
              * @description What is planned; of the patient's open episode.
@@ -5409,7 +5426,11 @@ export interface components {
          * @description Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen.
          */
         SessionSign: {
-            /** Signed By */
+            /**
+             * Signed By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             signed_by: string;
             /**
              * Note
@@ -5801,7 +5822,7 @@ export interface components {
             side?: ("left" | "right") | null;
             /**
              * Taught By
-             * @description Whose hands guide the arm.
+             * @description Whose hands guide the arm: yours, unless somebody else is named.
              * @default
              * @example Sato
              */
@@ -5965,7 +5986,8 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it.
+             * @description Who prescribes it: you, unless somebody else is named.
+             * @default
              * @example Aoki Rin
              */
             made_by: string;
@@ -8125,7 +8147,7 @@ export interface operations {
                 name: string;
                 /** @description The shoulder that it is for. */
                 side: "left" | "right";
-                /** @description Who brings it; empty where nobody says. */
+                /** @description Who brings it: you, unless somebody else is named. */
                 taught_by?: string;
             };
             header?: never;
