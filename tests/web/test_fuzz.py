@@ -96,6 +96,7 @@ def test_every_answer_is_one_that_the_document_knows(
 
 
 @pytest.mark.campaign
+@pytest.mark.timeout(3600)
 @schema.parametrize()
 @settings(max_examples=_MANY, phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
 def test_every_one_of_a_hundred_thousand_answers_is_one_that_the_document_knows(
