@@ -10,7 +10,7 @@ from pydantic import Field
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
-from kata.clinic.fields import Doer, Name, Schema, Side
+from kata.clinic.fields import By, Name, Schema, Side
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.problems import ProblemError
@@ -72,7 +72,9 @@ class TeachRequest(Schema):
     patient_id: UUID
     name: Name = Field("Motion", description="What its recordings will be called.", examples=["Flexion"])
     side: Side | None = Field(None, description="The side of the patient's episode unless given.")
-    taught_by: Doer = Field("", description="Whose hands guide the arm.", examples=["Sato"])
+    taught_by: By = Field(
+        "", description="Whose hands guide the arm: yours, unless somebody else is named.", examples=["Sato"]
+    )
     fixtures: Fixtures = Field(default_factory=set)
 
 

@@ -43,7 +43,7 @@ def create_session(database: TheDatabase, station: TheStation, wanted: SessionCr
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on."""
     with database.write() as session:
         row = service.begin(
-            session, wanted.patient_id, wanted.therapist or "", wanted.programme_version_id, station.info.name
+            session, wanted.patient_id, wanted.therapist, wanted.programme_version_id, station.info.name
         )
         return service.as_session(row)
 
