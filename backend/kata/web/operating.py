@@ -9,7 +9,7 @@ from uuid import UUID
 from fastapi import Depends, Request
 
 from kata.access import audit
-from kata.access.actor import ACTING, DOING, Doing
+from kata.access.actor import ACTING, by_program
 from kata.clinic.dependencies import TheStation
 from kata.database.engine import Database
 from kata.device.messages import COMMAND_NAMES, Refusal
@@ -90,10 +90,7 @@ def noting(database: Database, station: str, tasks: set[asyncio.Task[None]]) -> 
 
     def write(browser: Browser, due: Due) -> None:
         action = "pause_without_browser" if due == "pause" else "stop_without_browser"
-        # In a context of its own, as every thread's: nobody asked for it.
-        ACTING.set(None)
-        DOING.set(Doing(action, station=station))
-        with database.write() as session:
+        with by_program(action, station), database.write() as session:
             audit.note(session, action, subject=f"sign_in {browser.id}", detail={"operator": browser.name})
 
     async def noted(browser: Browser, due: Due) -> None:
