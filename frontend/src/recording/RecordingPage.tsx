@@ -16,6 +16,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { api, type Schemas } from "../api/client";
+import { RecordingGhost } from "../apparatus3d/lazily";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
 import { FIXTURES } from "../shared/fixtures";
@@ -199,6 +200,7 @@ export function RecordingPage() {
           </Table.Tbody>
         </Table>
       )}
+      {it.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
       {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
   );
