@@ -68,7 +68,9 @@ class Rehearsal:
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
         with self.database.write() as session:
-            wanted = PatientCreate(clinic_number="DEMO-1", name="Demonstration", affected_side=CANONICAL_SIDE)
+            # There may have been others in this folder.
+            number = f"DEMO-{uuid4().hex[:8]}"
+            wanted = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
             self._patient_id = patients.create(session, wanted).id
             other: Side = "left" if CANONICAL_SIDE == "right" else "right"
             episodes.open_new(session, self._patient_id, EpisodeCreate(side=other))

@@ -3,8 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Annotated, Any, Final
-from uuid import UUID
+from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
@@ -20,13 +19,13 @@ from kata.web.problems import refused
 
 log = logging.getLogger(__name__)
 
-_NOBODY: Final = Browser(UUID(int=0), "Somebody")
-
 
 def browser() -> Browser:
-    """Where this request comes from: its sign-in."""
+    """Where this request comes from: its sign-in. Only for routes that need one."""
     actor = ACTING.get()
-    return Browser(actor.sign_in_id, actor.name) if actor else _NOBODY
+    # Whoever has not signed in comes no further than the door (``web/access.py``).
+    assert actor is not None
+    return Browser(actor.sign_in_id, actor.name)
 
 
 async def _watching(station: TheStation) -> Browser:
