@@ -108,18 +108,14 @@ def test_there_are_five_hundred_and_each_would_run_on_a_page_that_took_it_in(tex
 
 
 def test_the_watch_sees_what_it_is_to_see(page: Page, poisoned: Poisoned, told: list[str]) -> None:
-    page.goto(f"{poisoned.url}/kata.svg")
     page.goto(poisoned.url)
     page.evaluate("document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=kataHostile(1)>')")
     page.evaluate("document.body.setAttribute('style', 'color: red')")
-    page.wait_for_function("document.body.isConnected")
     expect(page.locator("img[src=x]")).to_have_count(1)
     page.evaluate("kataHostile()")
     assert any("script-src" in one for one in told)
     assert any("style-src" in one for one in told)
     assert "a script has run" in told
-    with pytest.raises(Exception, match="unsafe-eval"):
-        page.evaluate("new Function('return 1')()")
 
 
 @pytest.mark.timeout(900)
@@ -149,7 +145,6 @@ def test_five_hundred_hostile_texts_run_nowhere(
                 missing.setdefault(kind, []).extend(text for text in wanted if text not in found)
     for path in ("/", "/patients", "/sessions"):
         page.goto(poisoned.url + path)
-        page.wait_for_timeout(0)
         expect(page.get_by_role("main")).to_be_visible(timeout=START_LIMIT_S * 1000)
     assert told == []
     assert {kind: texts for kind, texts in missing.items() if texts} == {}
