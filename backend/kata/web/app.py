@@ -14,6 +14,7 @@ from pydantic import Field
 from starlette.types import ASGIApp
 
 from kata.access import demonstration
+from kata.access.actor import by_program
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.trail import Trail
@@ -219,7 +220,7 @@ def _open(app: FastAPI, settings: Settings, database: Database) -> None:
     """Let people sign in."""
     is_demonstration = settings.simulate and settings.is_on_loopback
     app.state.access = signing_in.Access(Passwords(hasher()), DemonstrationLinks(allowed=is_demonstration))
-    with database.write() as session:
+    with by_program("prepare_demonstration"), database.write() as session:
         demonstration.prepare(session, utc_now(), allowed=is_demonstration)
 
 
