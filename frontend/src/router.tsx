@@ -3,7 +3,8 @@ import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } 
 import { ProblemError } from "./api/client";
 import { PatientPage } from "./patient/PatientPage";
 import { PatientsPage } from "./patients/PatientsPage";
-import { NewProgrammePage, ProgrammePage } from "./programmes/ProgrammePage";
+import { NewProgrammePage } from "./programmes/NewProgrammePage";
+import { ProgrammePage } from "./programmes/ProgrammePage";
 import { ProgressPage } from "./progress/ProgressPage";
 import { RecordingPage } from "./recording/RecordingPage";
 import { SessionPage } from "./session/SessionPage";

@@ -1,15 +1,4 @@
-import {
-  ActionIcon,
-  Badge,
-  Button,
-  Group,
-  Skeleton,
-  Stack,
-  Table,
-  Text,
-  TextInput,
-  Title,
-} from "@mantine/core";
+import { ActionIcon, Badge, Button, Group, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
@@ -19,8 +8,9 @@ import { api, type Schemas } from "../api/client";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
 import { FIXTURES } from "../shared/fixtures";
-import { formatDeg, formatMoment, formatSpan } from "../shared/format";
+import { formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
+import { MotorRanges } from "../shared/MotorRanges";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { EditPanel } from "./EditPanel";
@@ -177,28 +167,7 @@ export function RecordingPage() {
         version={it.updated_at}
         save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
       />
-      {it.ranges.length > 0 && (
-        <Table maw={640} withTableBorder verticalSpacing="xs">
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>Motor</Table.Th>
-              <Table.Th ta="right">From, deg</Table.Th>
-              <Table.Th ta="right">To, deg</Table.Th>
-              <Table.Th ta="right">Fastest, deg/s</Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {it.ranges.map((range) => (
-              <Table.Tr key={range.motor}>
-                <Table.Td>{range.motor}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.min_deg)}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.max_deg)}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.max_speed_deg_s, 0)}</Table.Td>
-              </Table.Tr>
-            ))}
-          </Table.Tbody>
-        </Table>
-      )}
+      {it.ranges.length > 0 && <MotorRanges ranges={it.ranges} />}
       {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
   );
