@@ -1,6 +1,7 @@
 import { Button, Group, Table, Text } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { May } from "../access/May";
 import { type Assessment, api } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
@@ -59,6 +60,7 @@ export function AssessmentTable(props: {
                     </Button>
                   </Group>
                 ) : (
+                  <May permission="write_records">
                   <Group gap="xs" justify="end">
                     <Button variant="default" onClick={() => props.onEdit(one)}>
                       Change
@@ -67,6 +69,7 @@ export function AssessmentTable(props: {
                       Withdraw
                     </Button>
                   </Group>
+                  </May>
                 )}
               </Table.Td>
             </Table.Tr>

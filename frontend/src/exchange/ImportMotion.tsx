@@ -2,10 +2,11 @@ import { Button, FileInput, Group, SegmentedControl, Stack, Text, TextInput } fr
 import { IconFileImport } from "@tabler/icons-react";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { MotorRanges } from "../shared/MotorRanges";
-import { useWho } from "../shared/who";
+
 import { Refused } from "./Refused";
 
 type Side = "left" | "right";
@@ -21,7 +22,7 @@ export function ImportMotion({
   onKept: (recordingId: string) => void;
 }) {
   const queries = useQueryClient();
-  const [who] = useWho();
+  const who = useName();
   const [file, setFile] = useState<File | null>(null);
   const [name, setName] = useState("");
   const [side, setSide] = useState<Side>(affected ?? "right");

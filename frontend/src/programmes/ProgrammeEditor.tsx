@@ -2,13 +2,13 @@ import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput 
 import { useDebouncedValue } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
+import { useName } from "../access/hooks";
 import { api, ProblemError } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { LoadLevel } from "../shared/LoadLevel";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
-import { useWho } from "../shared/who";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
 import { timerWords } from "./words";
@@ -32,12 +32,10 @@ export function ProgrammeEditor(props: {
   const [draft, setDraft] = useState(start);
   const [set, setSet] = useState<string | null>(null);
   const [note, setNote] = useState("");
-  const [who, say] = useWho();
-  const [name, setName] = useState(who);
+  const [name, setName] = useState(useName());
   const preview = usePreview(patientId, episode.id, draft);
   const save = useMutation({
     mutationFn: () => {
-      say(name);
       const { timer_minutes, sessions_per_week } = draft;
       return props.onSave({
         items: itemsOf(draft.items),

@@ -17,6 +17,7 @@ import { IconArchive, IconInfoCircle, IconPencil } from "@tabler/icons-react";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
 import { useState } from "react";
+import { May } from "../access/May";
 import { api, ProblemError, type Programme, type ProgrammeVersion } from "../api/client";
 import { formatMoment, sideWord } from "../shared/format";
 import { PageLink } from "../shared/links";
@@ -65,7 +66,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
             {programme.archived_at && <Badge color="gray">Archived</Badge>}
           </Group>
         </div>
-        <Group>
+        <May permission="write_records"><Group>
           {!programme.archived_at && !programme.closed && !editing && (
             <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
               Change
@@ -82,7 +83,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
           >
             {programme.archived_at ? "Restore" : "Archive"}
           </Button>
-        </Group>
+        </Group></May>
       </Group>
       <ProblemNote error={archive.error} />
       {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}

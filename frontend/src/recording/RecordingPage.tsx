@@ -4,6 +4,7 @@ import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } f
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
+import { useMay } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
@@ -19,6 +20,8 @@ import { RecordingFigure } from "./RecordingFigure";
 /** One recording: what it is, what each motor does in it, and its curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
+  const writes = useMay("write_records");
+  const operates = useMay("operate");
   const queries = useQueryClient();
   const navigate = useNavigate();
   // With the version that it began with: somebody else's newer name may arrive meanwhile.
@@ -64,14 +67,16 @@ export function RecordingPage() {
         {renamed === null ? (
           <Group gap="xs">
             <Title order={2}>{it.name}</Title>
-            <ActionIcon
-              variant="subtle"
-              size={44}
-              aria-label="Rename"
-              onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
-            >
-              <IconPencil size={20} />
-            </ActionIcon>
+            {writes && (
+              <ActionIcon
+                variant="subtle"
+                size={44}
+                aria-label="Rename"
+                onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
+              >
+                <IconPencil size={20} />
+              </ActionIcon>
+            )}
           </Group>
         ) : (
           <form
@@ -94,7 +99,7 @@ export function RecordingPage() {
           </form>
         )}
         <Group>
-          {!it.archived_at && it.readable && (
+          {operates && !it.archived_at && it.readable && (
             <ButtonLink
               to="/"
               search={{ patient: it.patient_id, recording: it.id }}
@@ -103,7 +108,7 @@ export function RecordingPage() {
               Play at the station
             </ButtonLink>
           )}
-          {!it.archived_at && it.readable && (
+          {writes && !it.archived_at && it.readable && (
             <Button
               variant="default"
               leftSection={<IconAdjustments size={20} />}
@@ -114,13 +119,15 @@ export function RecordingPage() {
             </Button>
           )}
           <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
-          <Button
-            variant="default"
-            leftSection={<IconArchive size={20} />}
-            onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
-          >
-            {it.archived_at ? "Restore" : "Archive"}
-          </Button>
+          {writes && (
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
+            >
+              {it.archived_at ? "Restore" : "Archive"}
+            </Button>
+          )}
         </Group>
       </Group>
       <Group gap="lg">

@@ -1,0 +1,32 @@
+import { Text } from "@mantine/core";
+import { Outlet, useRouterState } from "@tanstack/react-router";
+import type { ReactNode } from "react";
+import { EnrolPage } from "./AccountPage";
+import { Door } from "./Door";
+import { useStanding } from "./hooks";
+import { LockScreen } from "./LockScreen";
+import { SignInPage } from "./SignInPage";
+
+/** Pages for somebody who cannot sign in yet. */
+const BEFORE = ["/set-up", "/set-password"];
+
+/**
+ * What is shown depends on who is there. The address stays, so that after signing in or unlocking one is where one was; what
+ * it shows is taken away whole, and fetched anew.
+ */
+export function Gate({ children }: { children: ReactNode }) {
+  const standing = useStanding();
+  const path = useRouterState({ select: (state) => state.location.pathname });
+  if (standing.is === "locked") return <LockScreen me={standing.me} />;
+  if (BEFORE.includes(path)) return <Outlet />;
+  if (standing.is === "unknown") {
+    return (
+      <Door title="One moment">
+        <Text role="status">The page asks the service who is signed in here.</Text>
+      </Door>
+    );
+  }
+  if (standing.is === "out") return <SignInPage why={standing.why} />;
+  if (standing.me.enrolling) return <EnrolPage me={standing.me} />;
+  return children;
+}

@@ -1,0 +1,171 @@
+import { Alert, Button, Group, List, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
+import { IconCircleCheck, IconDeviceMobile, IconPrinter } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, type Me, ProblemError, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import classes from "./access.module.css";
+
+/** The second factor of one's own account: whether there is one, how to get one, and how to be without. */
+export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void }) {
+  const begin = useMutation({ mutationFn: api.beginSecondFactor });
+  const [codes, setCodes] = useState<string[] | null>(null);
+  if (codes) {
+    return (
+      <RecoveryCodes
+        codes={codes}
+        onDone={() => {
+          setCodes(null);
+          onChanged();
+        }}
+      />
+    );
+  }
+  if (begin.data) return <Enrol begun={begin.data} onCodes={setCodes} />;
+  return (
+    <Stack align="start">
+      {me.second_factor ? (
+        <Group gap="xs">
+          <IconCircleCheck size={22} />
+          <Text>There is one: signing in asks for a code of your authenticator app.</Text>
+        </Group>
+      ) : (
+        <Text>
+          With a second factor, a password that somebody has seen is not enough to sign in as you: an
+          authenticator app on your phone shows a code that is new every half minute.
+        </Text>
+      )}
+      <ProblemNote error={begin.error} />
+      <Button
+        variant={me.second_factor ? "default" : "filled"}
+        leftSection={<IconDeviceMobile size={20} />}
+        loading={begin.isPending}
+        onClick={() => begin.mutate()}
+      >
+        {me.second_factor ? "Set up another phone instead" : "Set up a second factor"}
+      </Button>
+      {me.second_factor && <Without onChanged={onChanged} />}
+    </Stack>
+  );
+}
+
+/** A picture for the phone, and the code that shows that the phone has understood it. */
+function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: string[]) => void }) {
+  const { begun } = props;
+  const [code, setCode] = useState("");
+  const confirm = useMutation({
+    mutationFn: () => api.confirmSecondFactor({ code: code.trim() }),
+    onSuccess: (told) => props.onCodes(told.recovery_codes),
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    confirm.mutate();
+  };
+  return (
+    <Stack>
+      <List type="ordered" spacing="md">
+        <List.Item>Open the authenticator app on your phone, and let it scan this picture.</List.Item>
+      </List>
+      {/* As an image, so that nothing in it could ever run. */}
+      <img
+        className={classes.qr ?? ""}
+        alt="QR code for the authenticator app"
+        src={`data:image/svg+xml,${encodeURIComponent(begun.qr_svg)}`}
+      />
+      <Text>
+        If it cannot scan, type this key into it:{" "}
+        <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
+          {begun.secret}
+        </Text>
+      </Text>
+      <form onSubmit={submit} noValidate>
+        <Stack>
+          <TextInput
+            className={classes.code ?? ""}
+            label="The six digits that it shows now"
+            autoComplete="one-time-code"
+            inputMode="numeric"
+            maxLength={7}
+            size="lg"
+            value={code}
+            error={confirm.error instanceof ProblemError ? confirm.error.fields.code : undefined}
+            onChange={(event) => setCode(event.currentTarget.value)}
+          />
+          <ProblemNote error={confirm.error} />
+          <Button type="submit" size="lg" disabled={code.trim().length < 6} loading={confirm.isPending}>
+            Confirm
+          </Button>
+        </Stack>
+      </form>
+    </Stack>
+  );
+}
+
+/** They are shown once. */
+function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void }) {
+  return (
+    <Stack>
+      <Text fw={600}>
+        The second factor is set up. Keep these recovery codes where your phone is not: each of them signs you in
+        once without it. They are not shown again.
+      </Text>
+      <ul className={classes.codes ?? ""} data-testid="recovery-codes">
+        {codes.map((code) => (
+          <li key={code}>{code}</li>
+        ))}
+      </ul>
+      <Group>
+        <Button variant="default" leftSection={<IconPrinter size={20} />} onClick={() => window.print()}>
+          Print
+        </Button>
+        <Button onClick={onDone}>I have kept them</Button>
+      </Group>
+    </Stack>
+  );
+}
+
+function Without({ onChanged }: { onChanged: () => void }) {
+  const [password, setPassword] = useState("");
+  const [asking, setAsking] = useState(false);
+  const remove = useMutation({
+    mutationFn: () => api.removeSecondFactor({ password }),
+    onSuccess: onChanged,
+  });
+  if (!asking) {
+    return (
+      <Button variant="subtle" onClick={() => setAsking(true)}>
+        Do without it
+      </Button>
+    );
+  }
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        remove.mutate();
+      }}
+      noValidate
+    >
+      <Stack>
+        <Alert color="gray" variant="light">
+          Then your password alone signs in as you.
+        </Alert>
+        <PasswordInput
+          label="Your password"
+          autoComplete="current-password"
+          value={password}
+          onChange={(event) => setPassword(event.currentTarget.value)}
+        />
+        <ProblemNote error={remove.error} />
+        <Group>
+          <Button type="submit" disabled={password === ""} loading={remove.isPending}>
+            Remove the second factor
+          </Button>
+          <Button variant="default" onClick={() => setAsking(false)}>
+            Keep it
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}
