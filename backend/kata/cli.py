@@ -10,7 +10,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
-from ipaddress import ip_address
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Annotated, Any, NoReturn
@@ -170,9 +169,13 @@ class _Server(uvicorn.Server):
         if self.started:
             host, port = self.servers[0].sockets[0].getsockname()[:2]
             shown = "127.0.0.1" if host == "0.0.0.0" else host
-            if not ip_address(host).is_loopback:
-                _console.print("Kata has no accounts yet: whoever reaches this address can move the apparatus.")
-            _console.print(f"[bold]Kata is ready: http://{shown}:{port}[/bold]  (Ctrl-C ends it)")
+            url = f"http://{shown}:{port}"
+            _console.print(f"[bold]Kata is ready: {url}[/bold]  (Ctrl-C ends it)")
+            application: Any = self.config.app
+            for role, secret in application.state.access.links.secrets.items():
+                _console.print(
+                    f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True
+                )
 
 
 async def _serve(settings: Settings) -> None:

@@ -1,5 +1,6 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
+from ipaddress import ip_address
 from pathlib import Path
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -60,6 +61,14 @@ class Settings(BaseSettings):
     def effective_database_url(self) -> str:
         """What is really opened."""
         return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def is_on_loopback(self) -> bool:
+        """Whether only this computer reaches the service; a name other than localhost is not trusted to be it."""
+        try:
+            return self.host == "localhost" or ip_address(self.host).is_loopback
+        except ValueError:
+            return False
 
     @property
     def journal(self) -> Path:

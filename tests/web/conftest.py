@@ -9,15 +9,19 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
+from kata.access.sign_in import COOKIE
 from kata.settings import Settings
 from kata.web.app import create_app
+from tests.signed_in import signed_in
 
 
 @contextmanager
 def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
-    """From start to end."""
+    """From start to end; an administrator is signed in."""
     given: dict[str, Any] = {"data": folder, "simulate": True} | settings
-    with TestClient(create_app(Settings(**given))) as client:
+    app = create_app(Settings(**given))
+    with TestClient(app, client=("127.0.0.1", 50_000)) as client:
+        client.cookies.set(COOKIE, signed_in(app.state.database))
         yield client
 
 

@@ -1,7 +1,7 @@
 """Who acts: known from the sign-in's cookie at the edge, carried along to whatever is done in this request."""
 
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 from uuid import UUID
 
@@ -20,7 +20,34 @@ class Actor:
     role: Role
     stations: frozenset[str]
     """Names of the stations that this account works at; empty: at every one."""
+    locked: bool = False
+    """The screen is locked: what goes on stays visible and may be stopped, until the password is given again."""
+    enrolling: bool = False
+    """A second factor is asked of this account and there is none yet: nothing but setting it up is allowed."""
 
 
 ACTING: Final[ContextVar[Actor | None]] = ContextVar("acting", default=None)
 """Whose request this is; None where the program itself acts (importer, nightly backup)."""
+
+
+@dataclass(slots=True)
+class Doing:
+    """What a request does, and to what: told at the edge, before it is allowed or refused, for the audit trail."""
+
+    action: str
+    """The route's operation id, or what the program does by itself."""
+    patient_id: UUID | None = None
+    subject: str = ""
+    """What else it is done to: kind and id, as `recording 0f3c...`."""
+    station: str = ""
+    address: str = ""
+    """Of the browser; from the connection, or from a proxy that is trusted."""
+    permission: str = ""
+    """That the action needs: whether a mere look is worth a row follows from it."""
+    told: set[str] = field(default_factory=set)
+    """Outcomes that stand in the trail already. One object goes along into worker threads, so that what is told there is known at
+    the edge."""
+
+
+DOING: Final[ContextVar[Doing | None]] = ContextVar("doing", default=None)
+"""What is being done in this request; set for every one that has a route, also where it is then refused."""

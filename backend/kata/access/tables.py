@@ -33,9 +33,6 @@ class AccountRow(Base):
     code_until: Mapped[datetime | None] = mapped_column(UtcDateTime)
     oidc_subject: Mapped[str | None] = mapped_column(String(300), unique=True)
     """Issuer and subject."""
-    failed: Mapped[int] = mapped_column(Integer, default=0)
-    """Tries in a row that were refused."""
-    locked_until: Mapped[datetime | None] = mapped_column(UtcDateTime)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     disabled_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

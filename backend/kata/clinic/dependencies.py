@@ -44,11 +44,14 @@ class _Problems:
     """Documentation of error answers."""
 
     _SENTENCES: Final = {
-        403: "Not from this page: the request came from another site.",
+        401: "Nobody is signed in at this browser.",
+        403: "Not from this page, or not for this account.",
         404: "There is no such thing.",
         409: "Not now: refused, with cause and next step.",
         410: "It was there, and can no longer be read.",
         422: "The request itself is wrong: see its errors.",
+        423: "The screen is locked: give the password first. Stop works all the same.",
+        429: "Too many tries: wait for as many seconds as Retry-After says.",
         503: "The apparatus' control program is not running.",
     }
 

@@ -1,21 +1,10 @@
-"""What can be wrong with a request, in the clinic's own words; web/ turns it into a problem document (RFC 9457)."""
+"""What is wrong with requests for records of any kind."""
 
-from collections.abc import Sequence
 from datetime import datetime
 
+from kata.problems import ProblemError
 
-class ProblemError(Exception):
-    """A request that cannot be fulfilled: HTTP status, stable code, sentence, next step; and each place that is wrong."""
-
-    def __init__(
-        self, status: int, code: str, message: str, next_step: str = "", places: Sequence[tuple[str, str]] = ()
-    ) -> None:
-        super().__init__(message)
-        self.status = status
-        self.code = code
-        self.message = message
-        self.next_step = next_step
-        self.places = tuple(places)
+__all__ = ["ProblemError", "check_version", "edited_meanwhile", "not_found"]
 
 
 def not_found(what: str) -> ProblemError:

@@ -15,6 +15,9 @@ from pydantic import Field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from kata.access import demonstration
+from kata.access.demonstration import DemonstrationLinks
+from kata.access.passwords import Passwords, hasher
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
 from kata.clinic.episodes.router import router as episodes
@@ -35,6 +38,7 @@ from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import config
@@ -43,6 +47,7 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
 from kata.web import live, page, problems
+from kata.web import sign_in as signing_in
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -134,6 +139,7 @@ def create_app(settings: Settings) -> FastAPI:
         reports,
         session_lists,
         sessions,
+        signing_in.router,
         station_router,
         simulator,
         live.router,
@@ -157,6 +163,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
+    await asyncio.to_thread(_open, app, settings, database)
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -218,6 +225,14 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
     station.start()
+
+
+def _open(app: FastAPI, settings: Settings, database: Database) -> None:
+    """Let people sign in."""
+    is_demonstration = settings.simulate and settings.is_on_loopback
+    app.state.access = signing_in.Access(Passwords(hasher()), DemonstrationLinks(allowed=is_demonstration))
+    with database.write() as session:
+        demonstration.prepare(session, utc_now(), allowed=is_demonstration)
 
 
 def _register(database: Database, name: str, station_file: Path) -> None:

@@ -140,6 +140,7 @@ NAMES: Final[dict[str, str]] = {
     "pain_during": "実施中の痛み",
     "pain_passive": "他動運動時の痛み",
     "pain_rest": "安静時の痛み",
+    "password": "パスワード",
     "patient_id": "患者の識別子",
     "pause": "休止時間",
     "percent": "割合",
@@ -157,6 +158,7 @@ NAMES: Final[dict[str, str]] = {
     "search": "検索",
     "session_id": "セッションの識別子",
     "sessions_per_week": "週の回数",
+    "secret": "リンクの符号",
     "sex": "性別",
     "side": "側",
     "signed_by": "署名者",
@@ -175,6 +177,7 @@ NAMES: Final[dict[str, str]] = {
     "timer": "時間の上限",
     "until": "終了日",
     "updated_at": "更新日時",
+    "username": "利用者名",
     "version": "版",
     "written_by": "追記者",
 }

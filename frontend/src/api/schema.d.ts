@@ -1186,6 +1186,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sign-in": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Password
+         * @description Sign in with user name and password, and with the second factor where there is one.
+         */
+        post: operations["sign_in_by_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/link": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Link
+         * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
+         */
+        post: operations["sign_in_by_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-out": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Out
+         * @description Nobody is signed in at this browser any more.
+         */
+        post: operations["sign_out"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Me
+         * @description Who is signed in at this browser.
+         */
+        get: operations["get_me"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/station": {
         parameters: {
             query?: never;
@@ -2777,6 +2857,17 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LinkSignIn
+         * @description By a link of the demonstration clinic.
+         */
+        LinkSignIn: {
+            /**
+             * Secret
+             * @description What stands in the link behind `link=`; good for one sign-in.
+             */
+            secret: string;
+        };
+        /**
          * Live
          * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
          */
@@ -2953,6 +3044,58 @@ export interface components {
              * @description The control program's memory is locked, so that it never waits for a disk.
              */
             memory_locked: boolean;
+        };
+        /**
+         * Me
+         * @description Who is signed in at this browser, and what they may do.
+         */
+        Me: {
+            /** Account Id */
+            account_id: string;
+            /** Username */
+            username: string;
+            /**
+             * Name
+             * @description As it stands in records.
+             */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /**
+             * Language
+             * @description Of the page; empty: the browser's.
+             */
+            language: string;
+            /** Permissions */
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "read_records" | "write_records" | "administer")[];
+            /**
+             * Stations
+             * @description Names of the stations that this account works at; empty: all.
+             */
+            stations: string[];
+            /**
+             * Locked
+             * @description The screen is locked: only Stop, unlocking and signing out are allowed.
+             */
+            locked: boolean;
+            /**
+             * Enrolling
+             * @description A second factor has to be set up before anything else is allowed.
+             */
+            enrolling: boolean;
+            /**
+             * Second Factor
+             * @description Whether there is one.
+             */
+            second_factor: boolean;
+            /**
+             * Demonstration
+             * @description Signed in by a link of the demonstration clinic.
+             */
+            demonstration: boolean;
         };
         /**
          * Mirror
@@ -4922,6 +5065,28 @@ export interface components {
              * @enum {string}
              */
             side: "left" | "right";
+        };
+        /**
+         * SignIn
+         * @description Who somebody is.
+         */
+        SignIn: {
+            /**
+             * Username
+             * @example yamada
+             */
+            username: string;
+            /**
+             * Password
+             * @example correct horse battery staple
+             */
+            password: string;
+            /**
+             * Code
+             * @description Of the second factor: six digits, or a recovery code.
+             * @example 123456
+             */
+            code?: string | null;
         };
         /**
          * SimulatorState
@@ -8664,6 +8829,164 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignIn"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LinkSignIn"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_out: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -1,0 +1,76 @@
+"""Passwords: argon2id, one at a time, never in the event loop."""
+
+from threading import BoundedSemaphore, Lock
+from typing import Final
+
+from argon2 import PasswordHasher
+from argon2.exceptions import InvalidHashError, VerificationError
+
+from kata.access import secrets
+from kata.problems import ProblemError
+
+_WAITING: Final = 8
+"""So many may wait for their turn, half a second at most; a ninth is told to come back."""
+
+
+def hasher() -> PasswordHasher:
+    """One of the settings that OWASP's Password Storage Cheat Sheet calls equally strong: 46 MiB, one pass, one lane.
+
+    One lane, because there is one core to spare where the other one moves an arm.
+    """
+    return PasswordHasher(time_cost=1, memory_cost=47_104, parallelism=1)
+
+
+class Passwords:
+    """Makes and checks hashes of passwords. Blocks for some 50 ms: call it from a worker thread."""
+
+    def __init__(self, made_by: PasswordHasher) -> None:
+        self._hasher = made_by
+        self._one = Lock()
+        self._waiting = BoundedSemaphore(_WAITING)
+        self._nobodys = made_by.hash(secrets.fresh())
+
+    def hash(self, password: str) -> str:
+        """What is kept of a password.
+
+        :raises ProblemError: 429 when too many wait already.
+        """
+        with self._turn():
+            return self._hasher.hash(password)
+
+    def fits(self, kept: str | None, given: str) -> bool:
+        """Whether this is the password; without a kept one it takes as long, and it is not.
+
+        :raises ProblemError: 429 when too many wait already.
+        """
+        with self._turn():
+            try:
+                return self._hasher.verify(kept or self._nobodys, given) and kept is not None
+            except (VerificationError, InvalidHashError):
+                return False
+
+    def is_outdated(self, kept: str) -> bool:
+        """Whether it was made with other settings than today's."""
+        return self._hasher.check_needs_rehash(kept)
+
+    def _turn(self) -> "_Turn":
+        return _Turn(self._one, self._waiting)
+
+
+class _Turn:
+    """Waits, with few others, until nobody else is at it."""
+
+    def __init__(self, one: Lock, waiting: BoundedSemaphore) -> None:
+        self._one = one
+        self._waiting = waiting
+
+    def __enter__(self) -> None:
+        if not self._waiting.acquire(blocking=False):
+            raise ProblemError(
+                429, "too_many_tries", "Too many people are signing in just now.", "Try again in a moment."
+            )
+        self._one.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self._one.release()
+        self._waiting.release()

@@ -1,0 +1,178 @@
+"""Who may do what: one table of roles, and one of everything that the service can be asked for.
+
+A route is named by its operation id; the WebSocket is one of them. What stands in neither table nobody may do: the service does
+not start with a route that has no rule (``web/access.py``).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+from kata.access.actor import Role
+
+Permission = Literal[
+    "public",
+    "own_account",
+    "see_station",
+    "stop",
+    "operate",
+    "diagnose",
+    "read_records",
+    "write_records",
+    "administer",
+]
+"""``public``: whoever reaches the service. ``own_account``: whoever has signed in. ``diagnose``: the device apart from whoever is
+treated with it, and the simulated hand, pedal and switch."""
+
+_EVERYBODY: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
+"""Whoever sees the apparatus may stop it."""
+_THERAPIST: Final[frozenset[Permission]] = _EVERYBODY | {"read_records", "write_records", "operate", "diagnose"}
+OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
+    {
+        "viewer": _EVERYBODY | {"read_records"},
+        "technician": _EVERYBODY | {"diagnose"},
+        "therapist": _THERAPIST,
+        "administrator": _THERAPIST | {"administer"},
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What somebody needs for one route."""
+
+    needs: Permission
+    here: bool = False
+    """It belongs to this service's station: only for accounts that work at it."""
+    restricted: bool = False
+    """A restricted record does not refuse it: how one gets into it, and who is let in."""
+    locked: bool = False
+    """Also behind a locked screen."""
+    enrolling: bool = False
+    """Also while a second factor is still to be set up."""
+
+
+_PUBLIC: Final = Rule("public")
+_READ: Final = Rule("read_records")
+_WRITE: Final = Rule("write_records")
+_WRITE_HERE: Final = Rule("write_records", here=True)
+_OPERATE: Final = Rule("operate", here=True)
+_DIAGNOSE: Final = Rule("diagnose", here=True)
+_ADMINISTER: Final = Rule("administer")
+_WATCH: Final = Rule("see_station", locked=True)
+
+RULES: Final[Mapping[str, Rule]] = MappingProxyType(
+    {
+        # The page itself, and the documentation of the interface.
+        "page": _PUBLIC,
+        "openapi": _PUBLIC,
+        "swagger_ui_html": _PUBLIC,
+        "swagger_ui_redirect": _PUBLIC,
+        "get_health": _PUBLIC,
+        # Coming in and going out.
+        "sign_in_by_password": _PUBLIC,
+        "sign_in_by_link": _PUBLIC,
+        "sign_out": _PUBLIC,
+        "get_me": Rule("own_account", locked=True, enrolling=True),
+        # Patients.
+        "list_patients": _READ,
+        "create_patient": _WRITE,
+        "get_patient": _READ,
+        "update_patient": _WRITE,
+        "get_record_access": Rule("read_records", restricted=True),
+        "change_record_access": Rule("administer", restricted=True),
+        "break_glass": Rule("read_records", restricted=True),
+        "list_broken_glass": _ADMINISTER,
+        "review_broken_glass": _ADMINISTER,
+        # Episodes, assessments, progress.
+        "list_episodes": _READ,
+        "open_episode": _WRITE,
+        "get_episode": _READ,
+        "update_episode": _WRITE,
+        "close_episode": _WRITE,
+        "reopen_episode": _WRITE,
+        "add_stage": _WRITE,
+        "remove_stage": _WRITE,
+        "get_assessment_form": _READ,
+        "list_assessments": _READ,
+        "create_assessment": _WRITE,
+        "list_patient_assessments": _READ,
+        "get_assessment": _READ,
+        "update_assessment": _WRITE,
+        "withdraw_assessment": _WRITE,
+        "get_adherence": _READ,
+        "get_progress": _READ,
+        # Recordings and programmes.
+        "list_recordings": _READ,
+        "get_recording": _READ,
+        "update_recording": _WRITE,
+        "derive_recording": _WRITE,
+        "preview_derived_recording": _WRITE,
+        "get_recording_figure": _READ,
+        "list_programmes": _READ,
+        "create_programme": _WRITE,
+        "preview_programme": _WRITE,
+        "get_programme": _READ,
+        "update_programme": _WRITE,
+        "create_programme_version": _WRITE,
+        # Sessions and runs.
+        "list_sessions": _READ,
+        "list_session_choices": _READ,
+        "list_patient_sessions": _READ,
+        "create_session": _WRITE_HERE,
+        "get_session": _READ,
+        "update_session": _WRITE,
+        "get_session_plan": _READ,
+        "get_checklist": _READ,
+        "tick_check": _WRITE_HERE,
+        "end_session": _WRITE,
+        "get_draft": _READ,
+        "sign_session": _WRITE,
+        "add_addendum": _WRITE,
+        "get_run": _READ,
+        "get_run_figures": _READ,
+        # What goes out and comes in.
+        "get_session_page": _READ,
+        "get_session_pdf": _READ,
+        "get_episode_page": _READ,
+        "get_episode_pdf": _READ,
+        "get_recording_samples": _READ,
+        "get_recording_parquet": _READ,
+        "get_run_samples": _READ,
+        "get_run_parquet": _READ,
+        "get_patient_fhir": _READ,
+        "get_whole_patient": _READ,
+        "preview_imported_motion": _WRITE,
+        "import_motion": _WRITE,
+        "import_fhir_patients": _WRITE,
+        # Requests for erasure: noted by whoever is asked, decided by an administrator.
+        "list_erasures": _READ,
+        "list_patient_erasures": _READ,
+        "note_erasure": _WRITE,
+        "refuse_erasure": _ADMINISTER,
+        "erase_patient": _ADMINISTER,
+        # The apparatus.
+        "live": _WATCH,
+        "get_station": _WATCH,
+        "list_events": Rule("see_station"),
+        "stop": Rule("stop", locked=True),
+        "turn": _OPERATE,
+        "teach": _OPERATE,
+        "finish_teaching": _OPERATE,
+        "load": _OPERATE,
+        "unload": _OPERATE,
+        "approach": _OPERATE,
+        "play": _OPERATE,
+        "pause": _OPERATE,
+        "less": _OPERATE,
+        "return_to_rest": _OPERATE,
+        "acknowledge": _OPERATE,
+        "get_simulator": Rule("diagnose"),
+        "set_pedal": _DIAGNOSE,
+        "set_estop": _DIAGNOSE,
+        "guide_arm": _DIAGNOSE,
+        "release_arm": _DIAGNOSE,
+        "upload_motion": _DIAGNOSE,
+    }
+)

@@ -1,0 +1,109 @@
+"""Sign-ins: who a browser's cookie belongs to, from when until when."""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final, Literal
+from uuid import UUID, uuid4
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from kata.access import secrets
+from kata.access.actor import Actor, Role
+from kata.access.tables import AccountRow, AccountStationRow, SignInRow
+
+COOKIE: Final = "kata_sign_in"
+SECURE_COOKIE: Final = "__Host-kata_sign_in"
+"""Over HTTPS: a browser takes such a name only from this host itself, and only with Secure."""
+Method = Literal["password", "totp", "recovery", "oidc", "link"]
+EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "no_demonstration"]
+_CLOCK_TOLERANCE: Final = timedelta(minutes=1)
+_SEEN_EVERY: Final = timedelta(seconds=30)
+"""What somebody does is written down no more often than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """For how long a sign-in lasts, and of whom a second factor is asked."""
+
+    idle: timedelta = timedelta(minutes=15)
+    """Without anything done by its user, the screen is locked."""
+    longest: timedelta = timedelta(hours=12)
+    """Then it is over, whatever is done."""
+    second_factor_of: frozenset[Role] = frozenset({"administrator"})
+
+
+def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
+    """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept."""
+    secret = secrets.fresh()
+    session.add(
+        SignInRow(
+            id=uuid4(),
+            account_id=account.id,
+            secret_hash=secrets.hashed(secret),
+            began_at=now,
+            seen_at=now,
+            proved_at=now,
+            method=method,
+            address=address[:64],
+            agent=agent[:200],
+            locked_at=None,
+            ended_at=None,
+        )
+    )
+    return secret
+
+
+def actor_of(session: Session, cookie: str | None, now: datetime, limits: Limits = Limits()) -> Actor | None:
+    """Who this cookie belongs to; None where that sign-in has ended, or never was."""
+    if not cookie:
+        return None
+    found = session.execute(
+        select(SignInRow, AccountRow)
+        .join(AccountRow, AccountRow.id == SignInRow.account_id)
+        .where(SignInRow.secret_hash == secrets.hashed(cookie), SignInRow.ended_at.is_(None))
+    ).one_or_none()
+    if found is None:
+        return None
+    sign_in, account = found
+    age = now - sign_in.began_at
+    # A clock that was set back makes nobody stay for longer.
+    if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < limits.longest:
+        return None
+    stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
+    return Actor(
+        account_id=account.id,
+        sign_in_id=sign_in.id,
+        name=account.name,
+        role=account.role,
+        stations=frozenset(stations),
+        locked=sign_in.locked_at is not None or now - sign_in.seen_at >= limits.idle,
+        enrolling=sign_in.method == "password" and account.role in limits.second_factor_of,
+    )
+
+
+def did_something(session: Session, actor: Actor, now: datetime) -> None:
+    """The user, not the page by itself, did something: the idle time begins anew. A locked screen stays locked."""
+    if not actor.locked:
+        session.execute(
+            update(SignInRow)
+            .where(SignInRow.id == actor.sign_in_id, SignInRow.seen_at < now - _SEEN_EVERY)
+            .values(seen_at=now)
+        )
+
+
+def end(session: Session, sign_in_id: UUID, why: EndReason, now: datetime) -> None:
+    """One browser's."""
+    session.execute(
+        update(SignInRow)
+        .where(SignInRow.id == sign_in_id, SignInRow.ended_at.is_(None))
+        .values(ended_at=now, end_reason=why)
+    )
+
+
+def end_all(session: Session, account_id: UUID, why: EndReason, now: datetime, besides: UUID | None = None) -> None:
+    """Every one of an account; ``besides``: but for this one."""
+    ending = update(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    if besides is not None:
+        ending = ending.where(SignInRow.id != besides)
+    session.execute(ending.values(ended_at=now, end_reason=why))

@@ -1,0 +1,68 @@
+"""REST for restricted records: who sees them, and breaking the glass."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Depends
+
+from kata.access.actor import ACTING, Actor
+from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.restricted import service
+from kata.clinic.restricted.schemas import (
+    BreakGlass,
+    BrokenGlass,
+    BrokenGlassList,
+    RecordAccess,
+    RecordAccessChange,
+)
+
+router = APIRouter(tags=["access"])
+
+
+def _actor() -> Actor:
+    actor = ACTING.get()
+    # The rules of these routes let nobody through who has not signed in.
+    assert actor is not None
+    return actor
+
+
+TheActor = Annotated[Actor, Depends(_actor)]
+
+
+@router.get("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))
+def get_record_access(database: TheDatabase, actor: TheActor, patient_id: UUID) -> RecordAccess:
+    """Who sees a patient's record, and whether you do."""
+    with database.read() as session:
+        return service.access(session, actor, patient_id)
+
+
+@router.put("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))
+def change_record_access(
+    database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: RecordAccessChange
+) -> RecordAccess:
+    """Restrict a record to a care team, or open it to everybody who reads records."""
+    with database.write() as session:
+        service.change(session, patient_id, wanted)
+        return service.access(session, actor, patient_id)
+
+
+@router.post("/api/patients/{patient_id}/break-glass", responses=PROBLEMS.of(404, 409, 422))
+def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: BreakGlass) -> RecordAccess:
+    """Open a restricted record in an emergency, for four hours. Administrators are shown that you did, and why."""
+    with database.write() as session:
+        service.break_glass(session, actor, patient_id, wanted.reason)
+        return service.access(session, actor, patient_id)
+
+
+@router.get("/api/broken-glass")
+def list_broken_glass(database: TheDatabase) -> BrokenGlassList:
+    """Records that were opened in an emergency: first those that nobody has looked at, then the newest."""
+    with database.read() as session:
+        return BrokenGlassList(items=service.broken(session))
+
+
+@router.post("/api/broken-glass/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
+def review_broken_glass(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BrokenGlass:
+    """Say that you have looked at it; not of what you did yourself."""
+    with database.write() as session:
+        return service.review(session, actor, glass_id)

@@ -1,0 +1,155 @@
+"""Records that only a care team sees. Commits nothing: the request does."""
+
+import logging
+from collections.abc import Iterable
+from datetime import datetime, timedelta
+from typing import Final
+from uuid import UUID, uuid4
+
+from sqlalchemy import Select, delete, or_, select
+from sqlalchemy.orm import Session
+
+from kata.access.actor import Actor
+from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
+from kata.database.base import utc_now
+
+log = logging.getLogger(__name__)
+
+GLASS_LASTS: Final = timedelta(hours=4)
+"""Longer than a visit, shorter than a working day."""
+_MOST_LISTED: Final = 200
+
+
+def hidden(session: Session, actor: Actor | None) -> list[UUID]:
+    """The patients whose records are not for this actor: lists leave them out. None: the program itself sees all."""
+    return list(session.scalars(_hidden(actor))) if actor else []
+
+
+def may_see(session: Session, actor: Actor | None, patient_ids: Iterable[UUID]) -> bool:
+    """Whether all of these patients' records are for this actor. Of one that is not there, the route tells."""
+    wanted = list(patient_ids)
+    if actor is None or not wanted:
+        return True
+    return session.scalars(_hidden(actor).where(PatientRow.id.in_(wanted))).first() is None
+
+
+def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
+    """Who sees a record, and whether the actor does.
+
+    :raises ProblemError: 404.
+    """
+    patient = patients.get(session, patient_id)
+    team = session.execute(
+        select(AccountRow.id, AccountRow.name)
+        .join(CareTeamRow, CareTeamRow.account_id == AccountRow.id)
+        .where(CareTeamRow.patient_id == patient_id)
+        .order_by(AccountRow.name, AccountRow.id)
+    )
+    until = session.scalars(
+        _open_glass(actor).where(BrokenGlassRow.patient_id == patient_id).order_by(BrokenGlassRow.until.desc())
+    ).first()
+    return RecordAccess(
+        restricted=patient.restricted,
+        team=[TeamMember(account_id=one, name=name) for one, name in team],
+        open_to_you=may_see(session, actor, [patient_id]),
+        glass_until=until if patient.restricted else None,
+    )
+
+
+def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> None:
+    """Restrict a record to a team, or open it to everybody who reads records.
+
+    :raises ProblemError: 404; 422 when nobody has one of these accounts.
+    """
+    patient = patients.get(session, patient_id, to_change=True)
+    known = set(session.scalars(select(AccountRow.id).where(AccountRow.id.in_(wanted.account_ids))))
+    if unknown := wanted.account_ids - known:
+        raise ProblemError(
+            422,
+            "no_account",
+            "Somebody of this care team has no account.",
+            "Reload the list of accounts, and choose again.",
+            [("#/account_ids", str(one)) for one in sorted(unknown, key=str)],
+        )
+    patient.restricted = wanted.restricted
+    session.execute(delete(CareTeamRow).where(CareTeamRow.patient_id == patient_id))
+    session.add_all(CareTeamRow(patient_id=patient_id, account_id=one) for one in known)
+    session.flush()
+
+
+def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -> datetime:
+    """Open a restricted record to the actor, until the time that is returned.
+
+    :raises ProblemError: 404; 409 when it is open to the actor anyway.
+    """
+    patients.get(session, patient_id)
+    if may_see(session, actor, [patient_id]):
+        raise ProblemError(409, "not_restricted", "This record is open to you.", "Go on as usual.")
+    now = utc_now()
+    row = BrokenGlassRow(
+        id=uuid4(), patient_id=patient_id, account_id=actor.account_id, reason=reason, at=now, until=now + GLASS_LASTS
+    )
+    session.add(row)
+    session.flush()
+    # Whose record it is stands in the database; a log is read by others.
+    log.warning("%s broke the glass (%s)", actor.name, row.id)
+    return row.until
+
+
+def broken(session: Session) -> list[BrokenGlass]:
+    """What was opened in an emergency: first what nobody has looked at, then the newest."""
+    query = (
+        select(BrokenGlassRow, AccountRow.name)
+        .join(AccountRow, AccountRow.id == BrokenGlassRow.account_id)
+        .order_by(BrokenGlassRow.reviewed_at.is_not(None), BrokenGlassRow.at.desc(), BrokenGlassRow.id)
+    )
+    return [_told(row, name) for row, name in session.execute(query.limit(_MOST_LISTED))]
+
+
+def review(session: Session, actor: Actor, glass_id: UUID) -> BrokenGlass:
+    """An administrator has looked at it.
+
+    :raises ProblemError: 404; 409 when it was the administrator's own doing, or somebody has looked already.
+    """
+    row = session.get(BrokenGlassRow, glass_id, with_for_update=True)
+    account = session.get(AccountRow, row.account_id) if row else None
+    if row is None or account is None:
+        raise not_found("emergency access")
+    if row.account_id == actor.account_id:
+        raise ProblemError(409, "own_glass", "This was you.", "Another administrator looks at it.")
+    if row.reviewed_at:
+        raise ProblemError(409, "reviewed", "Somebody has looked at this already.", "Reload the list.")
+    row.reviewed_at, row.reviewed_by = utc_now(), actor.name
+    return _told(row, account.name)
+
+
+def _told(row: BrokenGlassRow, name: str) -> BrokenGlass:
+    return BrokenGlass(
+        id=row.id,
+        patient_id=row.patient_id,
+        account_id=row.account_id,
+        name=name,
+        reason=row.reason,
+        at=row.at,
+        until=row.until,
+        reviewed_at=row.reviewed_at,
+        reviewed_by=row.reviewed_by,
+    )
+
+
+def _open_glass(actor: Actor) -> Select[tuple[datetime]]:
+    return select(BrokenGlassRow.until).where(
+        BrokenGlassRow.account_id == actor.account_id, BrokenGlassRow.until > utc_now()
+    )
+
+
+def _hidden(actor: Actor) -> Select[tuple[UUID]]:
+    team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
+    opened = _open_glass(actor).with_only_columns(BrokenGlassRow.patient_id)
+    return select(PatientRow.id).where(
+        PatientRow.restricted.is_(True), ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened))
+    )

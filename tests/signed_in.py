@@ -1,0 +1,31 @@
+"""Somebody signed in, without the way there: what most tests begin with."""
+
+from uuid import uuid4
+
+from kata.access import sign_in
+from kata.access.actor import Role
+from kata.access.tables import AccountRow, AccountStationRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+
+
+def signed_in(database: Database, role: Role = "administrator", *, stations: tuple[str, ...] = ()) -> str:
+    """Of a new account of this role, with its second factor given: the value of its browser's cookie.
+
+    ``stations``: names of those that it works at; without any, at all of them.
+    """
+    now, id_ = utc_now(), uuid4()
+    with database.write() as session:
+        account = AccountRow(
+            id=id_,
+            username=f"{role}-{id_.hex[:8]}",
+            name=f"Test {role}",
+            role=role,
+            totp_confirmed_at=now,
+            created_at=now,
+            updated_at=now,
+        )
+        session.add(account)
+        session.flush()
+        session.add_all(AccountStationRow(account_id=id_, station=station) for station in stations)
+        return sign_in.begin(session, account, "totp", now, "testclient", "tests")
