@@ -6,6 +6,9 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { RouterProvider } from "@tanstack/react-router";
 import { StrictMode } from "react";
 import { createRoot } from "react-dom/client";
+import { Doing, keepGuard, minding } from "./access/guard";
+import { access } from "./access/standing";
+import { client } from "./api/client";
 import { store } from "./live/store";
 import { router } from "./router";
 import { theme } from "./theme";
@@ -14,7 +17,9 @@ const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTi
 const root = document.getElementById("root");
 if (!root) throw new Error("index.html has no root");
 
-store.start();
+const doing = new Doing();
+client.use(minding(access, doing));
+keepGuard(access, doing, queries, store);
 createRoot(root).render(
   <StrictMode>
     <MantineProvider theme={theme} forceColorScheme="light">

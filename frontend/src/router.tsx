@@ -1,5 +1,15 @@
 import { Stack, Text, Title } from "@mantine/core";
 import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } from "@tanstack/react-router";
+import { AccountPage } from "./access/AccountPage";
+import { Gate } from "./access/Gate";
+import { LinkPage } from "./access/LinkPage";
+import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
+import { AccountsPage } from "./administration/AccountsPage";
+import { AdministrationPage } from "./administration/AdministrationPage";
+import { AuditPage } from "./administration/AuditPage";
+import { readAuditFilters } from "./administration/auditFilters";
+import { BackupsPage } from "./administration/BackupsPage";
+import { EmergencyAccessPage } from "./administration/EmergencyAccessPage";
 import { ProblemError } from "./api/client";
 import { PatientPage } from "./patient/PatientPage";
 import { PatientsPage } from "./patients/PatientsPage";
@@ -14,7 +24,7 @@ import { PageLink } from "./shared/links";
 import { Shell } from "./shared/Shell";
 import { StationPage } from "./station/StationPage";
 
-const root = createRootRoute({ component: Shell, notFoundComponent: NotFound, errorComponent: Broken });
+const root = createRootRoute({ component: Page, notFoundComponent: NotFound, errorComponent: Broken });
 
 const station = createRoute({
   getParentRoute: () => root,
@@ -68,6 +78,43 @@ const newProgramme = createRoute({
   component: NewProgrammePage,
 });
 
+const account = createRoute({ getParentRoute: () => root, path: "/account", component: AccountPage });
+// For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
+const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
+const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
+const setPassword = createRoute({
+  getParentRoute: () => root,
+  path: "/set-password",
+  component: SetPasswordPage,
+});
+
+const administration = createRoute({
+  getParentRoute: () => root,
+  path: "/administration",
+  component: AdministrationPage,
+});
+const accounts = createRoute({
+  getParentRoute: () => administration,
+  path: "/accounts",
+  component: AccountsPage,
+});
+const audit = createRoute({
+  getParentRoute: () => administration,
+  path: "/audit",
+  component: AuditPage,
+  validateSearch: readAuditFilters,
+});
+const emergencyAccess = createRoute({
+  getParentRoute: () => administration,
+  path: "/emergency-access",
+  component: EmergencyAccessPage,
+});
+const backups = createRoute({
+  getParentRoute: () => administration,
+  path: "/backups",
+  component: BackupsPage,
+});
+
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
@@ -79,6 +126,11 @@ export const router = createRouter({
     progress,
     programme,
     newProgramme,
+    account,
+    signIn,
+    setUp,
+    setPassword,
+    administration.addChildren([accounts, audit, emergencyAccess, backups]),
   ]),
   defaultNotFoundComponent: NotFound,
 });
@@ -87,6 +139,15 @@ declare module "@tanstack/react-router" {
   interface Register {
     router: typeof router;
   }
+}
+
+/** Every page, for whoever is let in. */
+function Page() {
+  return (
+    <Gate>
+      <Shell />
+    </Gate>
+  );
 }
 
 function NotFound() {

@@ -30,9 +30,11 @@ export function AccountMenu() {
           <Text size="sm">{me.name}</Text>
           <Text size="sm">{ROLES[me.role].name}</Text>
         </Menu.Label>
-        <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
-          Lock the screen
-        </Menu.Item>
+        {me.password && (
+          <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
+            Lock the screen
+          </Menu.Item>
+        )}
         <Menu.Item
           h={48}
           leftSection={<IconUserCog size={20} />}

@@ -1,7 +1,8 @@
 import { Button, Card, Group, PasswordInput, Stack, Text, Title } from "@mantine/core";
-import { useMutation } from "@tanstack/react-query";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Me, ProblemError } from "../api/client";
+import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { Door } from "./Door";
@@ -25,7 +26,7 @@ export function AccountPage() {
         </Text>
         {me.stations.length > 0 && <Text>Works at {me.stations.join(", ")}.</Text>}
       </div>
-      {me.has_password && (
+      {me.password && (
         <Card withBorder component="section" aria-label="Password">
           <Title order={3} mb="md">
             Password
@@ -38,6 +39,12 @@ export function AccountPage() {
           Second factor
         </Title>
         <SecondFactor me={me} onChanged={() => void access.look()} />
+      </Card>
+      <Card withBorder component="section" aria-label="Where you are signed in">
+        <Title order={3} mb="md">
+          Where you are signed in
+        </Title>
+        <OwnSignIns />
       </Card>
     </Stack>
   );
@@ -63,7 +70,7 @@ function ChangePassword({ me }: { me: Me }) {
   const [old, setOld] = useState("");
   const [chosen, setChosen] = useState(NOTHING_CHOSEN);
   const change = useMutation({
-    mutationFn: () => api.changePassword({ password: old, new_password: chosen.password }),
+    mutationFn: () => api.changePassword({ old_password: old, password: chosen.password }),
     onSuccess: () => {
       setOld("");
       setChosen(NOTHING_CHOSEN);
@@ -83,10 +90,10 @@ function ChangePassword({ me }: { me: Me }) {
           autoComplete="current-password"
           size="lg"
           value={old}
-          error={fields.password}
+          error={fields.old_password}
           onChange={(event) => setOld(event.currentTarget.value)}
         />
-        <NewPassword value={chosen} error={fields.new_password} onChange={setChosen} />
+        <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
         <ProblemNote error={change.error} />
         <Group>
           <Button type="submit" disabled={old === "" || !isChosen(chosen)} loading={change.isPending}>
@@ -98,5 +105,42 @@ function ChangePassword({ me }: { me: Me }) {
         </Group>
       </Stack>
     </form>
+  );
+}
+
+/** The browsers that one is signed in at; one that was forgotten somewhere is signed out from here. */
+function OwnSignIns() {
+  const queries = useQueryClient();
+  const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
+  const end = useMutation({
+    mutationFn: api.endOwnSignIn,
+    onSettled: () => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] }),
+  });
+  return (
+    <Stack>
+      <ProblemNote error={found.error ?? end.error} />
+      {(found.data?.items ?? []).map((one) => (
+        <Group key={one.id} justify="space-between" wrap="nowrap">
+          <div>
+            <Text fw={600}>
+              {one.here ? "This browser" : `Another browser, at ${one.address}`}, since{" "}
+              {formatMoment(one.began_at)}
+            </Text>
+            <Text size="sm">
+              Last used {formatMoment(one.seen_at)}. {one.agent}
+            </Text>
+          </div>
+          {!one.here && (
+            <Button
+              variant="default"
+              loading={end.isPending && end.variables === one.id}
+              onClick={() => end.mutate(one.id)}
+            >
+              Sign it out
+            </Button>
+          )}
+        </Group>
+      ))}
+    </Stack>
   );
 }

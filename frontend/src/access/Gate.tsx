@@ -8,7 +8,7 @@ import { LockScreen } from "./LockScreen";
 import { SignInPage } from "./SignInPage";
 
 /** Pages for somebody who cannot sign in yet. */
-const BEFORE = ["/set-up", "/set-password"];
+const BEFORE = ["/sign-in", "/set-up", "/set-password"];
 
 /**
  * What is shown depends on who is there. The address stays, so that after signing in or unlocking one is where one was; what

@@ -20,7 +20,7 @@ export function LockScreen({ me }: { me: Me }) {
   useTitle("Locked");
   const [password, setPassword] = useState("");
   const unlock = useMutation({
-    mutationFn: () => api.unlock({ password }),
+    mutationFn: () => api.unlock(password),
     onSuccess: (now) => access.came(now),
     onError: () => setPassword(""),
   });
@@ -40,22 +40,29 @@ export function LockScreen({ me }: { me: Me }) {
                 <Title order={2}>Locked</Title>
               </Group>
               <Text>
-                {me.name} is signed in here. What goes on at the apparatus goes on; Stop works without unlocking.
+                {me.name} is signed in here. What goes on at the apparatus goes on; Stop works without
+                unlocking.
               </Text>
-              {/* For password managers; nothing that can be changed here. */}
-              <input type="text" autoComplete="username" value={me.username} readOnly hidden />
-              <PasswordInput
-                label={`Password of ${me.name}`}
-                autoComplete="current-password"
-                autoFocus
-                size="lg"
-                value={password}
-                onChange={(event) => setPassword(event.currentTarget.value)}
-              />
-              <ProblemNote error={unlock.error} />
-              <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
-                Unlock
-              </Button>
+              {me.password ? (
+                <>
+                  {/* For password managers; nothing that can be changed here. */}
+                  <input type="text" autoComplete="username" value={me.username} readOnly hidden />
+                  <PasswordInput
+                    label={`Password of ${me.name}`}
+                    autoComplete="current-password"
+                    autoFocus
+                    size="lg"
+                    value={password}
+                    onChange={(event) => setPassword(event.currentTarget.value)}
+                  />
+                  <ProblemNote error={unlock.error} />
+                  <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
+                    Unlock
+                  </Button>
+                </>
+              ) : (
+                <Text>This account has no password here: sign out, and sign in again.</Text>
+              )}
               <Button
                 variant="subtle"
                 leftSection={<IconLogout size={20} />}

@@ -1,14 +1,15 @@
-import { Alert, Button, Group, List, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
+import { Button, Group, Stack, Text, TextInput } from "@mantine/core";
 import { IconCircleCheck, IconDeviceMobile, IconPrinter } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Me, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import classes from "./access.module.css";
+import { Proving } from "./Proving";
 
 /** The second factor of one's own account: whether there is one, how to get one, and how to be without. */
 export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void }) {
-  const begin = useMutation({ mutationFn: api.beginSecondFactor });
+  const [begun, setBegun] = useState<Schemas["SecondFactorBegun"] | null>(null);
   const [codes, setCodes] = useState<string[] | null>(null);
   if (codes) {
     return (
@@ -16,12 +17,13 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
         codes={codes}
         onDone={() => {
           setCodes(null);
+          setBegun(null);
           onChanged();
         }}
       />
     );
   }
-  if (begin.data) return <Enrol begun={begin.data} onCodes={setCodes} />;
+  if (begun) return <Enrol begun={begun} onCodes={setCodes} />;
   return (
     <Stack align="start">
       {me.second_factor ? (
@@ -35,16 +37,19 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
           authenticator app on your phone shows a code that is new every half minute.
         </Text>
       )}
-      <ProblemNote error={begin.error} />
-      <Button
+      <Proving
+        act={api.beginSecondFactor}
+        onDone={setBegun}
         variant={me.second_factor ? "default" : "filled"}
         leftSection={<IconDeviceMobile size={20} />}
-        loading={begin.isPending}
-        onClick={() => begin.mutate()}
       >
         {me.second_factor ? "Set up another phone instead" : "Set up a second factor"}
-      </Button>
-      {me.second_factor && <Without onChanged={onChanged} />}
+      </Proving>
+      {me.second_factor && (
+        <Proving act={api.removeSecondFactor} onDone={onChanged} variant="subtle">
+          Take the second factor away
+        </Proving>
+      )}
     </Stack>
   );
 }
@@ -54,8 +59,8 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
   const { begun } = props;
   const [code, setCode] = useState("");
   const confirm = useMutation({
-    mutationFn: () => api.confirmSecondFactor({ code: code.trim() }),
-    onSuccess: (told) => props.onCodes(told.recovery_codes),
+    mutationFn: () => api.confirmSecondFactor(code),
+    onSuccess: (told) => props.onCodes(told.codes),
   });
   const submit = (event: FormEvent) => {
     event.preventDefault();
@@ -63,19 +68,13 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
   };
   return (
     <Stack>
-      <List type="ordered" spacing="md">
-        <List.Item>Open the authenticator app on your phone, and let it scan this picture.</List.Item>
-      </List>
+      <Text>Open the authenticator app on your phone, and let it scan this picture.</Text>
       {/* As an image, so that nothing in it could ever run. */}
-      <img
-        className={classes.qr ?? ""}
-        alt="QR code for the authenticator app"
-        src={`data:image/svg+xml,${encodeURIComponent(begun.qr_svg)}`}
-      />
+      <img className={classes.qr ?? ""} alt="QR code for the authenticator app" src={begun.picture} />
       <Text>
         If it cannot scan, type this key into it:{" "}
         <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
-          {begun.secret}
+          {new URL(begun.address).searchParams.get("secret")}
         </Text>
       </Text>
       <form onSubmit={submit} noValidate>
@@ -106,8 +105,8 @@ function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void 
   return (
     <Stack>
       <Text fw={600}>
-        The second factor is set up. Keep these recovery codes where your phone is not: each of them signs you in
-        once without it. They are not shown again.
+        The second factor is set up. Keep these recovery codes where your phone is not: each of them signs you
+        in once without it. They are not shown again.
       </Text>
       <ul className={classes.codes ?? ""} data-testid="recovery-codes">
         {codes.map((code) => (
@@ -121,51 +120,5 @@ function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void 
         <Button onClick={onDone}>I have kept them</Button>
       </Group>
     </Stack>
-  );
-}
-
-function Without({ onChanged }: { onChanged: () => void }) {
-  const [password, setPassword] = useState("");
-  const [asking, setAsking] = useState(false);
-  const remove = useMutation({
-    mutationFn: () => api.removeSecondFactor({ password }),
-    onSuccess: onChanged,
-  });
-  if (!asking) {
-    return (
-      <Button variant="subtle" onClick={() => setAsking(true)}>
-        Do without it
-      </Button>
-    );
-  }
-  return (
-    <form
-      onSubmit={(event) => {
-        event.preventDefault();
-        remove.mutate();
-      }}
-      noValidate
-    >
-      <Stack>
-        <Alert color="gray" variant="light">
-          Then your password alone signs in as you.
-        </Alert>
-        <PasswordInput
-          label="Your password"
-          autoComplete="current-password"
-          value={password}
-          onChange={(event) => setPassword(event.currentTarget.value)}
-        />
-        <ProblemNote error={remove.error} />
-        <Group>
-          <Button type="submit" disabled={password === ""} loading={remove.isPending}>
-            Remove the second factor
-          </Button>
-          <Button variant="default" onClick={() => setAsking(false)}>
-            Keep it
-          </Button>
-        </Group>
-      </Stack>
-    </form>
   );
 }

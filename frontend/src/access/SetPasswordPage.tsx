@@ -8,21 +8,19 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
 import { Door } from "./Door";
+import { fromLink } from "./fromLink";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
 import { access } from "./standing";
 
-/** What a link carries behind its "#", which no server gets to see and no log keeps. */
-const fromLink = () => decodeURIComponent(location.hash.slice(1));
-
 /** The first administrator, by the link that the service printed. */
 export function SetUpPage() {
-  const [link] = useState(fromLink);
+  const [link] = useState(() => fromLink("secret"));
   const [name, setName] = useState("");
   const [username, setUsername] = useState("");
   const [chosen, setChosen] = useState(NOTHING_CHOSEN);
   const done = useSignedIn();
   const setUp = useMutation({
-    mutationFn: () => api.setUp({ code: link, username, name, password: chosen.password }),
+    mutationFn: () => api.setUp({ secret: link, username, name, password: chosen.password }),
     onSuccess: done,
   });
   const fields = setUp.error instanceof ProblemError ? setUp.error.fields : {};
@@ -32,7 +30,7 @@ export function SetUpPage() {
       <Door title="First administrator">
         <Text>
           Open the whole link that the service printed when it was started. If it is lost, somebody at that
-          computer prints another one with “kata accounts set-up”.
+          computer prints another one with “kata accounts link”.
         </Text>
       </Door>
     );
@@ -75,13 +73,19 @@ export function SetUpPage() {
 
 /** A password is set with the one-time code that an administrator gave: at the beginning, or when it was forgotten. */
 export function SetPasswordPage() {
-  const [code, setCode] = useState(fromLink);
+  const [code, setCode] = useState(() => fromLink("code"));
   const [username, setUsername] = useState("");
   const [chosen, setChosen] = useState(NOTHING_CHOSEN);
   const done = useSignedIn();
+  const navigate = useNavigate();
   const set = useMutation({
-    mutationFn: () => api.setPassword({ username, code: code.trim(), password: chosen.password }),
-    onSuccess: done,
+    mutationFn: async () => {
+      const { password } = chosen;
+      await api.setPassword({ username, code, password });
+      // With a second factor it takes its code, too, which is asked for where one signs in.
+      return api.signIn({ username, password }).catch(() => null);
+    },
+    onSuccess: (me) => (me ? done(me) : navigate({ to: "/", replace: true })),
   });
   const fields = set.error instanceof ProblemError ? set.error.fields : {};
   useTitle("Set a password");

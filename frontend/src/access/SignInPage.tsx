@@ -1,6 +1,6 @@
-import { Alert, Button, Divider, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
+import { Alert, Button, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
 import { IconInfoCircle, IconLogin } from "@tabler/icons-react";
-import { useMutation, useQuery } from "@tanstack/react-query";
+import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, ProblemError } from "../api/client";
 import { ButtonLink } from "../shared/links";
@@ -15,7 +15,8 @@ type Why = Extract<Standing, { is: "out" }>["why"];
 const WHY: Record<Why, string | null> = {
   never: null,
   left: "You are signed out.",
-  ended: "You have been signed out: it was long since you did something here, or somebody ended it. Sign in to go on where you were.",
+  ended:
+    "You have been signed out: it was long since you did something here, or somebody ended it. Sign in to go on where you were.",
   unheard:
     "The service has not confirmed the sign-out yet; the page tries again. Until it has, do not leave this browser to others.",
 };
@@ -23,7 +24,6 @@ const WHY: Record<Why, string | null> = {
 /** Who is there: name and password, then the second factor where there is one. Afterwards one is where one wanted to go. */
 export function SignInPage({ why }: { why: Why }) {
   useTitle("Sign in");
-  const ways = useQuery({ queryKey: ["sign-in"], queryFn: api.signInWays });
   const [username, setUsername] = useState("");
   const [password, setPassword] = useState("");
   const [code, setCode] = useState("");
@@ -46,12 +46,6 @@ export function SignInPage({ why }: { why: Why }) {
         <Alert color="indigo" variant="light" icon={<IconInfoCircle />} role="status">
           {told}
         </Alert>
-      )}
-      {ways.data?.needs_set_up && (
-        <Text>
-          This clinic has no account yet. Open the link that the service printed when it was started; it is for
-          the first administrator.
-        </Text>
       )}
       <form onSubmit={submit} noValidate>
         <Stack>
@@ -116,19 +110,6 @@ export function SignInPage({ why }: { why: Why }) {
           )}
         </Stack>
       </form>
-      {!second && ways.data?.open_id && (
-        <>
-          <Divider label="or" />
-          <Button
-            component="a"
-            size="lg"
-            variant="default"
-            href={`/api/sign-in/openid?back=${encodeURIComponent(location.pathname + location.search)}`}
-          >
-            Sign in with {ways.data.open_id}
-          </Button>
-        </>
-      )}
       <ButtonLink to="/set-password" variant="subtle">
         I have a one-time code
       </ButtonLink>

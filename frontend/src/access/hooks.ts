@@ -17,8 +17,7 @@ export function useMe(): Me | null {
 export const useName = (): string => useMe()?.name ?? "";
 
 /** Whether whoever is signed in may do it. The service says so, and refuses it to others whatever the page shows. */
-export const useMay = (permission: Permission): boolean =>
-  useMe()?.permissions.includes(permission) ?? false;
+export const useMay = (permission: Permission): boolean => useMe()?.permissions.includes(permission) ?? false;
 
 /** Whether somebody works at a station; whoever is assigned to none works at all of them. */
 export const worksAt = (me: Me, station: string): boolean =>

@@ -2,11 +2,12 @@ import { Button, Group, MultiSelect, Radio, Stack, TextInput } from "@mantine/co
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { ROLES, type Role } from "../access/words";
-import { type Account, api, ProblemError } from "../api/client";
+import { type Account, api, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
-import type { Given } from "./OneTimeCode";
 
-type Props = { account: Account; onDone: () => void } | { account?: never; onDone: (given: Given) => void };
+type Props =
+  | { account: Account; onDone: () => void }
+  | { account?: never; onDone: (given: Schemas["OneTimeCode"]) => void };
 
 /** Makes an account, or changes one. Whoever it is for chooses the password; nobody else ever knows it. */
 export function AccountForm(props: Props) {
@@ -30,7 +31,7 @@ export function AccountForm(props: Props) {
     onSuccess: (made) => {
       void queries.invalidateQueries({ queryKey: ["accounts"] });
       if (props.account) props.onDone();
-      else if (made) props.onDone({ username: made.account.username, code: made.code, code_until: made.code_until });
+      else if (made) props.onDone(made);
     },
   });
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
@@ -82,7 +83,11 @@ export function AccountForm(props: Props) {
         />
         <ProblemNote error={known.error ?? save.error} />
         <Group justify="end">
-          <Button type="submit" loading={save.isPending} disabled={name.trim() === "" || username.trim() === ""}>
+          <Button
+            type="submit"
+            loading={save.isPending}
+            disabled={name.trim() === "" || username.trim() === ""}
+          >
             {account ? "Save" : "Make the account"}
           </Button>
         </Group>

@@ -1,22 +1,21 @@
-import { Badge, Button, Group, Modal, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { Badge, Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, Title } from "@mantine/core";
 import { IconUserPlus } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { useMe } from "../access/hooks";
 import { ROLES } from "../access/words";
-import { type Account, api } from "../api/client";
-import { formatMoment } from "../shared/format";
+import { type Account, api, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { AccountForm } from "./AccountForm";
-import { OneTimeCode, type Given } from "./OneTimeCode";
+import { OneTimeCode } from "./OneTimeCode";
 
 /** Who may sign in, as what, and where. */
 export function AccountsPage() {
   useTitle("Accounts");
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const [making, setMaking] = useState(false);
-  const [given, setGiven] = useState<Given | null>(null);
+  const [given, setGiven] = useState<Schemas["OneTimeCode"] | null>(null);
   const items = accounts.data?.items ?? [];
   return (
     <Stack component="section" aria-label="Accounts">
@@ -69,21 +68,22 @@ export function AccountsPage() {
   );
 }
 
-function Row({ account, onGiven }: { account: Account; onGiven: (given: Given) => void }) {
+function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas["OneTimeCode"]) => void }) {
   const me = useMe();
   const queries = useQueryClient();
   const [changing, setChanging] = useState(false);
   const [resetting, setResetting] = useState(false);
+  const [lost, setLost] = useState(false);
   const disable = useMutation({
     mutationFn: (disabled: boolean) =>
       api.updateAccount(account.id, { disabled, updated_at: account.updated_at }),
     onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
   });
   const reset = useMutation({
-    mutationFn: () => api.resetAccount(account.id),
+    mutationFn: () => api.resetAccount(account.id, { second_factor: lost }),
     onSuccess: (told) => {
       setResetting(false);
-      onGiven({ username: account.username, ...told });
+      onGiven(told);
       void queries.invalidateQueries({ queryKey: ["accounts"] });
     },
   });
@@ -97,9 +97,7 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Given) =
       </Table.Td>
       <Table.Td>{ROLES[account.role].name}</Table.Td>
       <Table.Td>{account.stations.join(", ") || "All"}</Table.Td>
-      <Table.Td>
-        <SignsInWith account={account} />
-      </Table.Td>
+      <Table.Td>{signsInWith(account)}</Table.Td>
       <Table.Td>
         <Group justify="end" gap="xs">
           <Button variant="default" onClick={() => setChanging(true)} aria-label={`Change ${account.name}`}>
@@ -132,10 +130,17 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Given) =
         <Modal opened={resetting} onClose={() => setResetting(false)} title={`New code for ${account.name}`}>
           <Stack>
             <Text>
-              The password and second factor of {account.name} are no longer good, and whoever is signed in so is
-              signed out. With the code, which is good once, {account.name} sets a new password. Make sure who asks
-              for it.
+              With a one-time code {account.name} sets a new password. Until then nobody signs in with this
+              account, and whoever is signed in with it is signed out. Make sure who asks for it.
             </Text>
+            {account.second_factor && (
+              <Switch
+                size="md"
+                label="The second factor is lost, too: take it away"
+                checked={lost}
+                onChange={(event) => setLost(event.currentTarget.checked)}
+              />
+            )}
             <ProblemNote error={reset.error} />
             <Group justify="end">
               <Button variant="default" onClick={() => setResetting(false)}>
@@ -152,22 +157,8 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Given) =
   );
 }
 
-function SignsInWith({ account }: { account: Account }) {
-  return (
-    <>
-      <Text>
-        {account.has_password
-          ? account.second_factor
-            ? "Password and second factor"
-            : "Password"
-          : account.open_id
-            ? "The clinic's own sign-in"
-            : "Nothing yet"}
-      </Text>
-      {account.code_until && <Text size="sm">A code is good until {formatMoment(account.code_until)}</Text>}
-      <Text size="sm">
-        {account.last_seen_at ? `Last here ${formatMoment(account.last_seen_at)}` : "Was never here"}
-      </Text>
-    </>
-  );
+function signsInWith(account: Account): string {
+  if (account.openid) return "The clinic's own sign-in";
+  if (!account.password) return "Nothing yet: a one-time code is needed";
+  return account.second_factor ? "Password and second factor" : "Password";
 }

@@ -25,8 +25,8 @@ export function AuditPage() {
     <Stack component="section" aria-label="Audit trail">
       <Title order={3}>Audit trail</Title>
       <Text>
-        It can only be added to. Whether it is whole, “kata audit verify” tells at the computer that the service
-        runs on.
+        It can only be added to. Whether it is whole, “kata audit verify” tells at the computer that the
+        service runs on.
       </Text>
       <Group align="end">
         <TextInput
@@ -103,7 +103,7 @@ function Rows({ items }: { items: Schemas["AuditEntry"][] }) {
                 {formatDayOf(entry.at)} {new Date(entry.at).toLocaleTimeString()}
               </Table.Td>
               <Table.Td>
-                {entry.who}
+                {entry.who || "Nobody signed in"}
                 <Text size="sm" c="dimmed">
                   {entry.role}
                 </Text>
@@ -111,11 +111,11 @@ function Rows({ items }: { items: Schemas["AuditEntry"][] }) {
               <Table.Td>
                 <Code>{entry.action}</Code>
                 {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
-                {entry.detail && (
-                  <Text size="sm" c="dimmed" style={{ overflowWrap: "anywhere" }}>
-                    {entry.detail}
+                {Object.entries(entry.detail).map(([what, told]) => (
+                  <Text key={what} size="sm" c="dimmed" style={{ overflowWrap: "anywhere" }}>
+                    {what}: {typeof told === "string" ? told : JSON.stringify(told)}
                   </Text>
-                )}
+                ))}
               </Table.Td>
               <Table.Td>
                 {entry.patient_id && (

@@ -15,8 +15,8 @@ export function EmergencyAccessPage() {
     <Stack component="section" aria-label="Emergency access">
       <Title order={3}>Emergency access</Title>
       <Text>
-        Restricted records that somebody opened though they are not in the care team. Look at each: what happened,
-        and whether it was needed.
+        Restricted records that somebody opened though they are not in the care team. Look at each: what
+        happened, and whether it was needed.
       </Text>
       <ProblemNote error={broken.error} />
       {broken.isPending && <Skeleton h={160} />}
@@ -54,7 +54,10 @@ function Opened({ one }: { one: Schemas["BrokenGlass"] }) {
         </Group>
         <Text style={{ whiteSpace: "pre-wrap" }}>{one.reason}</Text>
         <Group>
-          <PageLink to="/administration/audit" search={{ patient_id: one.patient_id, account_id: one.account_id }}>
+          <PageLink
+            to="/administration/audit"
+            search={{ patient_id: one.patient_id, account_id: one.account_id }}
+          >
             What was done in it
           </PageLink>
           {!one.reviewed_at && one.account_id !== me?.account_id && (

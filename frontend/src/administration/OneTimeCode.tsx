@@ -1,23 +1,21 @@
 import { Button, CopyButton, Group, Stack, Text } from "@mantine/core";
 import { IconCheck, IconCopy } from "@tabler/icons-react";
+import type { Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 
-/** A code with which somebody sets a password, once. */
-export type Given = { username: string; code: string; code_until: string };
-
 /** It is shown once, to be handed over. */
-export function OneTimeCode({ given, onDone }: { given: Given; onDone: () => void }) {
-  const link = `${location.origin}/set-password#${encodeURIComponent(given.code)}`;
+export function OneTimeCode({ given, onDone }: { given: Schemas["OneTimeCode"]; onDone: () => void }) {
+  const link = `${location.origin}/set-password#code=${encodeURIComponent(given.code)}`;
   return (
     <Stack>
       <Text>
         Hand this over to whoever it is for, and to nobody else. It is good once, until{" "}
-        {formatMoment(given.code_until)}, and is not shown again.
+        {formatMoment(given.until)}, and is not shown again.
       </Text>
       <Text>
         User name:{" "}
         <Text span fw={600} data-testid="username">
-          {given.username}
+          {given.account.username}
         </Text>
       </Text>
       <Text>

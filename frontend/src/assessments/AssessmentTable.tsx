@@ -61,14 +61,14 @@ export function AssessmentTable(props: {
                   </Group>
                 ) : (
                   <May permission="write_records">
-                  <Group gap="xs" justify="end">
-                    <Button variant="default" onClick={() => props.onEdit(one)}>
-                      Change
-                    </Button>
-                    <Button variant="subtle" onClick={() => setSure(one.id)}>
-                      Withdraw
-                    </Button>
-                  </Group>
+                    <Group gap="xs" justify="end">
+                      <Button variant="default" onClick={() => props.onEdit(one)}>
+                        Change
+                      </Button>
+                      <Button variant="subtle" onClick={() => setSure(one.id)}>
+                        Withdraw
+                      </Button>
+                    </Group>
                   </May>
                 )}
               </Table.Td>

@@ -88,25 +88,23 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
             </Text>
             {episode.closed_at && <Badge color="gray">Closed</Badge>}
           </Group>
-          {episode.closed_at ? (
-            writes &&
-            !props.archived && (
-              <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
-                Reopen
-              </Button>
-            )
-          ) : (
-            writes && (
-              <Group>
-                <Button variant="default" onClick={() => setDoing("edit")}>
-                  Change
+          {episode.closed_at
+            ? writes &&
+              !props.archived && (
+                <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
+                  Reopen
                 </Button>
-                <Button variant="default" onClick={() => setDoing("close")}>
-                  Close episode
-                </Button>
-              </Group>
-            )
-          )}
+              )
+            : writes && (
+                <Group>
+                  <Button variant="default" onClick={() => setDoing("edit")}>
+                    Change
+                  </Button>
+                  <Button variant="default" onClick={() => setDoing("close")}>
+                    Close episode
+                  </Button>
+                </Group>
+              )}
         </Group>
         <Group gap="lg">
           <Text>{stage ? `${STAGES[stage.stage]} since ${formatDay(stage.since)}` : "No stage noted"}</Text>

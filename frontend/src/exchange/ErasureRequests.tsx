@@ -86,11 +86,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
       />
       <ProblemNote error={note.error} />
       <Group justify="end">
-        <Button
-          disabled={reason.trim() === ""}
-          loading={note.isPending}
-          onClick={() => note.mutate()}
-        >
+        <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
           Note the request
         </Button>
       </Group>

@@ -28,12 +28,14 @@ export function PatientsPage() {
     <Stack>
       <Group justify="space-between">
         <Title order={2}>Patients</Title>
-        <May permission="write_records"><Group>
-          <ImportPatients />
-          <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
-            New patient
-          </Button>
-        </Group></May>
+        <May permission="write_records">
+          <Group>
+            <ImportPatients />
+            <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
+              New patient
+            </Button>
+          </Group>
+        </May>
       </Group>
       <May permission="administer">
         <OpenErasures />

@@ -66,24 +66,26 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
             {programme.archived_at && <Badge color="gray">Archived</Badge>}
           </Group>
         </div>
-        <May permission="write_records"><Group>
-          {!programme.archived_at && !programme.closed && !editing && (
-            <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
-              Change
+        <May permission="write_records">
+          <Group>
+            {!programme.archived_at && !programme.closed && !editing && (
+              <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
+                Change
+              </Button>
+            )}
+            <Button variant="default" onClick={name.open}>
+              Rename
             </Button>
-          )}
-          <Button variant="default" onClick={name.open}>
-            Rename
-          </Button>
-          <Button
-            variant="default"
-            leftSection={<IconArchive size={20} />}
-            loading={archive.isPending}
-            onClick={() => archive.mutate(!programme.archived_at)}
-          >
-            {programme.archived_at ? "Restore" : "Archive"}
-          </Button>
-        </Group></May>
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              loading={archive.isPending}
+              onClick={() => archive.mutate(!programme.archived_at)}
+            >
+              {programme.archived_at ? "Restore" : "Archive"}
+            </Button>
+          </Group>
+        </May>
       </Group>
       <ProblemNote error={archive.error} />
       {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}

@@ -20,14 +20,16 @@ export function Programmes({ patientId }: { patientId: string }) {
     <Stack gap="xs" component="section" aria-label="Programmes">
       <Group justify="space-between">
         <Title order={3}>Programmes</Title>
-        <May permission="write_records"><ButtonLink
-          to="/patients/$patientId/programmes/new"
-          params={{ patientId }}
-          variant="default"
-          leftSection={<IconPlus size={20} />}
-        >
-          New programme
-        </ButtonLink></May>
+        <May permission="write_records">
+          <ButtonLink
+            to="/patients/$patientId/programmes/new"
+            params={{ patientId }}
+            variant="default"
+            leftSection={<IconPlus size={20} />}
+          >
+            New programme
+          </ButtonLink>
+        </May>
       </Group>
       <ProblemNote error={programmes.error} />
       {programmes.data && items.length === 0 && <Text>Nothing has been prescribed yet.</Text>}

@@ -16,7 +16,7 @@ export function LeaseBar() {
   const operates = useMay("operate");
   const [asking, dialog] = useDisclosure(false);
   const take = useMutation({
-    mutationFn: (take_over: boolean) => api.takeLease({ take_over }),
+    mutationFn: (take_over: boolean) => api.takeLease(take_over),
     onSuccess: dialog.close,
   });
   const release = useMutation({ mutationFn: api.releaseLease });

@@ -49,7 +49,8 @@ export function StationPage() {
             <LeaseBar />
             {me && station && !worksAt(me, station.name) && (
               <Alert color="gray" variant="outline">
-                You do not work at {station.name}: you watch, and may stop it. An administrator can assign you to it.
+                You do not work at {station.name}: you watch, and may stop it. An administrator can assign you
+                to it.
               </Alert>
             )}
             {reads && (

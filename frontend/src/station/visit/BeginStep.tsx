@@ -30,8 +30,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   const begin = useMutation({
     mutationFn: () => {
       const programme_version_id = chosen === NONE ? null : chosen;
-      if (!session)
-        return api.createSession({ patient_id: patientId, therapist: who, programme_version_id });
+      if (!session) return api.createSession({ patient_id: patientId, therapist: who, programme_version_id });
       return programme_version_id === planned
         ? Promise.resolve(session)
         : api.updateSession(session.id, { programme_version_id, updated_at: session.updated_at });
