@@ -6,6 +6,8 @@ const service = "http://127.0.0.1:8000";
 export default defineConfig({
   plugins: [react()],
   server: { proxy: { "/api": { target: service, ws: true } } },
+  // The service puts a new word in its place each time it hands out the page (kata/web/page.py).
+  html: { cspNonce: "KATA-NONCE" },
   // Plotly alone is larger than Vite likes; it is loaded only where a figure is looked at.
   build: { chunkSizeWarningLimit: 2000 },
   // How fast a busy machine is, is nobody's question here.

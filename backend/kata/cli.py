@@ -18,6 +18,8 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.access.anchor import AnchorError
+from kata.access.audit_commands import app as audit
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.clinic.reports.letterhead import LetterheadError
@@ -34,6 +36,7 @@ from kata.simulator.process import SimulatorError
 from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
 _console = Console(stderr=True, highlight=False)
@@ -106,6 +109,7 @@ def demo(
         HandRefusedError,
         RehearsalError,
         ProblemError,
+        AnchorError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
@@ -188,7 +192,7 @@ async def _serve(settings: Settings) -> None:
                 uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
             )
             await server.serve([listening])
-    except (ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
+    except (AnchorError, ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
         _fail(str(error))
 
 

@@ -1,11 +1,12 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
-from ipaddress import ip_address
+from ipaddress import ip_address, ip_network
 from pathlib import Path
+from typing import Self
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -39,8 +40,21 @@ class Settings(BaseSettings):
     """PNG or SVG, up to 256 kB."""
     clinic_zone: str = ""
     """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
+    audit_anchor: Path | None = None
+    """File outside the database that the audit trail is anchored in; in the data folder unless given. On another disk or computer
+    it also shows that both were replaced by an older copy."""
     host: str = "127.0.0.1"
     port: int = 8000
+    allowed_hosts: str = ""
+    """Names and addresses by which browsers may reach the service, besides this computer's own; separated by commas."""
+    tls_certificate: Path | None = None
+    """The clinic's certificate with its chain (PEM); one of its own is made where others can reach the service and none is given."""
+    tls_key: Path | None = None
+    """The certificate's private key (PEM, without a password), readable by the service's user alone."""
+    plain_http: bool = False
+    """Serve without encryption where others can reach the service: only behind a proxy that encrypts."""
+    trusted_proxies: str = ""
+    """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are believed, separated by commas; nobody's when empty."""
 
     @field_validator("data")
     @classmethod
@@ -57,10 +71,47 @@ class Settings(BaseSettings):
             raise ValueError(f"this computer knows no time zone {zone}") from error
         return zone
 
+    @field_validator("allowed_hosts")
+    @classmethod
+    def _hosts(cls, hosts: str) -> str:
+        if any("*" in name or "/" in name for name in hosts.split(",")):
+            raise ValueError("names each host by itself, without scheme or port, separated by commas")
+        return hosts
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _proxies(cls, proxies: str) -> str:
+        for address in _parted(proxies):
+            ip_network(address)
+        return proxies
+
+    @model_validator(mode="after")
+    def _pair(self) -> Self:
+        if (self.tls_certificate is None) != (self.tls_key is None):
+            raise ValueError(
+                "a certificate needs its key, and a key its certificate: KATA_TLS_CERTIFICATE, KATA_TLS_KEY"
+            )
+        return self
+
+    @property
+    def encrypted(self) -> bool:
+        """Whether the service itself speaks TLS: by the clinic's certificate, or because others can reach it."""
+        return self.tls_certificate is not None or not (self.is_on_loopback or self.plain_http)
+
+    @property
+    def named_hosts(self) -> frozenset[str]:
+        """``allowed_hosts``, each by itself, in lower case."""
+        return frozenset(name.lower() for name in _parted(self.allowed_hosts))
+
     @property
     def effective_database_url(self) -> str:
         """What is really opened."""
         return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+
+    @property
+    def effective_audit_anchor(self) -> Path:
+        """The file that is really used."""
+        return self.audit_anchor or self.data / "audit.anchor"
 
     @property
     def is_on_loopback(self) -> bool:
@@ -74,3 +125,7 @@ class Settings(BaseSettings):
     def journal(self) -> Path:
         """Folder of journals."""
         return self.data / "journal"
+
+
+def _parted(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]

@@ -4,6 +4,7 @@ import "./page.css";
 import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { RouterProvider } from "@tanstack/react-router";
+import { setNonce } from "get-nonce";
 import { StrictMode } from "react";
 import { createRoot } from "react-dom/client";
 import { Doing, keepGuard, minding } from "./access/guard";
@@ -14,15 +15,18 @@ import { router } from "./router";
 import { theme } from "./theme";
 
 const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTime: 5_000 } } });
+const nonce = document.querySelector<HTMLMetaElement>("meta[property=csp-nonce]")?.nonce ?? "";
 const root = document.getElementById("root");
 if (!root) throw new Error("index.html has no root");
 
 const doing = new Doing();
 client.use(minding(access, doing));
 keepGuard(access, doing, queries, store);
+// Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
+setNonce(nonce);
 createRoot(root).render(
   <StrictMode>
-    <MantineProvider theme={theme} forceColorScheme="light">
+    <MantineProvider theme={theme} forceColorScheme="light" getStyleNonce={() => nonce}>
       <QueryClientProvider client={queries}>
         <RouterProvider router={router} />
       </QueryClientProvider>

@@ -12,6 +12,34 @@ down_revision = "0006"
 branch_labels = None
 depends_on = None
 
+# Whoever may write to the database may still take these away: what shows that is the chain, and its anchor outside. They are
+# against slips. On SQLite, INSERT OR REPLACE would take a row away without a word, if its number were not looked at.
+ONLY_GROWS = {
+    "sqlite": (
+        """CREATE TRIGGER audit_grows BEFORE INSERT ON audit
+        WHEN NEW.number IS NOT (SELECT coalesce(max(number), 0) + 1 FROM audit)
+        BEGIN SELECT RAISE(ABORT, 'the audit trail is only added to, at its end'); END""",
+        """CREATE TRIGGER audit_kept_as_it_is BEFORE UPDATE ON audit
+        BEGIN SELECT RAISE(ABORT, 'the audit trail is only added to'); END""",
+        """CREATE TRIGGER audit_kept BEFORE DELETE ON audit
+        BEGIN SELECT RAISE(ABORT, 'the audit trail is only added to'); END""",
+    ),
+    "postgresql": (
+        """CREATE FUNCTION audit_kept() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN RAISE EXCEPTION 'the audit trail is only added to'; END $$""",
+        """CREATE FUNCTION audit_grows() RETURNS trigger LANGUAGE plpgsql AS $$
+        BEGIN
+            IF NEW.number IS DISTINCT FROM (SELECT coalesce(max(number), 0) + 1 FROM audit) THEN
+                RAISE EXCEPTION 'the audit trail is only added to, at its end';
+            END IF;
+            RETURN NEW;
+        END $$""",
+        "CREATE TRIGGER audit_grows BEFORE INSERT ON audit FOR EACH ROW EXECUTE FUNCTION audit_grows()",
+        "CREATE TRIGGER audit_kept BEFORE UPDATE OR DELETE ON audit FOR EACH ROW EXECUTE FUNCTION audit_kept()",
+        "CREATE TRIGGER audit_kept_whole BEFORE TRUNCATE ON audit FOR EACH STATEMENT EXECUTE FUNCTION audit_kept()",
+    ),
+}
+
 
 def upgrade() -> None:
     op.create_table(
@@ -51,6 +79,8 @@ def upgrade() -> None:
         sa.Column("subject", sa.String(length=100), nullable=False),
         sa.Column("station", sa.String(length=100), nullable=False),
         sa.Column("detail", sa.Text(), nullable=False),
+        sa.Column("anchor", sa.String(length=32), nullable=False),
+        sa.Column("anchored", sa.BigInteger(), nullable=False),
         sa.Column("hash", sa.LargeBinary(length=32), nullable=False),
         sa.PrimaryKeyConstraint("number", name="pk_audit"),
     )
@@ -58,6 +88,8 @@ def upgrade() -> None:
     op.create_index("ix_audit_action_number", "audit", ["action", "number"], unique=False)
     op.create_index("ix_audit_at", "audit", ["at"], unique=False)
     op.create_index("ix_audit_patient_id_number", "audit", ["patient_id", "number"], unique=False)
+    for statement in ONLY_GROWS[op.get_bind().dialect.name]:
+        op.execute(statement)
     op.create_table(
         "backups",
         sa.Column("id", sa.Uuid(), nullable=False),
@@ -149,4 +181,7 @@ def downgrade() -> None:
     op.drop_index("ix_audit_action_number", table_name="audit")
     op.drop_index("ix_audit_account_id_number", table_name="audit")
     op.drop_table("audit")
+    if op.get_bind().dialect.name == "postgresql":
+        op.execute("DROP FUNCTION audit_kept")
+        op.execute("DROP FUNCTION audit_grows")
     op.drop_table("accounts")

@@ -18,7 +18,7 @@ from tests.signed_in import signed_in
 @contextmanager
 def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
     """From start to end; an administrator is signed in."""
-    given: dict[str, Any] = {"data": folder, "simulate": True} | settings
+    given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
     app = create_app(Settings(**given))
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:
         client.cookies.set(COOKIE, signed_in(app.state.database))

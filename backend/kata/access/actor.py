@@ -1,5 +1,7 @@
 """Who acts: known from the sign-in's cookie at the edge, carried along to whatever is done in this request."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Final, Literal
@@ -44,6 +46,8 @@ class Doing:
     """Of the browser; from the connection, or from a proxy that is trusted."""
     permission: str = ""
     """That the action needs: whether a mere look is worth a row follows from it."""
+    why: str = ""
+    """Code of the problem that it ended in."""
     told: set[str] = field(default_factory=set)
     """Outcomes that stand in the trail already. One object goes along into worker threads, so that what is told there is known at
     the edge."""
@@ -51,3 +55,14 @@ class Doing:
 
 DOING: Final[ContextVar[Doing | None]] = ContextVar("doing", default=None)
 """What is being done in this request; set for every one that has a route, also where it is then refused."""
+
+
+@contextmanager
+def by_program(action: str, station: str = "") -> Iterator[None]:
+    """What follows nobody asked for: the program does it by itself, even where a request happened to set it going."""
+    acting, doing = ACTING.set(None), DOING.set(Doing(action, station=station))
+    try:
+        yield
+    finally:
+        ACTING.reset(acting)
+        DOING.reset(doing)

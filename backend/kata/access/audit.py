@@ -2,39 +2,19 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
-from datetime import datetime
-from typing import Any, Final, Literal
+from typing import Any, Final
 from uuid import UUID
 
 from sqlalchemy.orm import Session
 
 from kata.access.actor import ACTING, DOING, Actor
+from kata.access.chain import Entry, Outcome
 from kata.database.base import utc_now
-
-Outcome = Literal["done", "refused", "failed"]
 
 PROGRAM: Final = "Kata"
 """Who did what nobody asked for."""
-_NOTED: Final = "audit"
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A row of the trail that has no place in the chain yet."""
-
-    at: datetime
-    account_id: UUID | None
-    who: str
-    role: str
-    sign_in_id: UUID | None
-    address: str
-    action: str
-    outcome: Outcome
-    patient_id: UUID | None
-    subject: str
-    station: str
-    detail: str
+NOTED: Final = "audit"
+"""Where in ``Session.info`` entries wait for the commit."""
 
 
 def entry(
@@ -62,7 +42,7 @@ def entry(
         patient_id=patient_id or (doing.patient_id if doing else None),
         subject=_cut(subject or (doing.subject if doing else ""), 100),
         station=_cut(doing.station, 100) if doing else "",
-        detail=json.dumps(detail, ensure_ascii=True, separators=(",", ":")) if detail else "",
+        detail=written(detail),
     )
 
 
@@ -80,7 +60,12 @@ def note(
     It stands for the whole of what the session changes: without it, a row is made from the request's action. See :func:`entry`
     for the rest. What somebody typed as a user name is none of it: it may be a password.
     """
-    session.info.setdefault(_NOTED, []).append(entry(action, outcome, patient_id, subject, detail, actor))
+    session.info.setdefault(NOTED, []).append(entry(action, outcome, patient_id, subject, detail, actor))
+
+
+def written(detail: Mapping[str, Any] | None) -> str:
+    """As it stands in a row."""
+    return json.dumps(detail, separators=(",", ":")) if detail else ""
 
 
 def _cut(text: str, longest: int) -> str:

@@ -152,6 +152,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "note_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "erase_patient": _ADMINISTER,
+        # The audit trail.
+        "list_audit": _ADMINISTER,
         # The apparatus.
         "live": _WATCH,
         "get_station": _WATCH,

@@ -135,6 +135,10 @@ class AuditRow(Base):
     station: Mapped[str] = mapped_column(String(100))
     detail: Mapped[str] = mapped_column(Text)
     """JSON: which fields changed, why it was refused. Never a secret, never what a field said of a patient."""
+    anchor: Mapped[str] = mapped_column(String(32))
+    """Which file outside the database the writing service anchors the chain in."""
+    anchored: Mapped[int] = mapped_column(BigInteger)
+    """How many lines that file was known to hold."""
     hash: Mapped[bytes] = mapped_column(LargeBinary(32))
     """SHA-256 over the link before and all of this row."""
 

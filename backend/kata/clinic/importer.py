@@ -15,6 +15,7 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
+from kata.access.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import service as sessions
 from kata.database.engine import Database
@@ -57,7 +58,7 @@ class Importer:
 
         Waits for the disk: call it from a worker thread.
         """
-        with self._one_at_a_time:
+        with by_program("import_journal", self._config.name), self._one_at_a_time:
             for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
                 try:
                     self._import(path)
@@ -72,7 +73,7 @@ class Importer:
         """
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()
-            with self._database.write() as session:
+            with by_program("give_up_unended", self._config.name), self._database.write() as session:
                 lost = sessions.give_up_unended(session)
         if lost:
             log.warning("%d playbacks had not ended when the service did, and left no journal", lost)

@@ -9,7 +9,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 from urllib.parse import quote
 
 from sqlalchemy import Engine, create_engine, event
@@ -25,6 +25,19 @@ class DatabaseError(Exception):
     """The database cannot be used; the message says why and what to do."""
 
 
+class Witness(Protocol):
+    """Sees every writing session, and may add to it what has to be committed with it, or not at all."""
+
+    def began(self, session: Session) -> None:
+        """Nothing has been done in it yet."""
+
+    def about_to_commit(self, session: Session) -> None:
+        """All has been done and sent to the database; what is raised here takes all of it back."""
+
+    def committed(self, session: Session) -> None:
+        """It stands. Does not fail, and waits for nothing."""
+
+
 class Database:
     """The clinic's database. Ask it for a session to read or a session to write; both are short."""
 
@@ -33,6 +46,7 @@ class Database:
 
         :raises DatabaseError: when it is none, or its driver is not installed.
         """
+        self.witness: Witness | None = None
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
@@ -66,8 +80,17 @@ class Database:
 
         Rows stay readable after the commit.
         """
-        with Session(self.writer, expire_on_commit=False) as session, session.begin():
-            yield session
+        witness = self.witness
+        with Session(self.writer, expire_on_commit=False) as session:
+            with session.begin():
+                if witness:
+                    witness.began(session)
+                yield session
+                if witness:
+                    session.flush()
+                    witness.about_to_commit(session)
+            if witness:
+                witness.committed(session)
 
     def close(self) -> None:
         """Close every connection."""

@@ -7,17 +7,16 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final, Literal
-from urllib.parse import urlsplit
 
 import msgspec
 from fastapi import APIRouter, FastAPI
 from pydantic import Field
-from starlette.datastructures import Headers
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp
 
 from kata.access import demonstration
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
+from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
 from kata.clinic.episodes.router import router as episodes
@@ -46,8 +45,10 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import live, page, problems
+from kata.web import hardening, live, page, problems
 from kata.web import sign_in as signing_in
+from kata.web.audit import Audited
+from kata.web.audit import router as audit
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -58,8 +59,6 @@ _DESCRIPTION: Final = """
 Teach a motion by hand, play it back, compare. Angles are degrees, speeds degrees a second, torques newton metres, times
 seconds; moments are UTC. Errors are problem documents (RFC 9457) with a stable `code`, a sentence and a next step.
 """
-
-_FOREIGN: Final = "The request came from another site's page."
 
 health = APIRouter(prefix="/api/health", tags=["health"])
 
@@ -85,26 +84,6 @@ async def get_health(database: TheDatabase, station: TheStation) -> Health:
     )
 
 
-class SameOrigin:
-    """Refuses changes and WebSockets that another site's page asks for in the user's name."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let through what comes from this page, or from no page at all."""
-        if scope["type"] == "websocket" or (scope["type"] == "http" and scope["method"] not in ("GET", "HEAD")):
-            headers = Headers(scope=scope)
-            origin = headers.get("origin")
-            if origin and urlsplit(origin).netloc != headers.get("host"):
-                if scope["type"] == "websocket":
-                    await send({"type": "websocket.close", "code": 1008, "reason": "another site's page"})
-                else:
-                    await problems.document(403, "foreign_origin", _FOREIGN)(scope, receive, send)
-                return
-        await self._app(scope, receive, send)
-
-
 def create_app(settings: Settings) -> FastAPI:
     """The service, not started yet."""
 
@@ -121,13 +100,14 @@ def create_app(settings: Settings) -> FastAPI:
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
         generate_unique_id_function=lambda route: route.name,
-        docs_url="/api/docs",
+        docs_url=None,
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
     for router in (
         health,
         assessments,
+        audit,
         episodes,
         events,
         erasures,
@@ -149,7 +129,7 @@ def create_app(settings: Settings) -> FastAPI:
     live.document(app)
     _document_problems(app)
     page.install(app)
-    app.add_middleware(SameOrigin)
+    _harden(app, hardening.allowed_hosts(settings))
     return app
 
 
@@ -163,6 +143,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
+    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
+    stack.push_async_callback(asyncio.to_thread, trail.close)
     await asyncio.to_thread(_open, app, settings, database)
     figures = FigureWorker()
     stack.callback(figures.close)
@@ -247,6 +229,17 @@ def _as_it_stood(station_config: config.StationConfig, station_file: Path) -> co
     except config.ConfigError:
         return station_config
     return msgspec.structs.replace(station_config, side=before.side)
+
+
+def _harden(app: FastAPI, hosts: frozenset[str]) -> None:
+    """Around everything: ``add_middleware`` would leave the answer to an unexpected error outside."""
+    made = app.build_middleware_stack
+
+    def build_middleware_stack() -> ASGIApp:
+        # What is refused at the door is told the trail too.
+        return Audited(hardening.Hardening(made(), hosts))
+
+    app.build_middleware_stack = build_middleware_stack  # type: ignore[method-assign]
 
 
 def _document_problems(app: FastAPI) -> None:

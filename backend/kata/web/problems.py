@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
+from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.clinic.problems import ProblemError
 from kata.device.messages import Refusal
@@ -43,7 +44,8 @@ def install(app: FastAPI) -> None:
         if error.status_code == HTTPStatus.BAD_REQUEST:
             # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
             return document(422, "invalid", "What was sent is no JSON in UTF-8.")
-        code = HTTPStatus(error.status_code).name.lower()
+        # Python 3.13 has given this status another name.
+        code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
         return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
@@ -75,6 +77,8 @@ def document(
     headers: Any = None,
 ) -> JSONResponse:
     """One problem document."""
+    if doing := DOING.get():
+        doing.why = code
     problem = Problem(
         type="about:blank",
         title=HTTPStatus(status).phrase,

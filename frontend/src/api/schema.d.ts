@@ -132,6 +132,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Audit
+         * @description The audit trail, newest first; every filter that is given has to fit.
+         */
+        get: operations["list_audit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients/{patient_id}/episodes": {
         parameters: {
             query?: never;
@@ -1937,6 +1957,78 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
+        };
+        /**
+         * AuditEntry
+         * @description Something that somebody did, saw, or tried in vain.
+         */
+        AuditEntry: {
+            /**
+             * Number
+             * @description In the chain, from 1 without gaps.
+             */
+            number: number;
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Account Id
+             * @description Null: nobody who was signed in, or the program by itself.
+             */
+            account_id: string | null;
+            /**
+             * Who
+             * @description The name as it was then; empty where nobody was signed in.
+             */
+            who: string;
+            /** Role */
+            role: string;
+            /**
+             * Address
+             * @description Of the browser.
+             */
+            address: string;
+            /**
+             * Action
+             * @description The operation's name in this interface, or what the program did.
+             */
+            action: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "done" | "refused" | "failed";
+            /** Patient Id */
+            patient_id: string | null;
+            /**
+             * Subject
+             * @description What else it was done to.
+             */
+            subject: string;
+            /** Station */
+            station: string;
+            /**
+             * Detail
+             * @description Which rows and fields changed, why it was refused.
+             */
+            detail: {
+                [key: string]: unknown;
+            };
+        };
+        /**
+         * AuditPage
+         * @description A part of the trail, newest first.
+         */
+        AuditPage: {
+            /** Items */
+            items: components["schemas"]["AuditEntry"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
         };
         /**
          * AxisInfo
@@ -5977,6 +6069,49 @@ export interface operations {
                 };
                 content: {
                     "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_audit: {
+        parameters: {
+            query?: {
+                account_id?: string | null;
+                patient_id?: string | null;
+                action?: string | null;
+                outcome?: ("done" | "refused" | "failed") | null;
+                station?: string | null;
+                /** @description UTC; from here on. */
+                since?: string | null;
+                /** @description UTC; before this. */
+                until?: string | null;
+                /** @description How many at most. */
+                limit?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AuditPage"];
                 };
             };
             /** @description The request itself is wrong: see its errors. */

@@ -1,0 +1,410 @@
+"""The audit trail: one chain without gaps, committed with what it tells, of which nothing can be changed unseen."""
+
+import asyncio
+import json
+import logging
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from sqlalchemy import delete, select, text, update
+from sqlalchemy.exc import DatabaseError as RefusedError
+from sqlalchemy.exc import OperationalError
+
+from kata.access import anchor, audit, chain
+from kata.access.actor import ACTING, DOING, Actor, Doing, by_program
+from kata.access.repeats import WINDOW_S, Repeats
+from kata.access.restored import note_restored
+from kata.access.tables import AccountRow, AuditRow, SignInRow
+from kata.access.trail import Chained, Trail
+from kata.access.verify import Verdict, verify
+from kata.clinic.events.tables import StationRow
+from kata.clinic.patients.tables import PatientRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+
+SATO = Actor(uuid4(), uuid4(), "Sato", "therapist", frozenset())
+
+
+def somebody(number: str = "K-1") -> PatientRow:
+    now = utc_now()
+    return PatientRow(
+        id=uuid4(), clinic_number=number, name="Yamada Hanako", sex="unknown", notes="Sleeps badly.",
+        created_at=now, updated_at=now,
+    )  # fmt: skip
+
+
+@contextmanager
+def request(action: str, actor: Actor | None = SATO, **told: Any) -> Iterator[Doing]:
+    """As the edge has it."""
+    doing = Doing(action, address="192.168.1.7", **told)
+    acting, done = ACTING.set(actor), DOING.set(doing)
+    try:
+        yield doing
+    finally:
+        ACTING.reset(acting)
+        DOING.reset(done)
+
+
+@pytest.fixture
+def chained(database: Database) -> Database:
+    """Of a tool: each change has its row, and there is no anchor."""
+    Chained(database)
+    return database
+
+
+@contextmanager
+def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[Trail]:
+    made = Trail(database, folder / "audit.anchor", **given)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def rows(database: Database) -> list[AuditRow]:
+    with database.read() as session:
+        return list(session.scalars(select(AuditRow).order_by(AuditRow.number)))
+
+
+def verified(database: Database, folder: Path | None = None, kept: chain.Head | None = None) -> Verdict:
+    with database.read() as session:
+        return verify(session, [folder / "audit.anchor"] if folder else [], kept)
+
+
+class TestWhatIsWritten:
+    def test_a_change_has_a_row_that_tells_who_where_what_and_whose_but_nothing_of_what_a_field_says(
+        self, chained: Database
+    ) -> None:
+        patient = somebody()
+        with request("create_patient", station="Station 1") as doing, chained.write() as session:
+            session.add(patient)
+        with request("update_patient", patient_id=patient.id), chained.write() as session:
+            session.get_one(PatientRow, patient.id).notes = "Sleeps well."
+        made, changed = rows(chained)
+        assert (made.number, made.who, made.role, made.account_id, made.sign_in_id) == (
+            1, "Sato", "therapist", SATO.account_id, SATO.sign_in_id,
+        )  # fmt: skip
+        assert (made.action, made.outcome, made.address, made.station) == (
+            "create_patient", "done", "192.168.1.7", "Station 1",
+        )  # fmt: skip
+        assert made.patient_id == changed.patient_id == patient.id
+        assert json.loads(made.detail) == {"added": {"patients": [str(patient.id)]}}
+        assert json.loads(changed.detail) == {"changed": {"patients": {str(patient.id): ["notes"]}}}
+        assert "Yamada" not in repr([vars(row) for row in rows(chained)])
+        assert doing.told == {"done"}
+        assert verified(chained).whole
+
+    def test_a_change_that_is_taken_back_leaves_no_row_and_no_gap(self, chained: Database) -> None:
+        def half_done() -> None:
+            with chained.write() as session:
+                audit.note(session, "half")
+                session.add(somebody())
+                session.flush()
+                raise RuntimeError
+
+        with request("create_patient") as doing:
+            with pytest.raises(RuntimeError):
+                half_done()
+            assert doing.told == set()
+            with chained.write() as session:
+                session.add(somebody())
+        assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
+
+    def test_a_change_whose_row_cannot_be_written_is_not_made(
+        self, chained: Database, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def broken(*_: object) -> None:
+            raise OperationalError("", None, Exception("disk full"))
+
+        monkeypatch.setattr(chain, "append", broken)
+        with request("create_patient"), pytest.raises(OperationalError), chained.write() as session:
+            session.add(somebody())
+        with chained.read() as session:
+            assert session.query(PatientRow).count() == 0
+
+    def test_what_is_noted_stands_for_the_change_and_names_who_signed_in(self, chained: Database) -> None:
+        with request("sign_in", actor=None), chained.write() as session:
+            now = utc_now()
+            session.add(
+                AccountRow(id=uuid4(), username="sato", name="Sato", role="viewer", created_at=now, updated_at=now)
+            )
+            audit.note(session, "sign_in", subject="account", detail={"method": "password"}, actor=SATO)
+        (row,) = rows(chained)
+        assert (row.who, row.account_id, row.subject) == ("Sato", SATO.account_id, "account")
+        assert json.loads(row.detail).keys() == {"method", "added"}
+
+    def test_what_nobody_asked_for_is_the_programs_even_in_the_middle_of_a_request(self, chained: Database) -> None:
+        with request("turn") as doing, by_program("import_journal"), chained.write() as session:
+            session.add(somebody())
+        (row,) = rows(chained)
+        assert (row.who, row.role, row.account_id, row.address, row.action) == ("Kata", "", None, "", "import_journal")
+        assert doing.told == set()
+
+    def test_bookkeeping_has_no_rows_of_its_own(self, chained: Database) -> None:
+        now = utc_now()
+        account = AccountRow(id=uuid4(), username="a", name="A", role="viewer", created_at=now, updated_at=now)
+        with chained.write() as session:
+            session.add(account)
+        with chained.write() as session:
+            session.add(StationRow(name="S", config="", registered_at=now, started_at=now))
+            session.get_one(AccountRow, account.id).failed = 3
+        with chained.write() as session:
+            told = {"began_at": now, "seen_at": now, "proved_at": now, "method": "password", "address": "", "agent": ""}
+            session.add(SignInRow(id=uuid4(), account_id=account.id, secret_hash="0", **told))
+            session.execute(update(SignInRow).values(seen_at=now))
+        assert [json.loads(row.detail) for row in rows(chained)] == [{"added": {"accounts": [str(account.id)]}}]
+
+    def test_changes_in_bulk_are_told_by_table_and_many_rows_by_their_number(self, chained: Database) -> None:
+        with request("erase_patient"), chained.write() as session:
+            session.add_all([somebody(f"K-{n}") for n in range(9)])
+            session.flush()
+            session.execute(update(PatientRow).values(notes=""))
+        assert json.loads(rows(chained)[0].detail) == {"added": {"patients": 9}, "changed_many": ["patients"]}
+
+    def test_texts_that_no_column_holds_are_cut_and_not_refused(self, chained: Database) -> None:
+        with request("odd\0" + "x" * 80, subject="\ud800" + "s" * 200), chained.write() as session:
+            audit.note(session, "odd\0" + "x" * 80)
+        (row,) = rows(chained)
+        assert (row.action, row.subject) == ("odd" + "x" * 61, "?" + "s" * 99)
+        assert verified(chained).whole
+
+
+class TestOneChain:
+    def test_writers_at_the_same_time_make_one_chain_without_gaps(self, database: Database) -> None:
+        """As two services would: two engines on one database, four threads each."""
+        other = Database(database.url.render_as_string(hide_password=False))
+        ready = threading.Barrier(8)
+        failed: list[Exception] = []
+
+        def write(which: Database, name: int) -> None:
+            try:
+                ready.wait(10)
+                for n in range(10):
+                    with which.write() as session:
+                        session.add(somebody(f"{name}-{n}"))
+            except Exception as error:
+                failed.append(error)
+
+        for one in (database, other):
+            Chained(one)
+        threads = [threading.Thread(target=write, args=((database, other)[n % 2], n)) for n in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+        other.close()
+        assert failed == []
+        assert [row.number for row in rows(database)] == list(range(1, 81))
+        assert verified(database).whole
+
+    @pytest.mark.parametrize(
+        "statement",
+        [
+            "UPDATE audit SET who = 'Nobody' WHERE number = 2",
+            "DELETE FROM audit WHERE number = 3",
+            "DELETE FROM audit",
+            "INSERT INTO audit SELECT * FROM audit WHERE number = 1",
+            "INSERT OR REPLACE INTO audit SELECT * FROM audit WHERE number = 1",
+            "REPLACE INTO audit SELECT * FROM audit WHERE number = 1",
+            "TRUNCATE audit",
+        ],
+    )
+    def test_the_database_itself_only_lets_it_grow(self, chained: Database, statement: str) -> None:
+        for n in range(3):
+            with chained.write() as session:
+                audit.note(session, f"act {n}")
+        with pytest.raises(RefusedError), chained.write() as session:
+            session.execute(text(statement))
+        assert len(rows(chained)) == 3
+        assert verified(chained).whole
+
+
+class TestQueue:
+    def test_looks_are_written_once_a_minute_for_each_person_act_and_object(
+        self, database: Database, tmp_path: Path
+    ) -> None:
+        async def look() -> None:
+            for key in (1, 1, 2, 1):
+                with request("get_patient", patient_id=UUID(int=key)):
+                    await trail.tell(audit.entry("get_patient", "done"))
+            with request("get_patient", replace(SATO, sign_in_id=uuid4()), patient_id=UUID(int=1)):
+                await trail.tell(audit.entry("get_patient", "done"))
+
+        with trail_of(database, tmp_path) as trail:
+            asyncio.run(look())
+            assert trail.until_written()
+        looks = [row.patient_id and row.patient_id.int for row in rows(database) if row.action == "get_patient"]
+        assert looks == [1, 2, 1]
+        assert verified(database, tmp_path).whole
+
+    def test_what_is_refused_again_is_counted_when_its_minute_is_over(self) -> None:
+        repeats = Repeats()
+        with request("get_patient", None):
+            refused = audit.entry("get_patient", "refused", uuid4(), detail={"code": "not_signed_in"})
+            # Whoever is not signed in does not get a row for each id that can be made up.
+            others = [replace(refused, patient_id=uuid4()) for _ in range(3)]
+        assert repeats.take(refused, 0.0) == [refused]
+        assert [repeats.take(one, 1.0) for one in others] == [[], [], []]
+        (counted,) = repeats.over(WINDOW_S)
+        assert json.loads(counted.detail) == {"code": "not_signed_in", "again": 3}
+        assert counted.at == others[-1].at
+        assert repeats.take(refused, WINDOW_S + 1) == [refused]
+
+    def test_what_finds_no_room_waits_and_none_is_dropped(
+        self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        with trail_of(database, tmp_path, room=3) as trail:
+            assert trail.until_written()
+            locked, tried = threading.Event(), threading.Event()
+            append = chain.append
+
+            def slow(*given: Any) -> chain.Head:
+                tried.set()
+                assert locked.wait(10)
+                return append(*given)
+
+            monkeypatch.setattr(chain, "append", slow)
+
+            async def flood() -> None:
+                told = [asyncio.create_task(trail.tell(audit.entry(f"look {n}", "done"))) for n in range(20)]
+                await asyncio.to_thread(tried.wait, 10)
+                done, _ = await asyncio.wait(told, timeout=0.05)
+                assert len(done) == 3
+                # The apparatus waits for nobody.
+                trail.tell_at_once(audit.entry("stop", "done"))
+                locked.set()
+                await asyncio.gather(*told)
+
+            asyncio.run(flood())
+        actions = [row.action for row in rows(database)]
+        assert sorted(actions[1:-1]) == sorted([*(f"look {n}" for n in range(20)), "stop"])
+        assert verified(database, tmp_path).whole
+
+    def test_a_database_that_cannot_be_written_to_for_a_while_loses_nothing(
+        self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        append, failures = chain.append, iter(range(3))
+
+        def failing(*given: Any) -> chain.Head:
+            if next(failures, None) is not None:
+                raise OperationalError("", None, Exception("locked"))
+            return append(*given)
+
+        with trail_of(database, tmp_path, again_s=0.01) as trail:
+            monkeypatch.setattr(chain, "append", failing)
+            trail.tell_at_once(audit.entry("stop", "done"))
+            assert trail.until_written()
+        assert [row.action for row in rows(database)] == ["service_started", "stop", "service_ended"]
+
+
+class TestAnchor:
+    def test_the_anchor_follows_every_commit_and_rows_say_how_long_it_is(
+        self, database: Database, tmp_path: Path
+    ) -> None:
+        with trail_of(database, tmp_path) as trail:
+            assert trail.until_written()
+            for n in range(3):
+                with database.write() as session:
+                    session.add(somebody(f"K-{n}"))
+                assert trail.until_written()
+        lines = anchor.read(tmp_path / "audit.anchor")
+        assert [line.head.number for line in lines] == [1, 2, 3, 4, 5]
+        assert [row.anchored for row in rows(database)] == [0, 1, 2, 3, 4]
+        assert verified(database, tmp_path).whole
+
+    def test_a_crash_between_commit_and_anchor_is_no_damage_and_told_at_the_next_start(
+        self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        with trail_of(database, tmp_path):
+            pass
+        Chained(database)
+        with database.write() as session:
+            session.add(somebody())
+        assert verified(database, tmp_path).whole
+        with trail_of(database, tmp_path):
+            pass
+        again = next(row for row in reversed(rows(database)) if row.action == "service_started")
+        assert json.loads(again.detail) == {"not_anchored": 1}
+        assert verified(database, tmp_path).whole
+        assert not [record for record in caplog.records if record.levelno >= logging.CRITICAL]
+
+    def test_a_line_that_a_power_cut_has_torn_is_written_behind(self, database: Database, tmp_path: Path) -> None:
+        with trail_of(database, tmp_path):
+            pass
+        with (tmp_path / "audit.anchor").open("a") as file:
+            file.write('{"line": 3, "anch')
+        with trail_of(database, tmp_path):
+            pass
+        assert [line.line for line in anchor.read(tmp_path / "audit.anchor")] == [1, 2, 3, 4]
+        assert verified(database, tmp_path).whole
+
+    def test_a_disk_that_does_not_take_the_anchor_keeps_no_change_back(
+        self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        def full(*_: object) -> None:
+            raise OSError("no space left on device")
+
+        with trail_of(database, tmp_path) as trail:
+            assert trail.until_written()
+            with monkeypatch.context() as patch:
+                patch.setattr(anchor.Anchor, "add", full)
+                with database.write() as session:
+                    session.add(somebody())
+                assert trail.until_written()
+        assert "anchor cannot be written" in caplog.text
+        assert verified(database, tmp_path).whole
+
+    def test_a_service_that_starts_on_a_trail_that_was_cut_says_so_loudly_and_in_the_trail(
+        self, database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        with trail_of(database, tmp_path) as trail:
+            for n in range(4):
+                with database.write() as session:
+                    audit.note(session, f"act {n}")
+            assert trail.until_written()
+        without_guards(database)
+        with database.writer.begin() as connection:
+            connection.execute(delete(AuditRow).where(AuditRow.number > 3))
+        with trail_of(database, tmp_path):
+            pass
+        assert "does not go on where it was anchored" in caplog.text
+        assert [row.action for row in rows(database)][3] == "audit_broken"
+        assert not verified(database, tmp_path).whole
+
+    def test_restoring_a_backup_is_told_and_no_damage(self, database: Database, tmp_path: Path) -> None:
+        with trail_of(database, tmp_path) as trail:
+            for n in range(4):
+                with database.write() as session:
+                    audit.note(session, f"act {n}")
+            assert trail.until_written()
+        without_guards(database)
+        with database.writer.begin() as connection:
+            connection.execute(delete(AuditRow).where(AuditRow.number > 3))
+        Chained(database)
+        with request("restore"), database.write() as session:
+            note_restored(session, tmp_path / "audit.anchor", "kata-2026-11-21.age")
+        with trail_of(database, tmp_path):
+            pass
+        verdict = verified(database, tmp_path)
+        assert verdict.findings == []
+        assert verdict.remarks == ["Row 4: a backup was restored; what had been written since it was given up."]
+        assert "audit_broken" not in {row.action for row in rows(database)}
+
+
+def without_guards(database: Database) -> None:
+    """As somebody who may do anything with the database would begin."""
+    on_file = database.file is not None
+    with database.writer.begin() as connection:
+        names = (
+            ("audit_grows", "audit_kept_as_it_is", "audit_kept")
+            if on_file
+            else ("audit_grows", "audit_kept", "audit_kept_whole")
+        )
+        for name in names:
+            connection.execute(text(f"DROP TRIGGER {name}" + ("" if on_file else " ON audit")))
