@@ -1,15 +1,9 @@
 import { Stack, Text, Title } from "@mantine/core";
-import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } from "@tanstack/react-router";
-import { AccountPage } from "./access/AccountPage";
+import { createRootRoute, createRoute, createRouter, type ErrorComponentProps, lazyRouteComponent } from "@tanstack/react-router";
 import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
 import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
-import { AccountsPage } from "./administration/AccountsPage";
-import { AdministrationPage } from "./administration/AdministrationPage";
-import { AuditPage } from "./administration/AuditPage";
 import { readAuditFilters } from "./administration/auditFilters";
-import { BackupsPage } from "./administration/BackupsPage";
-import { EmergencyAccessPage } from "./administration/EmergencyAccessPage";
 import { ProblemError } from "./api/client";
 import { PatientPage } from "./patient/PatientPage";
 import { PatientsPage } from "./patients/PatientsPage";
@@ -78,7 +72,8 @@ const newProgramme = createRoute({
   component: NewProgrammePage,
 });
 
-const account = createRoute({ getParentRoute: () => root, path: "/account", component: AccountPage });
+// What is seldom needed is fetched when it is.
+const account = createRoute({ getParentRoute: () => root, path: "/account", component: lazyRouteComponent(() => import("./access/AccountPage"), "AccountPage") });
 // For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
 const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
 const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
@@ -91,28 +86,28 @@ const setPassword = createRoute({
 const administration = createRoute({
   getParentRoute: () => root,
   path: "/administration",
-  component: AdministrationPage,
+  component: lazyRouteComponent(() => import("./administration/AdministrationPage"), "AdministrationPage"),
 });
 const accounts = createRoute({
   getParentRoute: () => administration,
   path: "/accounts",
-  component: AccountsPage,
+  component: lazyRouteComponent(() => import("./administration/AccountsPage"), "AccountsPage"),
 });
 const audit = createRoute({
   getParentRoute: () => administration,
   path: "/audit",
-  component: AuditPage,
+  component: lazyRouteComponent(() => import("./administration/AuditPage"), "AuditPage"),
   validateSearch: readAuditFilters,
 });
 const emergencyAccess = createRoute({
   getParentRoute: () => administration,
   path: "/emergency-access",
-  component: EmergencyAccessPage,
+  component: lazyRouteComponent(() => import("./administration/EmergencyAccessPage"), "EmergencyAccessPage"),
 });
 const backups = createRoute({
   getParentRoute: () => administration,
   path: "/backups",
-  component: BackupsPage,
+  component: lazyRouteComponent(() => import("./administration/BackupsPage"), "BackupsPage"),
 });
 
 export const router = createRouter({

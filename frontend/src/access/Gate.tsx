@@ -1,11 +1,12 @@
 import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
-import type { ReactNode } from "react";
-import { EnrolPage } from "./AccountPage";
+import { lazy, type ReactNode, Suspense } from "react";
 import { Door } from "./Door";
 import { useStanding } from "./hooks";
 import { LockScreen } from "./LockScreen";
 import { SignInPage } from "./SignInPage";
+
+const EnrolPage = lazy(() => import("./AccountPage").then((page) => ({ default: page.EnrolPage })));
 
 /** Pages for somebody who cannot sign in yet. */
 const BEFORE = ["/sign-in", "/set-up", "/set-password"];
@@ -27,6 +28,12 @@ export function Gate({ children }: { children: ReactNode }) {
     );
   }
   if (standing.is === "out") return <SignInPage why={standing.why} />;
-  if (standing.me.enrolling) return <EnrolPage me={standing.me} />;
+  if (standing.me.enrolling) {
+    return (
+      <Suspense>
+        <EnrolPage me={standing.me} />
+      </Suspense>
+    );
+  }
   return children;
 }
