@@ -33,6 +33,7 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
+from kata.web import live
 from kata.web.app import create_app
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -189,7 +190,15 @@ async def _serve(settings: Settings) -> None:
     try:
         async with application.router.lifespan_context(application):
             server = _Server(
-                uvicorn.Config(application, lifespan="off", log_level="warning", timeout_graceful_shutdown=2)
+                uvicorn.Config(
+                    application,
+                    lifespan="off",
+                    log_level="warning",
+                    timeout_graceful_shutdown=2,
+                    # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+                    ws_ping_interval=live.PING_S,
+                    ws_ping_timeout=live.PONG_S,
+                )
             )
             await server.serve([listening])
     except (AnchorError, ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:

@@ -34,6 +34,7 @@ from kata.motion.method import Method
 from kata.motion.taught import Taught
 from kata.settings import Settings
 from kata.simulator.apparatus import State
+from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.web import station as commands
 from kata.web.app import create_app
@@ -62,6 +63,7 @@ class Rehearsal:
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
         self.station, self.database = app.state.station, app.state.database
+        self.browser = Browser(uuid4(), _WHO)
         self._simulation = app.state.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
@@ -76,7 +78,7 @@ class Rehearsal:
         """Say that the apparatus stands for a side; a simulated one is turned by that."""
         if self.station.config.side == side:
             return
-        await commands.turn(self.station, self._simulation, commands.SideRequest(side=side))
+        await commands.turn(self.station, self._simulation, self.browser, commands.SideRequest(side=side))
         await self.until_mode({"idle"}, "Turning the apparatus", _SPARE_S)
 
     async def guide(self, motion: Taught, what: str, *, pedal: bool) -> None:
@@ -92,9 +94,9 @@ class Rehearsal:
         """Teach by the simulated hand and pedal."""
         await self.stand_for(side)
         wanted = commands.TeachRequest(patient_id=self._patient_id, name=motion.name, side=side)
-        teaching = await commands.teach(self.station, self.database, wanted)
+        teaching = await commands.teach(self.station, self.database, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
-        await commands.finish_teaching(self.station)
+        await commands.finish_teaching(self.station, self.browser)
 
         def saved() -> RecordingRow | None:
             with self.database.read() as session:
@@ -117,10 +119,10 @@ class Rehearsal:
         """Load it, move to its start, play it to its end, and back. ``learned`` knows what was played before."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(session_id=self._visit_id, recording_id=recording.id, method=method)
-        run = await commands.load(self.station, self.database, wanted)
-        await commands.approach(self.station)
+        run = await commands.load(self.station, self.database, self.browser, wanted)
+        await commands.approach(self.station, self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
-        await commands.play(self.station)
+        await commands.play(self.station, self.browser)
         await self.until_mode({"returning", "idle"}, "Playing back", recording.duration_s)
         await self.until_mode({"idle"}, "Moving back", _SPARE_S)
 
@@ -190,7 +192,7 @@ class Rehearsal:
         if self._hand:
             self._hand.estop(False)
         await until("Release it", lambda live: live.estop == "released" and "acknowledge" not in live.refusals)
-        await commands.acknowledge(self.station)
+        await commands.acknowledge(self.station, self.browser)
         await until("Acknowledged", lambda live: live.mode == "idle")
 
     async def _saved(self, look: Callable[[], _Found | None]) -> _Found:
@@ -248,8 +250,9 @@ async def rehearsing(settings: Settings, show: Show) -> AsyncIterator[Rehearsal]
     async with app.router.lifespan_context(app):
         rehearsal = Rehearsal(app, show)
         try:
-            await rehearsal.until_mode({"idle"}, "Connecting", _SPARE_S)
-            yield rehearsal
+            with rehearsal.station.operating.listening(rehearsal.browser):
+                await rehearsal.until_mode({"idle"}, "Connecting", _SPARE_S)
+                yield rehearsal
         except ProblemError:
             # Refused because of a stop: why it stopped tells more.
             rehearsal.look_for_stop()

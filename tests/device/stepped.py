@@ -12,7 +12,7 @@ from kata.device.config import StationConfig
 from kata.device.exchange import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
-from kata.device.messages import Command, Event, Refusal, Reply, Snapshot
+from kata.device.messages import Command, Event, Refusal, Reply, Snapshot, StopCode
 from kata.motion.learning import Correction
 from kata.motion.trajectory import Trajectory
 
@@ -102,6 +102,7 @@ class SteppedExchange:
     folder: Path
     commands: list[Taken] = field(default_factory=list)
     stop: bool = False
+    stop_because: StopCode = "operator_stop"
     closing: bool = False
     service_silent_ms: float = 0.0
     journal_ok: bool = True
@@ -119,9 +120,9 @@ class SteppedExchange:
         self.heartbeats += 1
         return self.heartbeats, self.naming
 
-    def take_stop(self) -> bool:
+    def take_stop(self) -> StopCode | None:
         stop, self.stop = self.stop, False
-        return stop
+        return self.stop_because if stop else None
 
     def take_command(self) -> Taken | None:
         return self.commands.pop(0) if self.commands else None

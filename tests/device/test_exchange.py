@@ -46,9 +46,12 @@ def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(
         for n in range(3):
             give(writer, n * 10_000_000)
             exchange.wake()
-        service.sendall(frame(Request(id=1, command=Stop())))
+        service.sendall(frame(Request(id=1, command=Stop(because="browser_lost"))))
         until(lambda: len(read(writer.path).t_ns) == 3)
-        until(exchange.take_stop)
+        reasons: list[object] = []
+        until(lambda: reasons.append(exchange.take_stop()) or reasons[-1])
+        assert reasons[-1] == "browser_lost"
+        assert exchange.take_stop() is None
         assert not may_end.is_set()
 
         writer.finish(JournalEnd(reason="completed"))

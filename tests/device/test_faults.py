@@ -171,7 +171,7 @@ def test_each_fault_has_its_own_way_of_stopping() -> None:
         },
         1: {
             "position_limit", "following_error", "setpoint_frozen", "overrun", "service_silent", "other_run",
-            "journal_fault", "operator_stop",
+            "journal_fault", "operator_stop", "browser_lost",
         },
         2: {"load_repeated", "load_on_the_way"},
     }  # fmt: skip

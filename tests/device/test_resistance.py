@@ -272,6 +272,15 @@ def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) ->
     assert not held.torque
 
 
+def test_an_arm_that_is_held_when_the_browser_is_lost_is_let_go_and_the_stop_says_why(held: Stepped) -> None:
+    held.forward(1.0)
+    held.exchange.stop, held.exchange.stop_because = True, "browser_lost"
+    held.forward(0.05)
+
+    assert held.causes() == ["load_repeated", "browser_lost"]
+    assert not held.torque
+
+
 @pytest.mark.parametrize("way", ["approaching", "returning"])
 def test_resistance_on_the_way_there_or_back_holds_the_arm_where_it_is(stepped: Stepped, way: str) -> None:
     stepped.apparatus.angles_deg[PUSHED] = 50.0

@@ -159,6 +159,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
         "stop": Rule("stop", locked=True),
+        "take_lease": _OPERATE,
+        "release_lease": _OPERATE,
         "turn": _OPERATE,
         "teach": _OPERATE,
         "finish_teaching": _OPERATE,

@@ -36,6 +36,7 @@ from kata.device.messages import (
     Request,
     Snapshot,
     Stop,
+    StopCode,
     ToDevice,
     frame,
     frames,
@@ -87,8 +88,8 @@ class Counterpart(Protocol):
     def journal_ok(self) -> bool:
         """Everything measured has found its way to the disk so far."""
 
-    def take_stop(self) -> bool:
-        """Whether a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
+    def take_stop(self) -> StopCode | None:
+        """Why to stop, if a Stop has come since the last cycle. It is a flag of its own, no command can be before it."""
 
     def take_command(self) -> Taken | None:
         """At most one command a cycle."""
@@ -120,7 +121,7 @@ class Exchange:
         self._socket = connection
         self._journals = JournalKeeper(journal_folder)
         self._commands: deque[Taken] = deque()
-        self._stop_requested = False
+        self._stop_requested: StopCode | None = None
         self._heard_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
         self._letters: deque[Reply | Event | JournalClosed] = deque()
@@ -149,9 +150,9 @@ class Exchange:
 
     # -- the control thread's side --------------------------------------------------------------------------------
 
-    def take_stop(self) -> bool:
+    def take_stop(self) -> StopCode | None:
         """See :class:`Counterpart`."""
-        requested, self._stop_requested = self._stop_requested, False
+        requested, self._stop_requested = self._stop_requested, None
         return requested
 
     def take_command(self) -> Taken | None:
@@ -256,7 +257,7 @@ class Exchange:
 
     def _accept(self, request: Request) -> None:
         if isinstance(request.command, Stop):
-            self._stop_requested = True
+            self._stop_requested = self._stop_requested or request.command.because
             self._letters.append(Reply(id=request.id))
             return
         if len(self._commands) >= _COMMANDS_KEPT:

@@ -304,6 +304,13 @@ FAULTS: Final = (
     ),
     Fault("operator_stop", 1, "Stopped by the operator.", "Acknowledge when it is safe to go on.", _never),
     Fault(
+        "browser_lost",
+        1,
+        "The browser that operated the apparatus was gone for too long.",
+        "Look after the patient, then acknowledge.",
+        _never,
+    ),
+    Fault(
         "unexpected_error",
         0,
         "The control program met an error of its own.",

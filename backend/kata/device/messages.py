@@ -125,8 +125,14 @@ class Return(_Message, frozen=True, kw_only=True, tag="return"):
     """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
 
+StopCode = Literal["operator_stop", "browser_lost"]
+"""Rows of the fault table that a Stop latches."""
+
+
 class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
     """Controlled stop: ramp down, torque off, latch. Always accepted; jumps every queue."""
+
+    because: StopCode = "operator_stop"
 
 
 class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):

@@ -34,6 +34,7 @@ from kata.device.messages import (
     Refusal,
     Return,
     RunState,
+    StopCode,
     Teach,
     TeachingState,
     Unload,
@@ -149,7 +150,7 @@ class Machine:
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
-    def step(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
+    def step(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
         self._t_ns = facts.t_ns
         if not self.torque_on:
@@ -165,11 +166,11 @@ class Machine:
         if facts.complete and all(code == "estop_pressed" for code, _ in holding):
             self._enter("idle")
 
-    def _supervise(self, facts: Facts, holding: list[Key], stop_requested: bool) -> None:
+    def _supervise(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
         acted, self._raised = self._raised if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching):
-            acted.append(("operator_stop", None))
+            acted.append((stop_requested, None))
         if self.stop is None and (holding or acted):
             self.stop = LatchedStop(facts.t_ns)
         if self.stop is None:

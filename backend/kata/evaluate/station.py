@@ -162,9 +162,8 @@ class _Desk:
 
     # -- the control loop's side ----------------------------------------------------------------------------------
 
-    def take_stop(self) -> bool:
+    def take_stop(self) -> None:
         """See :class:`~kata.device.exchange.Counterpart`."""
-        return False
 
     def take_command(self) -> Taken | None:
         """See :class:`~kata.device.exchange.Counterpart`."""

@@ -152,6 +152,23 @@ class LoopLive(_Schema):
     )
 
 
+class LeaseLive(_Schema):
+    """Who operates the apparatus; everybody else watches, and may stop it."""
+
+    holder: str | None = Field(
+        description="Name of whoever operates; null: nobody does, and the first command takes the lease.",
+        examples=["Sato"],
+    )
+    mine: bool = Field(description="It is the browser that this is told to.")
+    since: datetime | None
+    taken_from: str | None = Field(description="From whom it was taken over; null when it was free.", examples=["Kato"])
+    away_since: datetime | None = Field(
+        description="Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later "
+        "the motors let go of the arm. Null while it is there."
+    )
+    paused: bool = Field(description="The playback was paused for want of the holder's browser.")
+
+
 class Live(_Schema):
     """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
 
@@ -171,6 +188,7 @@ class Live(_Schema):
     refusals: dict[CommandName, RefusalLive] = Field(
         description="Commands not allowed now, and why; others are allowed."
     )
+    lease: LeaseLive
     loop: LoopLive | None
 
 

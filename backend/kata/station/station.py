@@ -30,6 +30,8 @@ from kata.device.messages import (
 )
 from kata.motion.axes import Side
 from kata.station.device_process import DeviceProcess
+from kata.station.lease import Browser, Due
+from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
 
 log = logging.getLogger(__name__)
@@ -101,9 +103,10 @@ class Station:
         simulated: bool,
         real_time: bool,
         on_journal: Callable[[Path | None], None],
+        on_due: Callable[[Browser, Due], None] = lambda browser, due: None,
     ) -> None:
         """``on_journal`` is called with a journal that is complete, or with None when a device process has ended and may
-        have left some behind.
+        have left some behind; ``on_due`` when the station pauses or stops for want of the browser that operates it.
         """
         self.config = config
         self.info = StationInfo(
@@ -129,6 +132,8 @@ class Station:
         self._has_run = False
         self._occupation: Occupation | None = None
         self._resistance: str | None = None
+        self.operating = Operating(self.command, self._changed, on_due)
+        self._changes = 0
         self._subscriptions: list[Subscription] = []
 
     def start(self) -> None:
@@ -142,11 +147,17 @@ class Station:
 
     # -- the door -------------------------------------------------------------------------------------------------
 
-    async def command(self, command: Command, occupation: Occupation | None = None) -> Refusal | None:
+    async def command(
+        self, command: Command, occupation: Occupation | None = None, *, by: Browser | None = None
+    ) -> Refusal | None:
         """Ask the device for something; None when it is accepted.
 
-        ``occupation`` says for whom, where the command is one that begins something.
+        ``occupation`` says for whom, where the command is one that begins something. ``by`` needs the lease, and takes it when it
+        is free, for anything but Stop; None: the station itself, which needs none.
         """
+        # At the last moment: while a recording was being checked somebody else may have taken over.
+        if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
+            return elsewhere
         # Whatever is known of the device: a Stop goes out if there is anybody to hear it.
         if not self._process.running or (self._snapshot is None and not isinstance(command, Stop)):
             return _OFFLINE
@@ -188,13 +199,27 @@ class Station:
                 self._process.start()
         return None
 
+    @property
+    def may_have_torque(self) -> bool:
+        """Torque is on, or a command on its way may switch it on."""
+        return bool(self._asked) or (self._snapshot is not None and self._snapshot.torque_on)
+
     # -- telemetry ------------------------------------------------------------------------------------------------
+
+    @property
+    def version(self) -> object:
+        """Another one whenever :meth:`live` would tell something else, but for its age."""
+        return self._changes, self._process.running, self.config.side
+
+    @property
+    def age_ms(self) -> float | None:
+        """Since the device process last said anything; None when it never has."""
+        return None if self._snapshot is None else (time.monotonic() - self._snapshot_at_s) * 1000
 
     def live(self) -> Live:
         """The newest state, with its age."""
         snapshot = self._snapshot
         running = self._process.running and snapshot is not None
-        age_ms = None if snapshot is None else (time.monotonic() - self._snapshot_at_s) * 1000
         if running and snapshot is not None:
             state = msgspec.to_builtins(snapshot)
             state["run"] = self._with_occupation(state["run"], "run_id")
@@ -206,7 +231,8 @@ class Station:
         else:
             state = self._unknown(snapshot)
         device = "running" if running else "restarting" if self._has_run else "starting"
-        return Live.model_validate(state | {"device": device, "age_ms": age_ms, "side": self.config.side})
+        around = {"device": device, "age_ms": self.age_ms, "side": self.config.side, "lease": self.operating.told(None)}
+        return Live.model_validate(state | around)
 
     @property
     def occupation(self) -> Occupation | None:
@@ -238,11 +264,12 @@ class Station:
                 self._snapshot = message
                 self._has_run = True
                 self._snapshot_at_s = time.monotonic()
-                for subscription in self._subscriptions:
-                    subscription.changed.set()
+                self._changed()
+                self.operating.look(message)
             case Event():
                 if message.code == "load_reversal":
                     self._resistance = message.message
+                    self._changes += 1
                 since = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
                 self.tell(
                     EventLive(
@@ -265,7 +292,13 @@ class Station:
         if occupation:
             self._occupation = occupation
             self._resistance = None
+            self._changed()
             self._process.beat()
+
+    def _changed(self) -> None:
+        self._changes += 1
+        for subscription in self._subscriptions:
+            subscription.changed.set()
 
     def _believed(self) -> str:
         return self._occupation.id if self._occupation else ""
@@ -276,8 +309,7 @@ class Station:
         for asked in self._asked.values():
             if not asked.reply.done():
                 asked.reply.set_result(_OFFLINE)
-        for subscription in self._subscriptions:
-            subscription.changed.set()
+        self._changed()
         self._on_journal(None)
 
     def _with_occupation(self, state: dict[str, Any] | None, key: str) -> dict[str, Any] | None:

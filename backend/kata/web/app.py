@@ -45,7 +45,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import hardening, live, page, problems
+from kata.web import hardening, live, operating, page, problems
 from kata.web import sign_in as signing_in
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
@@ -193,7 +193,9 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
+        on_due=operating.noting(database, station_config.name, importing),
     )
+    app.state.board = operating.Board(station)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,

@@ -13,13 +13,18 @@ from pydantic import BaseModel, Field
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
+from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
+from kata.web.operating import Board, browser
 
 log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
+PING_S: Final = 0.5
+PONG_S: Final = 1.0
+"""A listener that is asked every half second, and has not answered for so long, has gone: the lease's grace begins then."""
 
 
 class _LiveMessage(BaseModel):
@@ -73,12 +78,14 @@ def document(app: FastAPI) -> None:
 async def live(socket: WebSocket) -> None:
     """Tell one listener, until it leaves."""
     station: Station = socket.app.state.station
+    board: Board = socket.app.state.board
+    here = browser()
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
     try:
-        with station.subscribed() as subscription:
-            telling = asyncio.create_task(_tell(socket, station, subscription))
+        with station.operating.listening(here), station.subscribed() as subscription:
+            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription))
             _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
@@ -94,24 +101,23 @@ async def _listen(socket: WebSocket) -> None:
         pass
 
 
-async def _tell(socket: WebSocket, station: Station, subscription: Subscription) -> None:
+async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription) -> None:
     """Changes are merged while a slow listener keeps us waiting; events never are."""
     told: dict[str, Any] = {}
     sequence = 0
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            live = station.live()
-            state = live.model_dump(mode="json")
+            state = board.state(here)
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
                 "sent_at": utc_now(),
-                "estop": live.estop,
-                "mode": live.mode,
+                "estop": state["estop"],
+                "mode": state["mode"],
             }
             if sequence == 1:
-                message: _LiveMessage = SnapshotMessage(**common, station=station.info, live=live)
+                message: _LiveMessage = SnapshotMessage(**common, station=info, live=Live.model_validate(state))
             else:
                 changed = {name: value for name, value in state.items() if told.get(name) != value}
                 message = ChangeMessage(**common, live=changed)

@@ -27,8 +27,10 @@ from kata.motion import edit
 from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
-from kata.station.schemas import Live, LoadLevel, PatientRef, StationInfo
+from kata.station.lease import Browser
+from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
+from kata.web.operating import Operator, TheBoard, Watching, taken_over
 from kata.web.problems import refused
 from kata.web.simulator import AnySimulation
 
@@ -95,14 +97,44 @@ class LoadRequest(Asked):
     )
 
 
+class LeaseRequest(Schema):
+    """Operate the apparatus from this browser."""
+
+    take_over: bool = Field(False, description="Also when somebody operates it at another browser, who is told.")
+
+
 @router.get("")
-async def get_station(station: TheStation) -> StationState:
+async def get_station(station: TheStation, board: TheBoard, here: Watching) -> StationState:
     """The station and its newest state; the WebSocket /api/live keeps telling it."""
-    return StationState(station=station.info, live=station.live())
+    return StationState(station=station.info, live=Live.model_validate(board.state(here)))
+
+
+@router.post("/lease", responses=PROBLEMS.of(409, 422))
+async def take_lease(station: TheStation, database: TheDatabase, here: Watching, wanted: LeaseRequest) -> LeaseLive:
+    """Operate the apparatus from this browser; the first command does the same while nobody operates it.
+
+    Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+    """
+    before = station.operating.by
+    refusal = station.operating.take(here, take_over=wanted.take_over)
+    if refusal:
+        raise refused(refusal)
+    if before and before.id != here.id:
+        await run_in_threadpool(taken_over, database, before)
+    return station.operating.told(here)
+
+
+@router.delete("/lease", responses=PROBLEMS.of(409))
+async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
+    """Operate the apparatus no more; refused while the motors move or hold the arm."""
+    refusal = station.operating.release(here, torque_on=station.may_have_torque)
+    if refusal:
+        raise refused(refusal)
+    return station.operating.told(here)
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422))
-async def turn(station: TheStation, simulation: AnySimulation, wanted: SideRequest) -> Accepted:
+async def turn(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
     """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
 
     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
@@ -120,11 +152,12 @@ async def turn(station: TheStation, simulation: AnySimulation, wanted: SideReque
 
 
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
-async def teach(station: TheStation, database: TheDatabase, wanted: TeachRequest) -> Teaching:
+async def teach(station: TheStation, database: TheDatabase, here: Operator, wanted: TeachRequest) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down."""
     teaching, patient = await run_in_threadpool(_begin_teaching, database, wanted)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
-    refusal = await station.command(messages.Teach(teaching_id=str(teaching.id), side=_side(teaching.side)), occupation)
+    command = messages.Teach(teaching_id=str(teaching.id), side=_side(teaching.side))
+    refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget, database, teaching)
@@ -133,13 +166,13 @@ async def teach(station: TheStation, database: TheDatabase, wanted: TeachRequest
 
 
 @router.post("/finish-teaching", responses=_COMMAND)
-async def finish_teaching(station: TheStation) -> Accepted:
+async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
     """End teaching; its takes are saved."""
-    return await _send(station, messages.FinishTeaching())
+    return await _send(station, messages.FinishTeaching(), here)
 
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
-async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) -> Run:
+async def load(station: TheStation, database: TheDatabase, here: Operator, wanted: LoadRequest) -> Run:
     """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
 
     Refused while the session's checklist is open.
@@ -162,7 +195,7 @@ async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) 
     patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
     changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
     occupation = Occupation(str(run.id), patient, run.recording_name, run.session_id, changes)
-    refusal = await station.command(command, occupation)
+    refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
             await run_in_threadpool(_forget_run, database, run.id)
@@ -171,55 +204,57 @@ async def load(station: TheStation, database: TheDatabase, wanted: LoadRequest) 
 
 
 @router.post("/unload", responses=_COMMAND)
-async def unload(station: TheStation) -> Accepted:
+async def unload(station: TheStation, here: Operator) -> Accepted:
     """Forget the loaded recording, unplayed."""
-    return await _send(station, messages.Unload())
+    return await _send(station, messages.Unload(), here)
 
 
 @router.post("/approach", responses=_COMMAND)
-async def approach(station: TheStation) -> Accepted:
+async def approach(station: TheStation, here: Operator) -> Accepted:
     """Torque on, slowly to the recording's start, and hold there."""
-    return await _send(station, messages.Approach())
+    return await _send(station, messages.Approach(), here)
 
 
 @router.post("/play", responses=_COMMAND)
-async def play(station: TheStation) -> Accepted:
+async def play(station: TheStation, here: Operator) -> Accepted:
     """Play on from where the path stands."""
-    return await _send(station, messages.Play())
+    return await _send(station, messages.Play(), here)
 
 
 @router.post("/pause", responses=_COMMAND)
-async def pause(station: TheStation) -> Accepted:
+async def pause(station: TheStation, here: Operator) -> Accepted:
     """Slow down on the path and hold."""
-    return await _send(station, messages.Pause())
+    return await _send(station, messages.Pause(), here)
 
 
 @router.post("/less", responses=_COMMAND)
-async def less(station: TheStation) -> Accepted:
+async def less(station: TheStation, here: Operator) -> Accepted:
     """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
-    return await _send(station, messages.Less())
+    return await _send(station, messages.Less(), here)
 
 
 @router.post("/return", responses=_COMMAND)
-async def return_to_rest(station: TheStation) -> Accepted:
+async def return_to_rest(station: TheStation, here: Operator) -> Accepted:
     """Slowly back to where the approach began, then torque off."""
-    return await _send(station, messages.Return())
+    return await _send(station, messages.Return(), here)
 
 
 @router.post("/stop", responses=_COMMAND)
 async def stop(station: TheStation) -> Accepted:
-    """Ramp down, torque off, latch. Always accepted; waits behind nothing. Not an emergency stop: it needs a network."""
-    return await _send(station, messages.Stop())
+    """Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+    stop: it needs a network.
+    """
+    return await _send(station, messages.Stop(), None)
 
 
 @router.post("/acknowledge", responses=_COMMAND)
-async def acknowledge(station: TheStation) -> Accepted:
+async def acknowledge(station: TheStation, here: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. Starts nothing."""
-    return await _send(station, messages.Acknowledge())
+    return await _send(station, messages.Acknowledge(), here)
 
 
-async def _send(station: Station, command: messages.Command) -> Accepted:
-    refusal = await station.command(command)
+async def _send(station: Station, command: messages.Command, here: Browser | None) -> Accepted:
+    refusal = await station.command(command, by=here)
     if refusal:
         raise refused(refusal)
     return Accepted(accepted=True)

@@ -132,26 +132,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/audit": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Audit
-         * @description The audit trail, newest first; every filter that is given has to fit.
-         */
-        get: operations["list_audit"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/patients/{patient_id}/episodes": {
         parameters: {
             query?: never;
@@ -1306,6 +1286,32 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/station/lease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take Lease
+         * @description Operate the apparatus from this browser; the first command does the same while nobody operates it.
+         *
+         *     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+         */
+        post: operations["take_lease"];
+        /**
+         * Release Lease
+         * @description Operate the apparatus no more; refused while the motors move or hold the arm.
+         */
+        delete: operations["release_lease"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/station/side": {
         parameters: {
             query?: never;
@@ -1522,7 +1528,8 @@ export interface paths {
         put?: never;
         /**
          * Stop
-         * @description Ramp down, torque off, latch. Always accepted; waits behind nothing. Not an emergency stop: it needs a network.
+         * @description Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+         *     stop: it needs a network.
          */
         post: operations["stop"];
         delete?: never;
@@ -1957,78 +1964,6 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
-        };
-        /**
-         * AuditEntry
-         * @description Something that somebody did, saw, or tried in vain.
-         */
-        AuditEntry: {
-            /**
-             * Number
-             * @description In the chain, from 1 without gaps.
-             */
-            number: number;
-            /**
-             * At
-             * Format: date-time
-             */
-            at: string;
-            /**
-             * Account Id
-             * @description Null: nobody who was signed in, or the program by itself.
-             */
-            account_id: string | null;
-            /**
-             * Who
-             * @description The name as it was then; empty where nobody was signed in.
-             */
-            who: string;
-            /** Role */
-            role: string;
-            /**
-             * Address
-             * @description Of the browser.
-             */
-            address: string;
-            /**
-             * Action
-             * @description The operation's name in this interface, or what the program did.
-             */
-            action: string;
-            /**
-             * Outcome
-             * @enum {string}
-             */
-            outcome: "done" | "refused" | "failed";
-            /** Patient Id */
-            patient_id: string | null;
-            /**
-             * Subject
-             * @description What else it was done to.
-             */
-            subject: string;
-            /** Station */
-            station: string;
-            /**
-             * Detail
-             * @description Which rows and fields changed, why it was refused.
-             */
-            detail: {
-                [key: string]: unknown;
-            };
-        };
-        /**
-         * AuditPage
-         * @description A part of the trail, newest first.
-         */
-        AuditPage: {
-            /** Items */
-            items: components["schemas"]["AuditEntry"][];
-            /**
-             * Next
-             * @description Ask for the next page with this as `after`; null at the end of the list.
-             */
-            next: string | null;
         };
         /**
          * AxisInfo
@@ -2949,6 +2884,53 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LeaseLive
+         * @description Who operates the apparatus; everybody else watches, and may stop it.
+         */
+        LeaseLive: {
+            /**
+             * Holder
+             * @description Name of whoever operates; null: nobody does, and the first command takes the lease.
+             * @example Sato
+             */
+            holder: string | null;
+            /**
+             * Mine
+             * @description It is the browser that this is told to.
+             */
+            mine: boolean;
+            /** Since */
+            since: string | null;
+            /**
+             * Taken From
+             * @description From whom it was taken over; null when it was free.
+             * @example Kato
+             */
+            taken_from: string | null;
+            /**
+             * Away Since
+             * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
+             */
+            away_since: string | null;
+            /**
+             * Paused
+             * @description The playback was paused for want of the holder's browser.
+             */
+            paused: boolean;
+        };
+        /**
+         * LeaseRequest
+         * @description Operate the apparatus from this browser.
+         */
+        LeaseRequest: {
+            /**
+             * Take Over
+             * @description Also when somebody operates it at another browser, who is told.
+             * @default false
+             */
+            take_over: boolean;
+        };
+        /**
          * LinkSignIn
          * @description By a link of the demonstration clinic.
          */
@@ -3009,6 +2991,7 @@ export interface components {
             refusals: {
                 [key: string]: components["schemas"]["RefusalLive"];
             };
+            lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
         };
         /**
@@ -6082,49 +6065,6 @@ export interface operations {
             };
         };
     };
-    list_audit: {
-        parameters: {
-            query?: {
-                account_id?: string | null;
-                patient_id?: string | null;
-                action?: string | null;
-                outcome?: ("done" | "refused" | "failed") | null;
-                station?: string | null;
-                /** @description UTC; from here on. */
-                since?: string | null;
-                /** @description UTC; before this. */
-                until?: string | null;
-                /** @description How many at most. */
-                limit?: number;
-                /** @description `next` of the page before; without it, the list from its beginning. */
-                after?: string | null;
-            };
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["AuditPage"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     list_episodes: {
         parameters: {
             query?: never;
@@ -9147,6 +9087,77 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
+                };
+            };
+        };
+    };
+    take_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseLive"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };

@@ -259,6 +259,7 @@ STOPS_JA: Final = {
     "load_repeated": "モータ{motor}が同じ位置で2度抵抗を受けた。",
     "load_on_the_way": "開始位置への移動中または復帰中に、モータ{motor}が抵抗を受けた。",
     "operator_stop": "操作者が停止した。",
+    "browser_lost": "操作していたブラウザとの接続が長く途絶えた。",
     "unexpected_error": "制御プログラム内部で異常が発生した。",
 }
 """The fault table's sentences; the database keeps the English one."""

@@ -1,0 +1,207 @@
+"""Who operates, on a clock that only the test moves."""
+
+from datetime import UTC, datetime
+from uuid import UUID
+
+import pytest
+
+from kata.device.messages import Mode
+from kata.station.lease import Browser, Due, Lease, Moment
+
+SATO = Browser(UUID(int=1), "Sato")
+KATO = Browser(UUID(int=2), "Kato")
+NOON = Moment(0.0, datetime(2026, 5, 1, 12, tzinfo=UTC))
+TORQUE: dict[Mode, bool] = {
+    "offline": False, "idle": False, "teaching": False, "ready": False, "approaching": True, "playing": True,
+    "paused": True, "returning": True, "stopped": False,
+}  # fmt: skip
+
+
+def at(s: float) -> Moment:
+    return NOON.later(s)
+
+
+@pytest.fixture
+def lease() -> Lease:
+    """Sato's, taken at noon, with a page open."""
+    made = Lease()
+    made.came(SATO)
+    assert made.take(SATO, NOON) is None
+    return made
+
+
+def due(lease: Lease, s: float, mode: Mode, *, torque_on: bool | None = None) -> Due | None:
+    return lease.due(at(s), mode, torque_on=TORQUE[mode] if torque_on is None else torque_on)
+
+
+# -- who operates -----------------------------------------------------------------------------------------------------
+
+
+def test_a_free_lease_is_anybodys_and_the_first_to_command_holds_it() -> None:
+    lease = Lease()
+    assert lease.told(SATO, NOON).holder is None
+    assert lease.refusal(SATO) is None
+    assert lease.refusal(KATO) is None
+
+    assert lease.take(SATO, NOON) is None
+
+    assert lease.refusal(SATO) is None
+    refusal = lease.refusal(KATO)
+    assert refusal is not None
+    assert refusal.code == "not_operating"
+    assert refusal.message == "Sato operates the apparatus at another browser."
+
+
+def test_each_browser_is_told_whether_it_is_its_own(lease: Lease) -> None:
+    mine, watched, neutral = lease.told(SATO, at(5)), lease.told(KATO, at(5)), lease.told(None, at(5))
+    assert (mine.holder, mine.mine, mine.since, mine.away_since) == ("Sato", True, NOON.at, None)
+    assert (watched.holder, watched.mine) == ("Sato", False)
+    assert (neutral.holder, neutral.mine) == ("Sato", False)
+
+
+def test_it_is_taken_over_only_by_saying_so_and_both_are_told(lease: Lease) -> None:
+    refusal = lease.take(KATO, at(1))
+    assert refusal is not None
+    assert refusal.code == "not_operating"
+    assert lease.holder == SATO
+
+    assert lease.take(KATO, at(2), take_over=True) is None
+
+    for browser, mine in ((SATO, False), (KATO, True)):
+        told = lease.told(browser, at(2))
+        assert (told.holder, told.mine, told.taken_from, told.since) == ("Kato", mine, "Sato", at(2).at)
+    assert lease.refusal(SATO) is not None
+
+
+def test_the_same_person_at_another_browser_is_another(lease: Lease) -> None:
+    elsewhere = Browser(UUID(int=3), "Sato")
+    assert lease.refusal(elsewhere) is not None
+    assert lease.told(elsewhere, NOON).mine is False
+
+
+def test_taking_what_one_has_changes_nothing(lease: Lease) -> None:
+    assert lease.take(SATO, at(9), take_over=True) is None
+    told = lease.told(SATO, at(9))
+    assert (told.since, told.taken_from) == (NOON.at, None)
+
+
+def test_it_is_given_back_only_without_torque_and_only_by_its_holder(lease: Lease) -> None:
+    refusal = lease.release(SATO, torque_on=True)
+    assert refusal is not None
+    assert refusal.code == "torque_on"
+    refusal = lease.release(KATO, torque_on=False)
+    assert refusal is not None
+    assert refusal.code == "not_operating"
+    assert lease.holder == SATO
+
+    assert lease.release(SATO, torque_on=False) is None
+    assert lease.holder is None
+    assert lease.release(SATO, torque_on=False) is None
+    assert lease.take(KATO, at(1)) is None
+    assert lease.told(KATO, at(1)).taken_from is None
+
+
+# -- without its browser ----------------------------------------------------------------------------------------------
+
+
+def test_with_its_page_open_a_browser_may_be_silent_for_hours(lease: Lease) -> None:
+    assert due(lease, 3 * 3600, "playing") is None
+
+
+def test_a_playback_without_its_browser_is_paused_after_two_seconds_and_let_go_after_thirty(lease: Lease) -> None:
+    lease.left(SATO, at(10))
+    assert due(lease, 11.99, "playing") is None
+    assert due(lease, 12.0, "playing") == "pause"
+    # Until it stands, and it is told why.
+    assert due(lease, 12.1, "playing") == "pause"
+    lease.note_pause()
+    assert lease.told(KATO, at(13)).paused is True
+    assert lease.told(KATO, at(13)).away_since == at(10).at
+    assert due(lease, 13.0, "paused") is None
+    assert due(lease, 39.99, "paused") is None
+    assert due(lease, 40.0, "paused") == "stop"
+    # A pause that never came about does not save it.
+    assert due(lease, 40.0, "playing") == "stop"
+    assert due(lease, 40.0, "approaching") == "stop"
+    # Held by a stop of category 2.
+    assert due(lease, 40.0, "stopped", torque_on=True) == "stop"
+
+
+def test_a_way_back_is_let_go_to_its_end_where_the_arm_lies(lease: Lease) -> None:
+    lease.left(SATO, at(0))
+    assert due(lease, 3, "returning") is None
+    assert due(lease, 60, "returning") is None
+    assert lease.holder == SATO
+
+
+@pytest.mark.parametrize("mode", ["idle", "teaching", "ready", "stopped", "offline"])
+def test_without_torque_nothing_is_done_and_after_thirty_seconds_it_is_free(lease: Lease, mode: Mode) -> None:
+    lease.left(SATO, at(0))
+    assert due(lease, 29.9, mode) is None
+    assert lease.refusal(KATO) is not None
+
+    assert due(lease, 30.0, mode) is None
+    assert lease.holder is None
+    assert lease.take(KATO, at(30.1)) is None
+
+
+def test_a_page_that_is_loaded_anew_within_the_grace_is_as_if_it_had_never_gone(lease: Lease) -> None:
+    lease.left(SATO, at(10))
+    lease.came(SATO)
+    assert due(lease, 100, "playing") is None
+    assert lease.told(SATO, at(100)).away_since is None
+
+
+def test_another_page_of_the_same_browser_is_enough(lease: Lease) -> None:
+    lease.came(SATO)
+    lease.left(SATO, at(10))
+    assert due(lease, 20, "playing") is None
+    lease.left(SATO, at(20))
+    assert due(lease, 22, "playing") == "pause"
+
+
+def test_others_who_watch_do_not_count(lease: Lease) -> None:
+    lease.came(KATO)
+    lease.left(SATO, at(10))
+    assert due(lease, 12, "playing") == "pause"
+    lease.left(KATO, at(12))
+
+
+def test_who_takes_over_has_to_be_there(lease: Lease) -> None:
+    """Kato only ever asks: present for two seconds after each request, and then the same as everybody."""
+    assert lease.take(KATO, at(10), take_over=True) is None
+    assert due(lease, 13.5, "playing") is None
+    lease.asked(KATO, at(13.5))
+    assert due(lease, 17.25, "playing") is None
+    assert due(lease, 17.5, "playing") == "pause"
+    # That Sato's page is open helps nobody.
+    lease.came(KATO)
+    assert due(lease, 50, "playing") is None
+    lease.left(KATO, at(50))
+    # It has had a page: from now on asking is a sign of that moment only.
+    lease.asked(KATO, at(51))
+    assert due(lease, 52.9, "playing") is None
+    assert due(lease, 53, "playing") == "pause"
+
+
+def test_asking_takes_nothing_from_who_holds_it(lease: Lease) -> None:
+    lease.left(SATO, at(10))
+    lease.asked(KATO, at(11.9))
+    assert due(lease, 12, "playing") == "pause"
+
+
+def test_that_it_was_paused_is_told_until_the_holder_commands_again(lease: Lease) -> None:
+    lease.left(SATO, at(0))
+    lease.note_pause()
+    lease.came(SATO)
+    assert lease.told(SATO, at(5)).paused is True
+    lease.take(SATO, at(6))
+    assert lease.told(SATO, at(6)).paused is False
+
+
+def test_what_the_station_does_by_itself_with_nobody_operating_is_left_alone() -> None:
+    """`kata demo` and `kata evaluate` have no browser."""
+    lease = Lease()
+    assert due(lease, 100, "playing") is None
+    lease.note_pause()
+    assert lease.told(None, NOON).paused is False
