@@ -51,14 +51,14 @@ export function AccountPage() {
 }
 
 /** Of somebody who has to have a second factor and has none yet: nothing else is possible before. */
-export function EnrolPage({ me }: { me: Me }) {
+export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
   useTitle("Second factor");
   return (
     <Door title="A second factor is needed">
       <Text>
         {ROLES[me.role].name}s of this clinic sign in with a second factor. You have none yet, {me.name}.
       </Text>
-      <SecondFactor me={me} onChanged={() => void access.look()} />
+      <SecondFactor me={me} onChanged={onDone} />
       <Button variant="subtle" onClick={() => void access.signOut()}>
         Sign out
       </Button>

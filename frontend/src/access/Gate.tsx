@@ -1,10 +1,11 @@
 import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
-import { lazy, type ReactNode, Suspense } from "react";
+import { lazy, type ReactNode, Suspense, useState } from "react";
 import { Door } from "./Door";
 import { useStanding } from "./hooks";
 import { LockScreen } from "./LockScreen";
 import { SignInPage } from "./SignInPage";
+import { access } from "./standing";
 
 const EnrolPage = lazy(() => import("./AccountPage").then((page) => ({ default: page.EnrolPage })));
 
@@ -17,6 +18,7 @@ const BEFORE = ["/sign-in", "/set-up", "/set-password"];
  */
 export function Gate({ children }: { children: ReactNode }) {
   const standing = useStanding();
+  const [enrolling, setEnrolling] = useState<string | null>(null);
   const path = useRouterState({ select: (state) => state.location.pathname });
   if (standing.is === "locked") return <LockScreen me={standing.me} />;
   if (BEFORE.includes(path)) return <Outlet />;
@@ -28,10 +30,12 @@ export function Gate({ children }: { children: ReactNode }) {
     );
   }
   if (standing.is === "out") return <SignInPage why={standing.why} />;
-  if (standing.me.enrolling) {
+  // Until they have seen their recovery codes, which are shown only once.
+  if (standing.me.enrolling && enrolling !== standing.me.account_id) setEnrolling(standing.me.account_id);
+  if (enrolling === standing.me.account_id) {
     return (
       <Suspense>
-        <EnrolPage me={standing.me} />
+        <EnrolPage me={standing.me} onDone={() => void access.look().then(() => setEnrolling(null))} />
       </Suspense>
     );
   }

@@ -37,17 +37,13 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
           authenticator app on your phone shows a code that is new every half minute.
         </Text>
       )}
-      <Proving
-        act={api.beginSecondFactor}
-        onDone={setBegun}
-        variant={me.second_factor ? "default" : "filled"}
-        leftSection={<IconDeviceMobile size={20} />}
-      >
-        {me.second_factor ? "Set up another phone instead" : "Set up a second factor"}
-      </Proving>
-      {me.second_factor && (
-        <Proving act={api.removeSecondFactor} onDone={onChanged} variant="subtle">
-          Take the second factor away
+      {me.second_factor ? (
+        <Proving act={api.removeSecondFactor} onDone={onChanged} variant="default">
+          Take it away, to do without or to set up another
+        </Proving>
+      ) : (
+        <Proving act={api.beginSecondFactor} onDone={setBegun} leftSection={<IconDeviceMobile size={20} />}>
+          Set up a second factor
         </Proving>
       )}
     </Stack>
