@@ -125,6 +125,12 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
     assert len(lines) == recording["samples"] + 1
     figure = client.get(f"/api/recordings/{recording['id']}/figure").json()
     assert len(figure["data"]) == 5
+    motion = client.get(f"/api/recordings/{recording['id']}/motion").json()
+    assert (motion["side"], motion["times_s"][0]) == ("right", 0)
+    assert motion["times_s"][-1] == pytest.approx(recording["duration_s"], abs=0.01)
+    for axis, reach in enumerate(recording["ranges"]):
+        shown = [row[axis] for row in motion["angles_deg"]]
+        assert (min(shown), max(shown)) == pytest.approx((reach["min_deg"], reach["max_deg"]), abs=0.5)
     listed = client.get(f"/api/patients/{taught_patient['id']}/recordings").json()["items"]
     assert recording["id"] in {one["id"] for one in listed}
     renamed = client.patch(f"/api/recordings/{recording['id']}", json={"name": "Raise", "note": "Slowly."}).json()

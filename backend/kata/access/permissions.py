@@ -110,6 +110,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "derive_recording": _WRITE,
         "preview_derived_recording": _WRITE,
         "get_recording_figure": _READ,
+        "get_recording_motion": _READ,
         "list_programmes": _READ,
         "create_programme": _WRITE,
         "preview_programme": _WRITE,
@@ -132,6 +133,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "add_addendum": _WRITE,
         "get_run": _READ,
         "get_run_figures": _READ,
+        "get_run_motion": _READ,
         # What goes out and comes in.
         "get_session_page": _READ,
         "get_session_pdf": _READ,

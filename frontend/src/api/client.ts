@@ -177,6 +177,10 @@ export const api = {
         params: { path: { recording_id: key }, query: window ?? {} },
       }),
     ),
+  recordingMotion: (key: string) =>
+    unwrap(client.GET("/api/recordings/{recording_id}/motion", { params: { path: { recording_id: key } } })),
+  runMotion: (key: string) =>
+    unwrap(client.GET("/api/runs/{run_id}/motion", { params: { path: { run_id: key } } })),
   previewDerived: (key: string, body: Edit) =>
     unwrap(
       client.POST("/api/recordings/{recording_id}/derived/preview", {

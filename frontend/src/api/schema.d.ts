@@ -132,6 +132,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Audit
+         * @description The audit trail, newest first; every filter that is given has to fit.
+         */
+        get: operations["list_audit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients/{patient_id}/episodes": {
         parameters: {
             query?: never;
@@ -856,6 +876,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/recordings/{recording_id}/motion": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Recording Motion
+         * @description What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second.
+         */
+        get: operations["get_recording_motion"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}/report.html": {
         parameters: {
             query?: never;
@@ -1156,6 +1196,28 @@ export interface paths {
          * @description One playback, with its errors.
          */
         get: operations["get_run"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/runs/{run_id}/motion": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Motion
+         * @description What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
+         *
+         *     Its range and speed are the run's, so that it can be watched before it touches anybody.
+         */
+        get: operations["get_run_motion"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1964,6 +2026,78 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             updated_at: string;
+        };
+        /**
+         * AuditEntry
+         * @description Something that somebody did, saw, or tried in vain.
+         */
+        AuditEntry: {
+            /**
+             * Number
+             * @description In the chain, from 1 without gaps.
+             */
+            number: number;
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /**
+             * Account Id
+             * @description Null: nobody who was signed in, or the program by itself.
+             */
+            account_id: string | null;
+            /**
+             * Who
+             * @description The name as it was then; empty where nobody was signed in.
+             */
+            who: string;
+            /** Role */
+            role: string;
+            /**
+             * Address
+             * @description Of the browser.
+             */
+            address: string;
+            /**
+             * Action
+             * @description The operation's name in this interface, or what the program did.
+             */
+            action: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "done" | "refused" | "failed";
+            /** Patient Id */
+            patient_id: string | null;
+            /**
+             * Subject
+             * @description What else it was done to.
+             */
+            subject: string;
+            /** Station */
+            station: string;
+            /**
+             * Detail
+             * @description Which rows and fields changed, why it was refused.
+             */
+            detail: {
+                [key: string]: unknown;
+            };
+        };
+        /**
+         * AuditPage
+         * @description A part of the trail, newest first.
+         */
+        AuditPage: {
+            /** Items */
+            items: components["schemas"]["AuditEntry"][];
+            /**
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
+             */
+            next: string | null;
         };
         /**
          * AxisInfo
@@ -3232,6 +3366,27 @@ export interface components {
              * @example 90
              */
             highest_deg?: number | null;
+        };
+        /**
+         * MotionShown
+         * @description Where the motors stand over time; between two samples they go straight.
+         */
+        MotionShown: {
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Times S
+             * @description Seconds, rising; the first is 0, the last the motion's length.
+             */
+            times_s: number[];
+            /**
+             * Angles Deg
+             * @description A row a time: motor angles in axis order 1-5, degrees.
+             */
+            angles_deg: number[][];
         };
         /**
          * MotionTracking
@@ -6065,6 +6220,49 @@ export interface operations {
             };
         };
     };
+    list_audit: {
+        parameters: {
+            query?: {
+                account_id?: string | null;
+                patient_id?: string | null;
+                action?: string | null;
+                outcome?: ("done" | "refused" | "failed") | null;
+                station?: string | null;
+                /** @description UTC; from here on. */
+                since?: string | null;
+                /** @description UTC; before this. */
+                until?: string | null;
+                /** @description How many at most. */
+                limit?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AuditPage"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_episodes: {
         parameters: {
             query?: never;
@@ -8062,6 +8260,55 @@ export interface operations {
             };
         };
     };
+    get_recording_motion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MotionShown"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session_page: {
         parameters: {
             query?: {
@@ -8832,6 +9079,55 @@ export interface operations {
             };
             /** @description There is no such thing. */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_motion: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MotionShown"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It was there, and can no longer be read. */
+            410: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -6,6 +6,7 @@ import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { useMay } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
+import { RecordingGhost } from "../apparatus3d/lazily";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
 import { FIXTURES } from "../shared/fixtures";
@@ -175,6 +176,7 @@ export function RecordingPage() {
         save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
       />
       {it.ranges.length > 0 && <MotorRanges ranges={it.ranges} />}
+      {it.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
       {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>
   );

@@ -3,6 +3,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
 import { api } from "../api/client";
+import { LiveApparatus } from "../apparatus3d/lazily";
 import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
@@ -83,6 +84,7 @@ export function StationPage() {
         </Grid.Col>
         <Grid.Col span={{ base: 12, md: 6 }}>
           <Stack>
+            <LiveApparatus />
             <Angles />
             <Lately />
             <LoopHealth />

@@ -21,8 +21,9 @@ from kata.clinic.recordings.schemas import (
     RecordingList,
     RecordingUpdate,
 )
+from kata.clinic.recordings.shown import MotionShown, shown
 from kata.database.engine import Database
-from kata.motion.edit import EditError
+from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
 from kata.station.station import Station
 
@@ -89,6 +90,14 @@ def get_recording_figure(
     with database.read() as session:
         parts = service.figure_parts(session, recording_id, window)
     return StreamingResponse(figures.pieces(worker.build(figures.recording, parts)), media_type="application/json")
+
+
+@router.get("/api/recordings/{recording_id}/motion", responses=PROBLEMS.of(404, 410, 422))
+def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionShown:
+    """What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second."""
+    with database.read() as session:
+        taught = service.samples(session, recording_id)
+        return shown(Motion(taught.times_s, taught.angles_deg), service.side_of(service.get(session, recording_id)))
 
 
 def _derived(

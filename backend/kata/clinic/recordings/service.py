@@ -22,6 +22,7 @@ from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
+from kata.motion.axes import Side
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""
@@ -117,7 +118,12 @@ def source(session: Session, recording_id: UUID) -> Source:
     :raises ProblemError: 404.
     """
     row = get(session, recording_id)
-    return Source(stored_samples(session, recording_id), "left" if row.side == "left" else "right", tuple(row.done))
+    return Source(stored_samples(session, recording_id), side_of(row), tuple(row.done))
+
+
+def side_of(row: RecordingRow) -> Side:
+    """The shoulder that it was taught for."""
+    return "left" if row.side == "left" else "right"
 
 
 def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:

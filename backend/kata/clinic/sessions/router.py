@@ -8,6 +8,8 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.shown import MotionShown, shown
 from kata.clinic.sessions import checks, ending, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
@@ -116,6 +118,17 @@ def get_run(database: TheDatabase, run_id: UUID) -> Run:
     """One playback, with its errors."""
     with database.read() as session:
         return service.as_run(service.get_run(session, run_id))
+
+
+@router.get("/api/runs/{run_id}/motion", responses=PROBLEMS.of(404, 410, 422))
+def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionShown:
+    """What a run asks of the motors, one repetition of it, for the 3-D apparatus: at most 20 samples a second.
+
+    Its range and speed are the run's, so that it can be watched before it touches anybody.
+    """
+    with database.read() as session:
+        row = service.get_run(session, run_id)
+        return shown(service.motion_of(session, row, once=True), recordings.side_of(row.recording))
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))

@@ -1,7 +1,7 @@
 """What is done with sessions and runs. Commits nothing: the request does."""
 
 import logging
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime, timedelta
 from typing import Final
 from uuid import UUID, uuid4
@@ -218,14 +218,16 @@ def begin_run(
     return row
 
 
-def motion_of(session: DatabaseSession, row: RunRow) -> edit.Motion:
+def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
     """What a run asks of the motors: its recording, with what is done to it.
 
+    :param once: one repetition of it, however many are asked for.
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
     """
     taught = recordings.samples(session, row.recording_id)
+    asked = replace(asked_of(row), repetitions=1) if once else asked_of(row)
     try:
-        return edit.as_asked(edit.Motion(taught.times_s, taught.angles_deg), asked_of(row))
+        return edit.as_asked(edit.Motion(taught.times_s, taught.angles_deg), asked)
     except edit.EditError as error:
         raise ProblemError(
             422, "unplayable", f"This recording cannot be played like that: {error}.", "Choose other settings."

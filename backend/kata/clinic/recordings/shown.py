@@ -1,0 +1,32 @@
+"""A motion as the page's 3-D apparatus plays it: few enough samples to be sent at once, at the motion's own time."""
+
+from typing import Final
+
+import numpy as np
+from pydantic import Field
+
+from kata.clinic.fields import Schema, Side
+from kata.motion.edit import Motion
+
+_STEP_S: Final = 0.05
+_MOST: Final = 3000
+
+
+class MotionShown(Schema):
+    """Where the motors stand over time; between two samples they go straight."""
+
+    side: Side
+    times_s: list[float] = Field(description="Seconds, rising; the first is 0, the last the motion's length.")
+    angles_deg: list[list[float]] = Field(description="A row a time: motor angles in axis order 1-5, degrees.")
+
+
+def shown(motion: Motion, side: Side) -> MotionShown:
+    """A motion at 20 samples a second; at fewer where it is longer than two and a half minutes."""
+    count = int(np.clip(np.ceil(motion.duration_s / _STEP_S) + 1, 2, _MOST))
+    times_s = np.linspace(0.0, motion.duration_s, count)
+    columns = [np.interp(times_s, motion.times_s, angles) for angles in motion.angles_deg.T]
+    return MotionShown(
+        side=side,
+        times_s=np.round(times_s, 3).tolist(),
+        angles_deg=np.round(np.stack(columns, axis=-1), 2).tolist(),
+    )

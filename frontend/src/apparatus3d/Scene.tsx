@@ -1,0 +1,85 @@
+import { type PointerEvent, useEffect, useRef } from "react";
+import type { AnglesSource } from "./ghost";
+import type { Limits, Motor } from "./limits";
+import { Stage } from "./scene/stage";
+import type { Side } from "./vectors";
+import { moved, type View } from "./view";
+
+interface SceneProps {
+  side: Side;
+  limits: Limits;
+  view: View;
+  only: Motor | null;
+  real: AnglesSource | null;
+  ghost: AnglesSource | null;
+  label: string;
+  onView: (view: View) => void;
+  onUnable: () => void;
+}
+
+const DEG_A_PIXEL = 0.4;
+
+/** The canvas. Angles go from their source to the stage, ten times a second, without React. */
+export function Scene(props: SceneProps) {
+  const { side, limits, view, only, real, ghost, label, onView, onUnable } = props;
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const stage = useRef<Stage | null>(null);
+  const latest = useRef({ view, only, onUnable });
+  latest.current = { view, only, onUnable };
+
+  useEffect(() => {
+    const element = canvas.current;
+    if (!element) return;
+    let made: Stage;
+    try {
+      made = new Stage(element, side, limits);
+    } catch {
+      latest.current.onUnable();
+      return;
+    }
+    stage.current = made;
+    made.look(latest.current.view);
+    made.single(latest.current.only);
+    const fit = new ResizeObserver(() => made.resize(element.clientWidth, element.clientHeight));
+    fit.observe(element);
+    const lost = () => latest.current.onUnable();
+    element.addEventListener("webglcontextlost", lost);
+    return () => {
+      element.removeEventListener("webglcontextlost", lost);
+      fit.disconnect();
+      made.dispose();
+      stage.current = null;
+    };
+  }, [side, limits]);
+
+  useEffect(() => stage.current?.look(view), [view]);
+  useEffect(() => stage.current?.single(only), [only]);
+  // A new stage, for another side, is shown the same; so side and limits belong to what these follow.
+  // biome-ignore lint/correctness/useExhaustiveDependencies: see above
+  useEffect(() => follow(real, (angles) => stage.current?.show(angles)), [real, side, limits]);
+  // biome-ignore lint/correctness/useExhaustiveDependencies: see above
+  useEffect(() => follow(ghost, (angles) => stage.current?.haunt(angles)), [ghost, side, limits]);
+
+  const onDrag = (event: PointerEvent<HTMLCanvasElement>) => {
+    if (event.buttons !== 1) return;
+    onView(moved(view, -event.movementX * DEG_A_PIXEL, event.movementY * DEG_A_PIXEL));
+  };
+  return (
+    <canvas
+      // A canvas whose context was given back gets no new one.
+      key={side}
+      ref={canvas}
+      role="img"
+      aria-label={label}
+      data-testid="apparatus-canvas"
+      onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
+      onPointerMove={onDrag}
+      style={{ width: "100%", height: "100%", display: "block", touchAction: "pan-y", cursor: "grab" }}
+    />
+  );
+}
+
+function follow(source: AnglesSource | null, show: (angles: ReturnType<AnglesSource["get"]>) => void) {
+  show(source?.get() ?? null);
+  return source?.subscribe(() => show(source.get()));
+}

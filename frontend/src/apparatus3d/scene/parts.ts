@@ -1,0 +1,145 @@
+import {
+  BoxGeometry,
+  CapsuleGeometry,
+  Color,
+  CylinderGeometry,
+  Group,
+  LatheGeometry,
+  type Material,
+  Matrix4,
+  Mesh,
+  MeshLambertMaterial,
+  type Object3D,
+  SphereGeometry,
+  Vector2,
+  Vector3,
+} from "three";
+import { GHOST, MOTOR_COLOURS } from "../colours";
+import type { Motor } from "../limits";
+import type { Rotation, Vec } from "../vectors";
+
+/** What things are made of. A ghost is all of one, so that nobody takes it for the patient. */
+export interface Paint {
+  skin: Material;
+  shirt: Material;
+  sleeve: Material;
+  hair: Material;
+  bone: Material;
+  metal: Material;
+  dark: Material;
+  plate: Material;
+  cloth: Material;
+  motor: (motor: Motor) => Material;
+}
+
+export function solidPaint(): Paint {
+  const of = (colour: string) => new MeshLambertMaterial({ color: new Color(colour) });
+  const motors = { 1: of(MOTOR_COLOURS[1]), 2: of(MOTOR_COLOURS[2]), 3: of(MOTOR_COLOURS[3]) };
+  const outer = { 4: of(MOTOR_COLOURS[4]), 5: of(MOTOR_COLOURS[5]) };
+  const all = { ...motors, ...outer };
+  return {
+    skin: of("#d8b194"),
+    shirt: of("#a9b6c9"),
+    sleeve: of("#94a4bb"),
+    hair: of("#4a4039"),
+    bone: of("#efe6d2"),
+    metal: of("#aab2bb"),
+    dark: of("#3c434b"),
+    plate: of("#f7f8fa"),
+    cloth: of("#5d6b80"),
+    motor: (motor) => all[motor],
+  };
+}
+
+export function ghostPaint(): Paint {
+  const ghost = new MeshLambertMaterial({
+    color: new Color(GHOST),
+    transparent: true,
+    opacity: 0.32,
+    depthWrite: false,
+  });
+  return {
+    skin: ghost,
+    shirt: ghost,
+    sleeve: ghost,
+    hair: ghost,
+    bone: ghost,
+    metal: ghost,
+    dark: ghost,
+    plate: ghost,
+    cloth: ghost,
+    motor: () => ghost,
+  };
+}
+
+const UP = new Vector3(0, 1, 0);
+
+/** Put a thing that is made along its own y between two places. */
+export function span(thing: Object3D, from: Vec, to: Vec, stretch = false) {
+  const [a, b] = [new Vector3(...from), new Vector3(...to)];
+  const way = b.clone().sub(a);
+  thing.position.copy(a).addScaledVector(way, 0.5);
+  if (stretch) thing.scale.set(1, way.length(), 1);
+  thing.quaternion.setFromUnitVectors(UP, way.normalize());
+}
+
+/** A round bar between two places. */
+export function bar(from: Vec, to: Vec, radius: number, paint: Material, thinner = radius): Mesh {
+  const length = new Vector3(...from).distanceTo(new Vector3(...to));
+  const mesh = new Mesh(new CylinderGeometry(thinner, radius, length, 14), paint);
+  span(mesh, from, to);
+  return mesh;
+}
+
+/** A limb: a bar with round ends, which lie in the two places. */
+export function limb(from: Vec, to: Vec, radius: number, paint: Material): Mesh {
+  const length = new Vector3(...from).distanceTo(new Vector3(...to));
+  const mesh = new Mesh(new CapsuleGeometry(radius, length, 6, 16), paint);
+  span(mesh, from, to);
+  return mesh;
+}
+
+export function ball(at: Vec, radius: number, paint: Material, shape: Vec = [1, 1, 1]): Mesh {
+  const mesh = new Mesh(new SphereGeometry(radius, 20, 14), paint);
+  mesh.position.set(...at);
+  mesh.scale.set(...shape);
+  return mesh;
+}
+
+export function box(at: Vec, size: Vec, paint: Material): Mesh {
+  const mesh = new Mesh(new BoxGeometry(...size), paint);
+  mesh.position.set(...at);
+  return mesh;
+}
+
+/** A body of revolution about z: radii at heights; flatter from front to back. */
+export function round(profile: [radius: number, z: number][], flat: number, paint: Material): Mesh {
+  const points = profile.map(([radius, z]) => new Vector2(radius, z));
+  const geometry = new LatheGeometry(points, 32);
+  geometry.rotateX(Math.PI / 2);
+  geometry.scale(flat, 1, 1);
+  geometry.computeVertexNormals();
+  return new Mesh(geometry, paint);
+}
+
+/** A motor: a round body with its shaft, from one end to the other. */
+export function motorBody(
+  from: Vec,
+  to: Vec,
+  shaft: Vec,
+  radius: number,
+  paint: Material,
+  dark: Material,
+): Group {
+  const group = new Group();
+  group.add(bar(from, to, radius, paint), bar(to, shaft, 7, dark));
+  return group;
+}
+
+/** Place and turn of a group, from the posture. */
+export function stand(group: Group, at: Vec, turn: Rotation) {
+  const [x, y, z] = turn;
+  group.matrixAutoUpdate = false;
+  group.matrix = new Matrix4().set(...x, at[0], ...y, at[1], ...z, at[2], 0, 0, 0, 1);
+  group.matrixWorldNeedsUpdate = true;
+}

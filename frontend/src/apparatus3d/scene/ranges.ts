@@ -1,0 +1,66 @@
+import { Color, Group, InstancedMesh, MeshBasicMaterial, Object3D, SphereGeometry } from "three";
+import { MOTOR_COLOURS } from "../colours";
+import { endsReached, type Limits, MOTORS, type Motor } from "../limits";
+import type { Angles, Posture } from "../posture";
+import { sweeps } from "../posture";
+
+const STEPS = 24;
+/** Of a dot on the way, of an end, of an end that is reached, and of where the motor stands; mm. */
+const DOT = 5;
+const END = 12;
+const REACHED = 22;
+const NOW = 15;
+/** Motors 1 and 2 turn short cranks, and have smaller dots. */
+const SMALL = 0.45;
+
+/** The motors' ranges, as dotted curves between two ends; where the motor stands is a larger dot. */
+export class Ranges {
+  readonly group = new Group();
+  readonly #dots: InstancedMesh[];
+  readonly #limits: Limits;
+  readonly #place = new Object3D();
+
+  constructor(limits: Limits) {
+    this.#limits = limits;
+    const ball = new SphereGeometry(1, 10, 8);
+    this.#dots = MOTORS.map((motor) => {
+      const material = new MeshBasicMaterial({ color: new Color(MOTOR_COLOURS[motor]) });
+      const dots = new InstancedMesh(ball, material, STEPS + 2);
+      dots.frustumCulled = false;
+      this.group.add(dots);
+      return dots;
+    });
+  }
+
+  stand(angles: Angles, posture: Posture, only: Motor | null) {
+    const curves = sweeps(posture);
+    const ends = endsReached(angles, this.#limits);
+    for (const motor of MOTORS) {
+      const axis = motor - 1;
+      const [dots, range, curve] = [this.#dots[axis], this.#limits[axis], curves[axis]];
+      if (!dots || !range || !curve) continue;
+      const scale = motor <= 2 ? SMALL : 1;
+      dots.visible = only === null || only === motor;
+      if (!dots.visible) continue;
+      for (let n = 0; n <= STEPS; n += 1) {
+        const end = n === 0 ? "lower" : n === STEPS ? "upper" : null;
+        const size = end === null ? DOT : ends[axis] === end ? REACHED : END;
+        this.#put(
+          dots,
+          n,
+          curve.at(range.min_deg + (n / STEPS) * (range.max_deg - range.min_deg)),
+          scale * size,
+        );
+      }
+      this.#put(dots, STEPS + 1, curve.at(angles[axis] as number), scale * NOW);
+      dots.instanceMatrix.needsUpdate = true;
+    }
+  }
+
+  #put(dots: InstancedMesh, n: number, at: readonly [number, number, number], size: number) {
+    this.#place.position.set(...at);
+    this.#place.scale.setScalar(size);
+    this.#place.updateMatrix();
+    dots.setMatrixAt(n, this.#place.matrix);
+  }
+}

@@ -1,0 +1,26 @@
+"""What the page's 3-D apparatus plays before a motion may touch a patient."""
+
+import numpy as np
+import pytest
+
+from kata.clinic.recordings.shown import shown
+from kata.motion.edit import Motion
+
+
+def _motion(duration_s: float, rate_hz: int) -> Motion:
+    times_s = np.linspace(0.0, duration_s, int(duration_s * rate_hz) + 1)
+    return Motion(times_s, np.stack([np.sin(times_s) * (axis + 1) for axis in range(5)], axis=-1))
+
+
+def test_it_keeps_the_motions_own_time_and_path() -> None:
+    motion = _motion(7.31, 100)
+    seen = shown(motion, "left")
+    assert (seen.side, seen.times_s[0], seen.times_s[-1]) == ("left", 0.0, 7.31)
+    for time_s, row in zip(seen.times_s, seen.angles_deg, strict=True):
+        assert row == pytest.approx([np.sin(time_s) * (axis + 1) for axis in range(5)], abs=0.02)
+
+
+def test_there_are_twenty_samples_a_second_and_never_more_than_a_browser_takes_in_at_once() -> None:
+    assert np.diff(shown(_motion(7.31, 100), "left").times_s).max() <= 0.051
+    hour = shown(_motion(3600.0, 10), "right")
+    assert len(hour.times_s) == len(hour.angles_deg) == 3000
