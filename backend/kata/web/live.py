@@ -10,6 +10,7 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, Field
 
+from kata.access.actor import ACTING, Actor
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
@@ -17,6 +18,7 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
+from kata.web.signing import Endings, actor_at
 
 log = logging.getLogger(__name__)
 router = APIRouter()
@@ -80,20 +82,33 @@ async def live(socket: WebSocket) -> None:
     station: Station = socket.app.state.station
     board: Board = socket.app.state.board
     here = browser()
+    actor = ACTING.get() or actor_at(socket, socket.app.state.database)
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
+    ending = asyncio.create_task(_ended(socket, actor))
     try:
         with station.operating.listening(here), station.subscribed() as subscription:
             telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription))
-            _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
+            first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
-            _, told = await asyncio.gather(listening, telling, return_exceptions=True)
-            if isinstance(told, Exception):
-                log.error("a listener could not be told any more", exc_info=told)
+            if pending:
+                # Not gather: it would swallow what we ourselves are cancelled by.
+                await asyncio.wait(pending)
+            if not telling.cancelled() and (error := telling.exception()):
+                log.error("a listener could not be told any more", exc_info=error)
+            if ending in first and listening not in first:
+                await socket.close(1008, "signed out")
     finally:
         listening.cancel()
+        ending.cancel()
+
+
+async def _ended(socket: WebSocket, actor: Actor | None) -> None:
+    """Return when nobody is signed in there any more."""
+    endings: Endings = socket.app.state.access.endings
+    await (endings.of(actor.sign_in_id) if actor else asyncio.Event().wait())
 
 
 async def _listen(socket: WebSocket) -> None:
