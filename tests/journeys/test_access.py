@@ -29,7 +29,7 @@ def made(page: Page, name: str, username: str, role: str) -> str:
     page.get_by_role("link", name="Administration").click()
     page.get_by_role("button", name="New account").click()
     dialog = page.get_by_role("dialog", name="New account")
-    dialog.get_by_label("Name", exact=True).fill(name)
+    dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
     dialog.get_by_label("User name").fill(username)
     dialog.get_by_role("radio", name=role).check()
     dialog.get_by_role("button", name="Make the account").click()
