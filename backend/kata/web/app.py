@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 import msgspec
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, Depends, FastAPI
 from pydantic import Field
 from starlette.types import ASGIApp
 
@@ -38,6 +38,7 @@ from kata.clinic.progress.router import router as progress
 from kata.clinic.recordings.router import router as recordings
 from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
+from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.database.base import utc_now
@@ -48,7 +49,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
+from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
 from kata.web.simulator import Simulation
@@ -101,6 +102,7 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
+        dependencies=[Depends(access.allowed)],
         generate_unique_id_function=lambda route: route.name,
         docs_url=None,
         redoc_url=None,
@@ -120,6 +122,7 @@ def create_app(settings: Settings) -> FastAPI:
         progress,
         recordings,
         reports,
+        restricted,
         session_lists,
         sessions,
         own_account.router,
@@ -133,6 +136,7 @@ def create_app(settings: Settings) -> FastAPI:
     live.document(app)
     _document_problems(app)
     page.install(app)
+    access.install(app)
     _harden(app, hardening.allowed_hosts(settings))
     return app
 
@@ -149,8 +153,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await asyncio.to_thread(upgrade, database)
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
-    app.state.access = access = await _opened(settings, database)
-    await stack.enter_async_context(access.endings.watched())
+    app.state.access = await _opened(settings, database)
+    await stack.enter_async_context(app.state.access.endings.watched())
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -281,6 +285,7 @@ def _document_problems(app: FastAPI) -> None:
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described
+            access.document(document)
             app.openapi_schema = document
         return app.openapi_schema
 

@@ -10,7 +10,7 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, Field
 
-from kata.access.actor import ACTING, Actor
+from kata.access.actor import ACTING
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
@@ -18,7 +18,8 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
-from kata.web.signing import Endings, actor_at
+from kata.web.signing import Endings
+from kata.web.view import View
 
 log = logging.getLogger(__name__)
 router = APIRouter()
@@ -82,14 +83,18 @@ async def live(socket: WebSocket) -> None:
     station: Station = socket.app.state.station
     board: Board = socket.app.state.board
     here = browser()
-    actor = ACTING.get() or actor_at(socket, socket.app.state.database)
+    actor = ACTING.get()
+    # The rule of this route lets nobody through who has not signed in.
+    assert actor is not None
+    view = View(actor, socket.app.state.database)
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
-    ending = asyncio.create_task(_ended(socket, actor))
+    endings: Endings = socket.app.state.access.endings
+    ending = asyncio.create_task(endings.of(actor.sign_in_id))
     try:
         with station.operating.listening(here), station.subscribed() as subscription:
-            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription))
+            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
             first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
@@ -105,25 +110,21 @@ async def live(socket: WebSocket) -> None:
         ending.cancel()
 
 
-async def _ended(socket: WebSocket, actor: Actor | None) -> None:
-    """Return when nobody is signed in there any more."""
-    endings: Endings = socket.app.state.access.endings
-    await (endings.of(actor.sign_in_id) if actor else asyncio.Event().wait())
-
-
 async def _listen(socket: WebSocket) -> None:
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
 
 
-async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription) -> None:
+async def _tell(
+    socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription, view: View
+) -> None:
     """Changes are merged while a slow listener keeps us waiting; events never are."""
     told: dict[str, Any] = {}
     sequence = 0
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            state = board.state(here)
+            state = await view.of(board.state(here))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
@@ -139,8 +140,11 @@ async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browse
             told = state
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
+                item = subscription.waiting.popleft()
+                if isinstance(item, Saved) and not await view.may_hear_of(item.patient_id):
+                    continue
                 sequence += 1
-                await socket.send_text(_notice(subscription.waiting.popleft(), common | {"sequence": sequence}))
+                await socket.send_text(_notice(item, common | {"sequence": sequence}))
             await _until_next(subscription)
         await socket.close(1013, "too far behind: connect again")
     except WebSocketDisconnect:

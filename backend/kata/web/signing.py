@@ -17,14 +17,13 @@ from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from kata.access import accounts, audit, demonstration, sign_in
-from kata.access.actor import Actor, Role
+from kata.access.actor import ACTING, Actor, Role
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords
 from kata.access.permissions import OF_ROLE, Permission
 from kata.access.sign_in import Limits, Method
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, Throttle
-from kata.clinic.dependencies import TheDatabase
 from kata.clinic.fields import LONGEST_NAME, NO_NUL, Schema
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -52,11 +51,12 @@ class Endings:
         self._now = now
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
         self._look = asyncio.Event()
-        self._loop = asyncio.get_running_loop()
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     def notice(self) -> None:
         """Some sign-in may have ended; from any thread."""
-        self._loop.call_soon_threadsafe(self._look.set)
+        if self._loop:
+            self._loop.call_soon_threadsafe(self._look.set)
 
     async def of(self, sign_in_id: UUID) -> None:
         """Return when this one has ended."""
@@ -74,6 +74,7 @@ class Endings:
     @asynccontextmanager
     async def watched(self) -> AsyncIterator[None]:
         """Meanwhile, endings are looked for."""
+        self._loop = asyncio.get_running_loop()
         watching = asyncio.create_task(self._watch(), name="endings")
         try:
             yield
@@ -139,8 +140,8 @@ def not_signed_in() -> ProblemError:
     return ProblemError(401, "not_signed_in", "Nobody is signed in at this browser.", "Sign in.")
 
 
-def _signed_in(request: Request, database: TheDatabase) -> Actor:
-    actor = actor_at(request, database)
+async def _signed_in() -> Actor:
+    actor = ACTING.get()
     if actor is None:
         raise not_signed_in()
     return actor
@@ -203,6 +204,7 @@ def end_here(request: Request, session: Session, access: Access) -> Actor | None
     actor = sign_in.actor_of(session, cookie_of(request), access.now(), access.limits)
     if actor:
         sign_in.end(session, actor.sign_in_id, "signed_out", access.now())
+        request.app.state.remembered.forget(cookie_of(request) or "")
     return actor
 
 
