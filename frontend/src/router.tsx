@@ -1,5 +1,11 @@
 import { Stack, Text, Title } from "@mantine/core";
-import { createRootRoute, createRoute, createRouter, type ErrorComponentProps, lazyRouteComponent } from "@tanstack/react-router";
+import {
+  createRootRoute,
+  createRoute,
+  createRouter,
+  type ErrorComponentProps,
+  lazyRouteComponent,
+} from "@tanstack/react-router";
 import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
 import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
@@ -73,7 +79,11 @@ const newProgramme = createRoute({
 });
 
 // What is seldom needed is fetched when it is.
-const account = createRoute({ getParentRoute: () => root, path: "/account", component: lazyRouteComponent(() => import("./access/AccountPage"), "AccountPage") });
+const account = createRoute({
+  getParentRoute: () => root,
+  path: "/account",
+  component: lazyRouteComponent(() => import("./access/AccountPage"), "AccountPage"),
+});
 // For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
 const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
 const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
@@ -104,11 +114,6 @@ const emergencyAccess = createRoute({
   path: "/emergency-access",
   component: lazyRouteComponent(() => import("./administration/EmergencyAccessPage"), "EmergencyAccessPage"),
 });
-const backups = createRoute({
-  getParentRoute: () => administration,
-  path: "/backups",
-  component: lazyRouteComponent(() => import("./administration/BackupsPage"), "BackupsPage"),
-});
 
 export const router = createRouter({
   routeTree: root.addChildren([
@@ -125,7 +130,7 @@ export const router = createRouter({
     signIn,
     setUp,
     setPassword,
-    administration.addChildren([accounts, audit, emergencyAccess, backups]),
+    administration.addChildren([accounts, audit, emergencyAccess]),
   ]),
   defaultNotFoundComponent: NotFound,
 });

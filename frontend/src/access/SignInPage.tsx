@@ -113,7 +113,7 @@ export function SignInPage({ why }: { why: Why }) {
       <ButtonLink to="/set-password" variant="subtle">
         I have a one-time code
       </ButtonLink>
-      <Text size="sm" c="dimmed">
+      <Text size="sm">
         Without a sign-in nothing here reaches the apparatus, Stop neither. Use the emergency stop.
       </Text>
     </Door>
