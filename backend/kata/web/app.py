@@ -16,6 +16,7 @@ from starlette.types import ASGIApp
 
 from kata.access import demonstration, second_factor, set_up
 from kata.access.accounts import count_administrators
+from kata.access.actor import by_program
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
@@ -230,7 +231,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
     )
 
     def prepare() -> str:
-        with database.write() as session:
+        with by_program("prepare_demonstration"), database.write() as session:
             demonstration.prepare(session, utc_now(), allowed=links.allowed)
             needs_somebody = not links.allowed and not count_administrators(session)
         # Anew at each start: whoever reads the terminal today need not be who read it yesterday.
