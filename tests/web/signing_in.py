@@ -14,6 +14,7 @@ from fastapi.testclient import TestClient
 from kata.access import accounts, sign_in
 from kata.access.actor import Role
 from kata.access.passwords import Passwords
+from kata.access.sign_in import COOKIE
 from kata.access.tables import AccountRow
 from kata.access.throttle import Throttle
 from kata.database.base import utc_now
@@ -44,10 +45,9 @@ class Clock:
 class Clinic:
     """The service, and browsers that come to it."""
 
-    def __init__(self, administrator: TestClient) -> None:
-        self.administrator = administrator
-        """A browser that one is signed in at."""
-        app: Any = administrator.app
+    def __init__(self, first: TestClient) -> None:
+        self._first = first
+        app: Any = first.app
         self.app = app
         self.database: Database = app.state.database
         self.clock = Clock()
@@ -58,11 +58,22 @@ class Clinic:
             now=self.clock.now,
         )
 
+    @property
+    def administrator(self) -> TestClient:
+        """A new browser that the first administrator is signed in at, just now."""
+        browser = self.browser()
+        with self.database.write() as session:
+            actor = sign_in.actor_of(session, self._first.cookies[COOKIE], utc_now())
+            assert actor
+            account = session.get_one(AccountRow, actor.account_id)
+            browser.cookies.set(COOKIE, sign_in.begin(session, account, "totp", self.clock.now(), "", ""))
+        return browser
+
     def browser(self, address: str = "127.0.0.1") -> TestClient:
         """A new one."""
         browser = TestClient(self.app, client=(address, 50_001))
         # In the event loop that the service runs in.
-        browser.portal = self.administrator.portal
+        browser.portal = self._first.portal
         return browser
 
     def account(self, role: Role = "therapist") -> str:

@@ -111,7 +111,6 @@ NAMES: Final[dict[str, str]] = {
     "glass_id": "緊急閲覧の識別子",
     "restricted": "閲覧制限",
     "account_ids": "担当者",
-    "account_id": "アカウントの識別子",
     "action": "操作",
     "outcome": "結果",
     "take_over": "引き継ぎ",
