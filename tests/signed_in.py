@@ -1,5 +1,6 @@
 """Somebody signed in, without the way there: what most tests begin with."""
 
+from pathlib import Path
 from uuid import uuid4
 
 from kata.access import sign_in
@@ -7,6 +8,7 @@ from kata.access.actor import Role
 from kata.access.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.database.upgrade import upgrade
 
 
 def signed_in(database: Database, role: Role = "administrator", *, stations: tuple[str, ...] = ()) -> str:
@@ -29,3 +31,13 @@ def signed_in(database: Database, role: Role = "administrator", *, stations: tup
         session.flush()
         session.add_all(AccountStationRow(account_id=id_, station=station) for station in stations)
         return sign_in.begin(session, account, "totp", now, "testclient", "tests")
+
+
+def signed_in_at(folder: Path, role: Role = "administrator") -> str:
+    """The same, for a service that is going to be started on this folder: nobody else writes while a service does."""
+    database = Database(f"sqlite:///{folder / 'kata.db'}")
+    try:
+        upgrade(database)
+        return signed_in(database, role)
+    finally:
+        database.close()

@@ -8,8 +8,9 @@ import signal
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AsyncExitStack, contextmanager
 from importlib.metadata import version
+from ipaddress import ip_address
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Annotated, Any, NoReturn
@@ -33,13 +34,16 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
-from kata.web import live
+from kata.web import live, tls
 from kata.web.app import create_app
+from kata.web.hardening import allowed_hosts
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
+_LONGEST_MESSAGE = 64 * 1024
+"""Bytes of a WebSocket message; the page sends none."""
 _console = Console(stderr=True, highlight=False)
 
 
@@ -173,8 +177,7 @@ class _Server(uvicorn.Server):
         await super().startup(sockets)
         if self.started:
             host, port = self.servers[0].sockets[0].getsockname()[:2]
-            shown = "127.0.0.1" if host == "0.0.0.0" else host
-            url = f"http://{shown}:{port}"
+            url = _address(host, port, encrypted=self.config.is_ssl)
             _console.print(f"[bold]Kata is ready: {url}[/bold]  (Ctrl-C ends it)")
             application: Any = self.config.app
             for role, secret in application.state.access.links.secrets.items():
@@ -183,31 +186,62 @@ class _Server(uvicorn.Server):
                 )
 
 
+def _address(host: str, port: int, *, encrypted: bool) -> str:
+    """Where the page is, for somebody at this computer."""
+    reached = ip_address(host)
+    if reached.is_unspecified:
+        shown = "localhost" if encrypted else "127.0.0.1"
+    else:
+        shown = f"[{host}]" if reached.version == 6 else host
+    return f"{'https' if encrypted else 'http'}://{shown}:{port}"
+
+
 async def _serve(settings: Settings) -> None:
     """With the lifespan in our own hands, its errors are ours to put into words."""
     application = create_app(settings)
     listening = _listen(settings)
     try:
-        async with application.router.lifespan_context(application):
-            server = _Server(
-                uvicorn.Config(
-                    application,
-                    lifespan="off",
-                    log_level="warning",
-                    timeout_graceful_shutdown=2,
-                    # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
-                    ws_ping_interval=live.PING_S,
-                    ws_ping_timeout=live.PONG_S,
-                )
-            )
-            await server.serve([listening])
-    except (AnchorError, ConfigError, DatabaseError, FolderInUseError, LetterheadError, SimulatorError) as error:
+        async with AsyncExitStack() as stack:
+            certificate = tls.Certificate(settings, allowed_hosts(settings)) if settings.encrypted else None
+            await stack.enter_async_context(application.router.lifespan_context(application))
+            if certificate:
+                await stack.enter_async_context(tls.kept(certificate))
+                _console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
+            await _Server(_configured(application, settings, certificate)).serve([listening])
+    except (
+        AnchorError,
+        ConfigError,
+        DatabaseError,
+        FolderInUseError,
+        LetterheadError,
+        SimulatorError,
+        tls.TlsError,
+    ) as error:
         _fail(str(error))
+
+
+def _configured(application: Any, settings: Settings, certificate: tls.Certificate | None) -> uvicorn.Config:
+    return uvicorn.Config(
+        application,
+        lifespan="off",
+        log_level="warning",
+        timeout_graceful_shutdown=2,
+        server_header=False,
+        # By itself uvicorn believes every proxy on this computer.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
+        ws_max_size=_LONGEST_MESSAGE,
+        # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+        ws_ping_interval=live.PING_S,
+        ws_ping_timeout=live.PONG_S,
+        ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,
+    )
 
 
 def _listen(settings: Settings) -> socket.socket:
     try:
-        return socket.create_server((settings.host, settings.port))
+        family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+        return socket.create_server((settings.host, settings.port), family=family)
     except OSError as error:
         _fail(
             f"Cannot listen on {settings.host}:{settings.port}: {error.strerror}. "
@@ -217,6 +251,8 @@ def _listen(settings: Settings) -> socket.socket:
 
 def _serve_reloading(settings: Settings) -> None:
     """The reloader starts processes of its own; they find the settings in the environment."""
+    if settings.encrypted or not settings.is_on_loopback:
+        _fail("--reload is for developers, without encryption and on this computer alone: leave out --host.")
     values: dict[str, Any] = settings.model_dump(mode="json", exclude_none=True)
     os.environ.update({f"KATA_{name.upper()}": str(value) for name, value in values.items()})
     uvicorn.run(
@@ -226,6 +262,7 @@ def _serve_reloading(settings: Settings) -> None:
         port=settings.port,
         reload=True,
         reload_dirs=[str(Path(__file__).parent)],
+        proxy_headers=False,
         log_level="info",
     )
 

@@ -13,7 +13,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from kata.access.sign_in import COOKIE
 from tests.conftest import ROOT, free_port
+from tests.signed_in import signed_in_at
 
 START_LIMIT_S = 60.0
 
@@ -22,6 +24,7 @@ class Clinic:
     """``kata serve --simulate`` in a process of its own."""
 
     def __init__(self, folder: Path) -> None:
+        self.cookie = signed_in_at(folder)
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._log = folder / "service.log"
@@ -68,7 +71,8 @@ def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]
 
 @pytest.fixture
 def page(page: Page, clinic: Clinic) -> Page:
-    """On the station page, the apparatus idle."""
+    """On the station page, signed in as administrator, the apparatus idle."""
+    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     page.goto(clinic.url)
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
     return page

@@ -9,6 +9,7 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
+from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
 from kata.settings import Settings
 from kata.web.app import create_app
@@ -16,12 +17,12 @@ from tests.signed_in import signed_in
 
 
 @contextmanager
-def running(folder: Path, **settings: Any) -> Iterator[TestClient]:
-    """From start to end; an administrator is signed in."""
+def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
+    """From start to end; somebody of this role is signed in."""
     given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
     app = create_app(Settings(**given))
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:
-        client.cookies.set(COOKIE, signed_in(app.state.database))
+        client.cookies.set(COOKIE, signed_in(app.state.database, role))
         yield client
 
 

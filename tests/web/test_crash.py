@@ -11,7 +11,9 @@ from typing import Any
 
 import httpx2
 
+from kata.access.sign_in import COOKIE
 from tests.conftest import free_port
+from tests.signed_in import signed_in_at
 
 LIMIT_S = 60.0
 
@@ -20,10 +22,11 @@ class Served:
     """``kata serve --simulate`` on a folder."""
 
     def __init__(self, folder: Path) -> None:
+        cookie = signed_in_at(folder)
         port = free_port()
         command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(port)]
         self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-        self._client = httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)
+        self._client = httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=20, cookies={COOKIE: cookie})
         self.until(lambda: self.live()["mode"] == "idle")
 
     def call(self, method: str, path: str, body: Any = None) -> Any:

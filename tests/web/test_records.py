@@ -145,7 +145,7 @@ def test_an_unexpected_error_is_a_sentence_for_the_user(client: TestClient, monk
         raise RuntimeError("secret detail")
 
     monkeypatch.setattr(service, "find", broken)
-    lenient = TestClient(client.app, raise_server_exceptions=False)
+    lenient = TestClient(client.app, raise_server_exceptions=False, cookies=client.cookies)
     told = problem(lenient.get("/api/patients"), 500, "unexpected")
     assert "secret" not in told["detail"]
 

@@ -16,12 +16,16 @@ import numpy as np
 import uvicorn
 from fastapi import FastAPI
 
+from kata.access.demonstration import DemonstrationLinks
+from kata.access.passwords import Passwords, hasher
 from kata.bench.clinic import BenchError
+from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
 from kata.database.engine import Database
 from kata.settings import Settings
 from kata.web.app import create_app
+from kata.web.sign_in import Access
 
 _START_LIMIT_S: Final = 30.0
 _DEEP: Final = 20
@@ -81,9 +85,11 @@ ERROR_PLOT: Final = Ask("/api/runs/{run_id}/figures")
 class Service:
     """The service over a database, without its apparatus, on a port of its own."""
 
-    def __init__(self, app: FastAPI, port: int) -> None:
+    def __init__(self, app: FastAPI, port: int, cookie: str) -> None:
+        """``cookie``: header of who asks."""
         self._app = app
         self._port = port
+        self._cookie = cookie
 
     def p95_ms(self, asked: Ask, history: History, times: int) -> float | None:
         """How long 19 of 20 answers take at most; None where the service has no such thing.
@@ -101,7 +107,8 @@ class Service:
                 query = {name: _of(history, text, n) for name, text in asked.query.items()}
                 query |= {"after": after} if asked.leafing and after else {}
                 began = time.perf_counter()
-                connection.request("GET", f"{_of(history, asked.path, n, quoted=True)}?{urlencode(query)}")
+                path = f"{_of(history, asked.path, n, quoted=True)}?{urlencode(query)}"
+                connection.request("GET", path, headers={"Cookie": self._cookie})
                 answer = connection.getresponse()
                 told = answer.read()
                 took.append((time.perf_counter() - began) * 1000)
@@ -128,6 +135,7 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
+    app.state.access = Access(Passwords(hasher()), DemonstrationLinks(allowed=False))
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))
@@ -141,7 +149,7 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
             if time.monotonic() > limit:
                 raise BenchError("the service did not start")
             time.sleep(0.01)
-        yield Service(app, listening.getsockname()[1])
+        yield Service(app, listening.getsockname()[1], sign_in_to(database))
     finally:
         server.should_exit = True
         thread.join(_START_LIMIT_S)

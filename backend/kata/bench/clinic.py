@@ -16,6 +16,7 @@ from urllib.request import Request, urlopen
 import msgspec
 
 from kata.bench.prepared import Prepared, prepare
+from kata.bench.signed_in import ACTIVE
 from kata.device import config
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
@@ -48,8 +49,9 @@ class Clinic:
     The simulator is the benchmark's own child, so that what it saw can be asked for: the service has a station as any.
     """
 
-    def __init__(self, data: Path, *, cycle_hz: int, rate_hz: int, real_time: bool = True) -> None:
+    def __init__(self, data: Path, records: Prepared, *, cycle_hz: int, rate_hz: int, real_time: bool = True) -> None:
         """``data`` holds the records."""
+        self.cookie = records.cookie
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
         station = data / "station.toml"
@@ -179,7 +181,7 @@ class Clinic:
         return [one["check"] for one in self._ask("GET", checklist)["checks"] if not one["given"]]
 
     def _ask(self, method: str, path: str, body: object = None) -> Any:
-        request = Request(self.url + path, method=method)
+        request = Request(self.url + path, method=method, headers={"Cookie": self.cookie} | ACTIVE)
         if method != "GET":
             request.add_header("Content-Type", "application/json")
             request.data = json.dumps(body or {}).encode()

@@ -56,7 +56,7 @@ def run(presses: int, cell: Cell, plot_s: float, progress: Callable[[str], None]
     with TemporaryDirectory(prefix="kata-bench-") as folder, ExitStack() as stack:
         records = prepared(Path(folder), play_s=_PLAY_S, plot_s=plot_s)
         clinic = stack.enter_context(
-            Clinic(Path(folder), cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
+            Clinic(Path(folder), records, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
         )
         told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
         before = clinic.live().loop

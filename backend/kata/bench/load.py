@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
-from urllib.request import urlopen
+from urllib.request import Request, urlopen
 
 import msgspec
 from websockets.asyncio.client import connect
@@ -19,6 +19,7 @@ from websockets.exceptions import WebSocketException
 
 from kata.bench.clinic import BenchError, Clinic
 from kata.bench.prepared import Prepared
+from kata.bench.signed_in import ACTIVE
 
 PAGES: Final = 100
 _START_LIMIT_S: Final = 60.0
@@ -51,6 +52,7 @@ def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES) -> Ite
     ``records`` None: nobody draws.
     """
     command = [sys.executable, "-m", "kata.bench.load", "--url", clinic.url, "--pages", str(pages)]
+    command += ["--cookie", clinic.cookie]
     if records:
         command += ["--run", str(records.run_id)]
     told = Told()
@@ -68,9 +70,10 @@ def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES) -> Ite
             setattr(told, name, value)
 
 
-async def _page(url: str, told: Told, connected: asyncio.Semaphore) -> None:
+async def _page(url: str, cookie: str, told: Told, connected: asyncio.Semaphore) -> None:
     try:
-        async with connect(url.replace("http", "ws", 1) + "/api/live", max_size=None) as socket:
+        live, headers = url.replace("http", "ws", 1) + "/api/live", {"Cookie": cookie}
+        async with connect(live, additional_headers=headers, max_size=None) as socket:
             connected.release()
             async for _ in socket:
                 told.messages += 1
@@ -79,31 +82,32 @@ async def _page(url: str, told: Told, connected: asyncio.Semaphore) -> None:
     told.hung_up += 1
 
 
-def _draw(url: str, run: str) -> int:
-    with urlopen(f"{url}/api/runs/{run}/figures", timeout=_FIGURE_LIMIT_S) as answer:
+def _draw(url: str, cookie: str, run: str) -> int:
+    request = Request(f"{url}/api/runs/{run}/figures", headers={"Cookie": cookie} | ACTIVE)
+    with urlopen(request, timeout=_FIGURE_LIMIT_S) as answer:
         size = 0
         while part := answer.read(1 << 20):
             size += len(part)
         return size
 
 
-async def _user(url: str, run: str, told: Told) -> None:
+async def _user(url: str, cookie: str, run: str, told: Told) -> None:
     while True:
         began = time.monotonic()
-        told.figure_mb = await asyncio.to_thread(_draw, url, run) / 1e6
+        told.figure_mb = await asyncio.to_thread(_draw, url, cookie, run) / 1e6
         told.figures += 1
         told.figure_s = max(told.figure_s, time.monotonic() - began)
 
 
-async def _serve(url: str, run: str | None, pages: int) -> None:
+async def _serve(url: str, cookie: str, run: str | None, pages: int) -> None:
     told = Told()
     connected = asyncio.Semaphore(0)
-    clients = [asyncio.create_task(_page(url, told, connected)) for _ in range(pages)]
+    clients = [asyncio.create_task(_page(url, cookie, told, connected)) for _ in range(pages)]
     async with asyncio.timeout(_START_LIMIT_S):
         for _ in clients:
             await connected.acquire()
     if run:
-        clients.append(asyncio.create_task(_user(url, run, told)))
+        clients.append(asyncio.create_task(_user(url, cookie, run, told)))
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     reader = asyncio.StreamReader()
@@ -119,10 +123,11 @@ def main() -> None:
     """Entry of ``python -m kata.bench.load``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.load", description=__doc__)
     parser.add_argument("--url", required=True, help="the service")
+    parser.add_argument("--cookie", required=True, help="header of somebody who is signed in")
     parser.add_argument("--pages", type=int, required=True, help="WebSocket clients")
     parser.add_argument("--run", help="the run to draw; none unless given")
     arguments = parser.parse_args()
-    asyncio.run(_serve(arguments.url, arguments.run, arguments.pages))
+    asyncio.run(_serve(arguments.url, arguments.cookie, arguments.run, arguments.pages))
 
 
 if __name__ == "__main__":

@@ -93,7 +93,7 @@ def measure(data: Path, cell: Cell, records: Prepared, seconds: float) -> Measur
     """One cell."""
     with ExitStack() as stack:
         clinic = stack.enter_context(
-            Clinic(data, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
+            Clinic(data, records, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
         )
         # The load comes first, so that little of the loop's life is without it.
         told = stack.enter_context(loading(clinic, records)) if cell.loaded else None

@@ -9,6 +9,7 @@ from uuid import UUID, uuid4
 
 import numpy as np
 
+from kata.bench.signed_in import sign_in_to
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
@@ -38,6 +39,8 @@ class Prepared:
     """To be played: begins where the arm rests, all five axes move."""
     run_id: UUID
     """To be drawn."""
+    cookie: str
+    """Header of somebody who is signed in."""
 
 
 def prepare(data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float) -> Prepared:
@@ -73,7 +76,7 @@ class _Records:
         with self._database.write() as session:
             run_id = sessions.begin_run(session, visit_id, to_draw).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
-        return Prepared(visit_id, to_play, run_id)
+        return Prepared(visit_id, to_play, run_id, sign_in_to(self._database))
 
     def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
         row = TeachingRow(

@@ -39,7 +39,10 @@ def run(minutes: float, progress: Callable[[str], None]) -> Report:
     report = Report(f"Soak, {minutes:g} min at {_RATE_HZ} Hz", ("Minute", "missed", "service, MB", "device, MB"))
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         records = prepared(Path(folder), play_s=_PLAY_S, plot_s=_PLAY_S)
-        with Clinic(Path(folder), cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as clinic, loading(clinic, None, pages=1):
+        with (
+            Clinic(Path(folder), records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as clinic,
+            loading(clinic, None, pages=1),
+        ):
             looks = _watch(clinic, records, minutes * 60, progress)
     settled_s = min(_SETTLED_S, looks[-1].at_s / 2)
     later = [look for look in looks if look.at_s >= settled_s]

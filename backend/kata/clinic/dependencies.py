@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final
 from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
 
+from kata.access.actor import ACTING, Actor
 from kata.clinic.figures import FigureWorker, Window
 from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
@@ -96,6 +97,14 @@ def _window(
     return window
 
 
+async def _actor() -> Actor:
+    actor = ACTING.get()
+    # Whoever asks for this is asked for by a route that only lets in who has signed in.
+    assert actor is not None
+    return actor
+
+
+TheActor = Annotated[Actor, Depends(_actor)]
 TheWindow = Annotated[Window | None, Depends(_window)]
 TheDatabase = Annotated[Database, Depends(_database)]
 TheStation = Annotated[Station, Depends(_station)]

@@ -53,7 +53,7 @@ class Database:
                 self.writer = _sqlite(self.url, writes=True)
                 self.reader = _sqlite(self.url, writes=False)
             else:
-                self.writer = self.reader = create_engine(self.url, pool_pre_ping=True)
+                self.writer = self.reader = create_engine(self.url, pool_pre_ping=True, hide_parameters=True)
         except ArgumentError as error:
             raise DatabaseError(f"KATA_DATABASE_URL names no database that Kata knows: {error}") from error
         except ModuleNotFoundError as error:
@@ -103,7 +103,10 @@ def _sqlite(url: URL, *, writes: bool) -> Engine:
         # `query_only` would not do: such a connection checkpoints when it is the last one to close.
         file = Path(str(url.database)).absolute()
         url = url.set(database=f"file:{quote(str(file))}", query={"mode": "ro", "uri": "true"})
-    engine = create_engine(url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10)
+    # What is written about a patient, or hashed of a password, is in no error message and so in no log.
+    engine = create_engine(
+        url, poolclass=QueuePool, pool_size=1 if writes else 5, max_overflow=0 if writes else 10, hide_parameters=True
+    )
 
     def connected(connection: sqlite3.Connection, record: Any) -> None:
         # sqlite3's own transaction handling begins too late for us: see `begun`.

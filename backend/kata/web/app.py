@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 import msgspec
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, Depends, FastAPI
 from pydantic import Field
 from starlette.types import ASGIApp
 
@@ -35,6 +35,7 @@ from kata.clinic.progress.router import router as progress
 from kata.clinic.recordings.router import router as recordings
 from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
+from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.database.base import utc_now
@@ -45,7 +46,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import hardening, live, operating, page, problems
+from kata.web import access, hardening, live, operating, page, problems
 from kata.web import sign_in as signing_in
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
@@ -99,6 +100,7 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
+        dependencies=[Depends(access.allowed)],
         generate_unique_id_function=lambda route: route.name,
         docs_url=None,
         redoc_url=None,
@@ -117,6 +119,7 @@ def create_app(settings: Settings) -> FastAPI:
         progress,
         recordings,
         reports,
+        restricted,
         session_lists,
         sessions,
         signing_in.router,
@@ -129,6 +132,7 @@ def create_app(settings: Settings) -> FastAPI:
     live.document(app)
     _document_problems(app)
     page.install(app)
+    access.install(app)
     _harden(app, hardening.allowed_hosts(settings))
     return app
 
@@ -258,6 +262,7 @@ def _document_problems(app: FastAPI) -> None:
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described
+            access.document(document)
             app.openapi_schema = document
         return app.openapi_schema
 

@@ -10,6 +10,7 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, Field
 
+from kata.access.actor import ACTING
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
 from kata.device.messages import EstopState, Mode
@@ -17,6 +18,7 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
+from kata.web.view import View
 
 log = logging.getLogger(__name__)
 router = APIRouter()
@@ -80,12 +82,16 @@ async def live(socket: WebSocket) -> None:
     station: Station = socket.app.state.station
     board: Board = socket.app.state.board
     here = browser()
+    actor = ACTING.get()
+    # The rule of this route lets nobody through who has not signed in.
+    assert actor is not None
+    view = View(actor, socket.app.state.database)
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
     try:
         with station.operating.listening(here), station.subscribed() as subscription:
-            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription))
+            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
             _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
@@ -101,14 +107,16 @@ async def _listen(socket: WebSocket) -> None:
         pass
 
 
-async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription) -> None:
+async def _tell(
+    socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription, view: View
+) -> None:
     """Changes are merged while a slow listener keeps us waiting; events never are."""
     told: dict[str, Any] = {}
     sequence = 0
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            state = board.state(here)
+            state = await view.of(board.state(here))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
@@ -124,8 +132,11 @@ async def _tell(socket: WebSocket, info: StationInfo, board: Board, here: Browse
             told = state
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
+                item = subscription.waiting.popleft()
+                if isinstance(item, Saved) and not await view.may_hear_of(item.patient_id):
+                    continue
                 sequence += 1
-                await socket.send_text(_notice(subscription.waiting.popleft(), common | {"sequence": sequence}))
+                await socket.send_text(_notice(item, common | {"sequence": sequence}))
             await _until_next(subscription)
         await socket.close(1013, "too far behind: connect again")
     except WebSocketDisconnect:

@@ -13,7 +13,7 @@ from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.clinic.problems import ProblemError
 from kata.device.messages import Refusal
-from kata.web import words
+from kata.web import access, words
 
 log = logging.getLogger(__name__)
 
@@ -40,8 +40,10 @@ def install(app: FastAPI) -> None:
         return document(error.status, error.code, error.message, error.next_step, places)
 
     @app.exception_handler(HTTPException)
-    def http(request: Request, error: HTTPException) -> JSONResponse:
+    async def http(request: Request, error: HTTPException) -> JSONResponse:
         if error.status_code == HTTPStatus.BAD_REQUEST:
+            if refusal := await _not_allowed(request):
+                return problem(request, refusal)
             # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
             return document(422, "invalid", "What was sent is no JSON in UTF-8.")
         # Python 3.13 has given this status another name.
@@ -49,7 +51,9 @@ def install(app: FastAPI) -> None:
         return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
-    def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
+    async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
+        if refusal := await _not_allowed(request):
+            return problem(request, refusal)
         language = words.preferred(request.headers.get("accept-language", ""))
         fields = [_field(one, error.body, language) for one in error.errors()]
         if language == "ja":
@@ -66,6 +70,14 @@ def install(app: FastAPI) -> None:
         return document(
             500, "unexpected", "Something went wrong in the service.", "Try again; if it stays, report it with the log."
         )
+
+
+async def _not_allowed(request: Request) -> ProblemError | None:
+    try:
+        await access.allowed_first(request)
+    except ProblemError as error:
+        return error
+    return None
 
 
 def document(

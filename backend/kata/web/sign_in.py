@@ -53,7 +53,7 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
     """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
     access: Access = connection.app.state.access
     with database.read() as session:
-        return sign_in.actor_of(session, _cookie_of(connection), access.now(), access.limits)
+        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits)
 
 
 def _signed_in(request: Request, database: TheDatabase) -> Actor:
@@ -172,12 +172,13 @@ def _let_in(
 
 
 def _end(request: Request, session: Session, access: Access) -> None:
-    actor = sign_in.actor_of(session, _cookie_of(request), access.now(), access.limits)
+    actor = sign_in.actor_of(session, cookie_of(request), access.now(), access.limits)
     if actor:
         sign_in.end(session, actor.sign_in_id, "signed_out", access.now())
 
 
-def _cookie_of(connection: HTTPConnection) -> str | None:
+def cookie_of(connection: HTTPConnection) -> str | None:
+    """What the browser's cookie of its sign-in says."""
     name = sign_in.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else sign_in.COOKIE
     return connection.cookies.get(name)
 

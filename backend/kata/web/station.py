@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.fields import Doer, Name, Schema, Side
@@ -33,6 +33,7 @@ from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.operating import Operator, TheBoard, Watching, taken_over
 from kata.web.problems import refused
 from kata.web.simulator import AnySimulation
+from kata.web.view import View
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
@@ -104,9 +105,12 @@ class LeaseRequest(Schema):
 
 
 @router.get("")
-async def get_station(station: TheStation, board: TheBoard, here: Watching) -> StationState:
-    """The station and its newest state; the WebSocket /api/live keeps telling it."""
-    return StationState(station=station.info, live=Live.model_validate(board.state(here)))
+async def get_station(
+    station: TheStation, database: TheDatabase, board: TheBoard, actor: TheActor, here: Watching
+) -> StationState:
+    """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
+    state = await View(actor, database).of(board.state(here))
+    return StationState(station=station.info, live=Live.model_validate(state))
 
 
 @router.post("/lease", responses=PROBLEMS.of(409, 422))

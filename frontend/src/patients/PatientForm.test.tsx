@@ -22,6 +22,7 @@ const PATIENT: Patient = {
   updated_at: "2026-11-21T09:30:00Z",
   archived_at: null,
   erased_at: null,
+  restricted: false,
 };
 
 const create = vi.spyOn(api, "createPatient");

@@ -5,10 +5,12 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.access.permissions import OF_ROLE
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.events import service
 from kata.clinic.events.schemas import DeviceEvent, DeviceEventPage, EventKind
 from kata.clinic.pages import After, Limit
+from kata.clinic.restricted import service as restricted
 
 router = APIRouter(tags=["events"])
 
@@ -16,6 +18,7 @@ router = APIRouter(tags=["events"])
 @router.get("/api/events", responses=PROBLEMS.of(422))
 def list_events(
     database: TheDatabase,
+    actor: TheActor,
     station: Annotated[str | None, Query(max_length=100)] = None,
     session_id: UUID | None = None,
     patient_id: UUID | None = None,
@@ -24,7 +27,9 @@ def list_events(
     after: After = None,
     limit: Limit = 50,
 ) -> DeviceEventPage:
-    """What the device told, newest first: every event, and every alarm with when it was acknowledged."""
+    """What the device told, newest first: every event, and every alarm with when it was acknowledged. Whose arm it was is told to
+    whom that patient's record is open.
+    """
     with database.read() as session:
         rows, following = service.find(
             session,
@@ -36,4 +41,8 @@ def list_events(
             after=after,
             limit=limit,
         )
-        return DeviceEventPage(items=[DeviceEvent.model_validate(row) for row in rows], next=following)
+        hidden = set(restricted.hidden(session, actor))
+        reads_records = "read_records" in OF_ROLE[actor.role]
+        items = [DeviceEvent.model_validate(row) for row in rows]
+        shown = [one if reads_records and one.patient_id not in hidden else one.of_nobody() for one in items]
+        return DeviceEventPage(items=shown, next=following)

@@ -27,6 +27,10 @@ class DeviceEvent(Schema):
     run_id: UUID | None
     ended_at: Moment | None = Field(description="When an alarm was acknowledged, its cause gone.")
 
+    def of_nobody(self) -> "DeviceEvent":
+        """What happened, and not to whom."""
+        return self.model_copy(update=dict.fromkeys(("patient_id", "session_id", "run_id")))
+
 
 class DeviceEventPage(Schema):
     """Some of the events that match, newest first."""

@@ -4,18 +4,20 @@ from uuid import UUID
 
 from fastapi import APIRouter
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.exchange import erasures
 from kata.clinic.exchange.schemas import Erasure, ErasureConsent, ErasureList, ErasureRefusal, ErasureRequest
+from kata.clinic.restricted import service as restricted
 
 router = APIRouter(tags=["erasures"])
 
 
 @router.get("/api/erasures")
-def list_erasures(database: TheDatabase) -> ErasureList:
-    """Requests that nobody has decided yet, oldest first."""
+def list_erasures(database: TheDatabase, actor: TheActor) -> ErasureList:
+    """Requests that nobody has decided yet, oldest first; of patients whose records are open to you."""
     with database.read() as session:
-        return ErasureList(items=[Erasure.model_validate(row) for row in erasures.undecided(session)])
+        rows = erasures.undecided(session, restricted.hidden(session, actor))
+        return ErasureList(items=[Erasure.model_validate(row) for row in rows])
 
 
 @router.get("/api/patients/{patient_id}/erasures", responses=PROBLEMS.of(404, 422))

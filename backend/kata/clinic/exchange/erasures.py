@@ -3,6 +3,7 @@
 Commits nothing: the request does.
 """
 
+from collections.abc import Collection
 from typing import Final
 from uuid import UUID, uuid4
 
@@ -34,9 +35,9 @@ def of_patient(session: Session, patient_id: UUID) -> list[ErasureRow]:
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
 
-def undecided(session: Session) -> list[ErasureRow]:
-    """Those that somebody still has to decide, oldest first."""
-    query = select(ErasureRow).where(ErasureRow.decided_at.is_(None))
+def undecided(session: Session, hidden: Collection[UUID] = ()) -> list[ErasureRow]:
+    """Those that somebody still has to decide, oldest first; without those of ``hidden`` patients."""
+    query = select(ErasureRow).where(ErasureRow.decided_at.is_(None), ErasureRow.patient_id.not_in(hidden))
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
 

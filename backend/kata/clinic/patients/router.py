@@ -5,11 +5,12 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.fields import NO_NUL
 from kata.clinic.pages import After, Limit
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import Patient, PatientCreate, PatientPage, PatientUpdate
+from kata.clinic.restricted import service as restricted
 
 router = APIRouter(prefix="/api/patients", tags=["patients"])
 
@@ -17,6 +18,7 @@ router = APIRouter(prefix="/api/patients", tags=["patients"])
 @router.get("", responses=PROBLEMS.of(422))
 def list_patients(
     database: TheDatabase,
+    actor: TheActor,
     search: Annotated[
         str,
         Query(
@@ -31,10 +33,14 @@ def list_patients(
     limit: Limit = 50,
     after: After = None,
 ) -> PatientPage:
-    """Patients in the order of their names."""
+    """Patients in the order of their names. A restricted record that is not open to you is found by its whole clinic number
+    alone, and tells no more than number and name.
+    """
     with database.read() as session:
-        rows, further = service.find(session, search=search, archived=archived, limit=limit, after=after)
-        return PatientPage(items=[Patient.model_validate(row) for row in rows], next=further)
+        hidden = set(restricted.hidden(session, actor))
+        rows, further = service.find(session, search=search, archived=archived, limit=limit, after=after, hidden=hidden)
+        items = [Patient.model_validate(row) for row in rows]
+        return PatientPage(items=[one.without_record() if one.id in hidden else one for one in items], next=further)
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(409, 422))

@@ -57,6 +57,12 @@ class Patient(Schema):
     updated_at: Moment
     archived_at: Moment | None
     erased_at: Moment | None = Field(description="When what tells who this is was taken away. UTC.")
+    restricted: bool = Field(description="Only a care team sees the record; others break the glass.")
+
+    def without_record(self) -> "Patient":
+        """Who it is, and nothing of what is known of them: for whoever has not broken the glass yet."""
+        nothing = dict.fromkeys(("kana", "birth_date", "dominant_side", "affected_side", "episode_id", "erased_at"))
+        return self.model_copy(update=nothing | {"sex": "unknown", "notes": ""})
 
 
 class PatientPage(Schema):

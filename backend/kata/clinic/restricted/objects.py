@@ -38,7 +38,7 @@ OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     }
 )
 """By the name that an id has in paths, queries and bodies."""
-OF_NOBODY: Final = frozenset({"account_id", "backup_id", "glass_id", "sign_in_id"})
+OF_NOBODY: Final = frozenset({"account_id", "account_ids", "backup_id", "glass_id", "sign_in_id"})
 """Ids that lead to no patient's record."""
 
 

@@ -1,12 +1,10 @@
 """REST for restricted records: who sees them, and breaking the glass."""
 
-from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter
 
-from kata.access.actor import ACTING, Actor
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.restricted import service
 from kata.clinic.restricted.schemas import (
     BreakGlass,
@@ -17,16 +15,6 @@ from kata.clinic.restricted.schemas import (
 )
 
 router = APIRouter(tags=["access"])
-
-
-def _actor() -> Actor:
-    actor = ACTING.get()
-    # The rules of these routes let nobody through who has not signed in.
-    assert actor is not None
-    return actor
-
-
-TheActor = Annotated[Actor, Depends(_actor)]
 
 
 @router.get("/api/patients/{patient_id}/access", responses=PROBLEMS.of(404, 422))

@@ -7,10 +7,11 @@ from uuid import UUID
 from fastapi import APIRouter, Query
 from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.fields import LONGEST_NAME, NO_NUL, written_moment
 from kata.clinic.pages import After, Limit
 from kata.clinic.patients import service as patients
+from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionChoices, SessionPage, Wanted
 
@@ -35,6 +36,7 @@ def _name(description: str, example: str) -> object:
 @router.get("/api/sessions", responses=PROBLEMS.of(422))
 def list_sessions(
     database: TheDatabase,
+    actor: TheActor,
     since: Annotated[_When | None, Query(description="Begun then or later.", examples=["2026-11-01T00:00:00Z"])] = None,
     until: Annotated[_When | None, Query(description="Begun before then.", examples=["2026-12-01T00:00:00Z"])] = None,
     therapist: Annotated[str | None, _name("Led by this therapist.", "Sato")] = None,
@@ -43,9 +45,10 @@ def list_sessions(
     limit: Limit = 50,
     after: After = None,
 ) -> SessionPage:
-    """Sessions of all patients, newest first; only those that match everything that is given."""
-    wanted = Wanted(since=since, until=until, therapist=therapist, station=station, stop=stop)
+    """Sessions of all patients whose records are open to you, newest first; only those that match everything that is given."""
     with database.read() as session:
+        hidden = restricted.hidden(session, actor)
+        wanted = Wanted(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
         items, further = lists.find(session, wanted, limit, after)
         return SessionPage(items=items, next=further)
 

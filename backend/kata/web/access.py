@@ -1,0 +1,253 @@
+"""The door: who asks, whether their role may, and whether the record that it is about is for them. Before every route.
+
+One dependency for HTTP and the WebSocket. What a request names, in its path, its query or its body, leads to a patient
+(``clinic/restricted/objects.py``); so a page, a PDF, an export and a command are one check.
+"""
+
+import asyncio
+import json
+import logging
+import time
+from collections import OrderedDict
+from collections.abc import Iterator
+from hashlib import sha256
+from typing import Any, Final
+from uuid import UUID
+
+from fastapi import FastAPI, Request, WebSocketException
+from fastapi.concurrency import run_in_threadpool
+from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
+from sqlalchemy.exc import SQLAlchemyError
+from starlette.requests import HTTPConnection
+
+from kata.access import sign_in
+from kata.access.actor import ACTING, DOING, Actor, Doing
+from kata.access.permissions import OF_ROLE, RULES, Rule
+from kata.clinic.dependencies import PROBLEMS
+from kata.clinic.problems import ProblemError
+from kata.clinic.restricted import service as restricted
+from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.web.sign_in import actor_at, cookie_of
+
+log = logging.getLogger(__name__)
+
+ACTIVE: Final = "x-kata-active"
+"""The header with which a page says that its user did something, where it only looks something up."""
+_ASKED: Final = "asked"
+"""Of a connection's state: whether it has been asked who is there."""
+_READING: Final = ("GET", "HEAD")
+
+
+class Remembered:
+    """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
+
+    A Stop is taken from whoever is remembered, so that it waits for no database.
+    """
+
+    _MOST: Final = 1000
+    _STOPS_FOR_S: Final = 3600.0
+    _SEEN_EVERY_S: Final = 30.0
+
+    def __init__(self) -> None:
+        self._actors: OrderedDict[str, tuple[Actor, float]] = OrderedDict()
+        self._seen_s: dict[str, float] = {}
+        self.writing: set[asyncio.Task[None]] = set()
+        """That somebody did something is being written down: nobody's command waits for that."""
+
+    def put(self, cookie: str, actor: Actor) -> None:
+        """Has been let in just now."""
+        key = _key(cookie)
+        self._actors[key] = actor, time.monotonic()
+        self._actors.move_to_end(key)
+        while len(self._actors) > self._MOST:
+            forgotten, _ = self._actors.popitem(last=False)
+            self._seen_s.pop(forgotten, None)
+
+    def forget(self, cookie: str) -> None:
+        """Is not let in any more."""
+        self._actors.pop(_key(cookie), None)
+        self._seen_s.pop(_key(cookie), None)
+
+    def who_may_stop(self, cookie: str) -> Actor | None:
+        """Who this was within the last hour; None: the database has to be asked."""
+        actor, at_s = self._actors.get(_key(cookie), (None, 0.0))
+        return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
+
+    def is_news(self, cookie: str) -> bool:
+        """Whether that its user did something has to be written down: twice a minute is enough."""
+        key, now = _key(cookie), time.monotonic()
+        if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
+            return False
+        self._seen_s[key] = now
+        return True
+
+
+async def allowed(connection: HTTPConnection) -> None:
+    """Let through, with ACTING and DOING set, whoever may do what is asked for.
+
+    :raises ProblemError: 401, 403 or 423; of a WebSocket, WebSocketException.
+    """
+    try:
+        await _allow(connection, await _body(connection))
+    except ProblemError as error:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1008, error.code) from error
+        raise
+
+
+async def allowed_first(request: Request) -> None:
+    """What is wrong with a body is told to whoever may send one: FastAPI reads it before it asks :func:`allowed`.
+
+    :raises ProblemError: 401, 403 or 423.
+    """
+    if not getattr(request.state, _ASKED, False) and "route" in request.scope:
+        await _allow(request, None)
+
+
+def install(app: FastAPI) -> None:
+    """See to it that there is no route without a rule, and none that is not asked about.
+
+    :raises LookupError: when there is.
+    """
+    app.state.remembered = Remembered()
+    for found in iter_route_contexts(app.routes):
+        rule = RULES.get(found.name or "")
+        if rule is None:
+            raise LookupError(f"the route {found.name} has no rule: give it one in access/permissions.py")
+        if rule.needs != "public" and not isinstance(found.original_route, APIRoute | APIWebSocketRoute):
+            raise LookupError(f"the route {found.name} is none of FastAPI's: nobody would ask who is there")
+
+
+def document(described: dict[str, Any]) -> None:
+    """Write into an OpenAPI document how an operation refuses whom it is not for."""
+    for operations in described["paths"].values():
+        for operation in operations.values():
+            rule = RULES[operation["operationId"]]
+            if rule.needs != "public":
+                statuses = (401, 403) if rule.locked else (401, 403, 423)
+                for status, answer in PROBLEMS.of(*statuses).items():
+                    operation["responses"].setdefault(str(status), answer)
+
+
+async def _allow(connection: HTTPConnection, body: Any) -> None:
+    setattr(connection.state, _ASKED, True)
+    state, action = connection.app.state, connection.scope["route"].name
+    rule = RULES[action]
+    doing = Doing(action, permission=rule.needs, address=connection.client.host if connection.client else "")
+    ACTING.set(None)
+    DOING.set(doing)
+    if rule.needs == "public":
+        return
+    # A benchmark of lists has no station.
+    doing.station = state.station.info.name if hasattr(state, "station") else ""
+    named = list(_named(connection, body))
+    doing.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
+    cookie, remembered = cookie_of(connection) or "", state.remembered
+    actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
+    if actor is None:
+        actor = await run_in_threadpool(actor_at, connection, state.database)
+    if actor is None:
+        remembered.forget(cookie)
+        raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
+    remembered.put(cookie, actor)
+    ACTING.set(actor)
+    _check_sign_in(actor, rule)
+    _check_role(actor, rule, doing.station, named)
+    if named:
+        await run_in_threadpool(_check_records, state.database, actor, rule, doing, named)
+    did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
+    if did_something and rule.needs != "stop" and remembered.is_news(cookie):
+        task = asyncio.create_task(run_in_threadpool(_did_something, state.database, actor), name="did something")
+        remembered.writing.add(task)
+        task.add_done_callback(remembered.writing.discard)
+
+
+def _did_something(database: Database, actor: Actor) -> None:
+    try:
+        with database.write() as session:
+            sign_in.did_something(session, actor, utc_now())
+    except SQLAlchemyError as error:
+        log.warning("that somebody did something is not written down: %s", error)
+
+
+def _check_sign_in(actor: Actor, rule: Rule) -> None:
+    if actor.locked and not rule.locked:
+        raise ProblemError(423, "locked", "The screen is locked.", "Give your password. Stop works all the same.")
+    if actor.enrolling and not rule.enrolling:
+        raise ProblemError(
+            403, "second_factor_needed", "Your account needs a second factor first.", "Set it up; it takes a minute."
+        )
+
+
+def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, UUID]]) -> None:
+    granted = OF_ROLE[actor.role]
+    # Whoever may not see records may not ask for them by way of something else either.
+    if rule.needs not in granted or (named and "read_records" not in granted):
+        raise ProblemError(
+            403, "not_allowed", "Your role does not allow this.", "Ask somebody whose role does, or an administrator."
+        )
+    if rule.here and actor.stations and station not in actor.stations:
+        raise ProblemError(
+            403,
+            "other_station",
+            "You do not work at this station.",
+            "Use your own station, or ask an administrator to assign you to this one.",
+        )
+
+
+def _check_records(database: Database, actor: Actor, rule: Rule, doing: Doing, named: list[tuple[str, UUID]]) -> None:
+    with database.read() as session:
+        patients = patients_of(session, named)
+        doing.patient_id = patients[0] if patients else None
+        if not rule.restricted and not restricted.may_see(session, actor, patients):
+            raise ProblemError(
+                403,
+                "restricted",
+                "This record is restricted to its care team.",
+                "In an emergency you can open it: give the reason. An administrator will read it.",
+            )
+
+
+def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
+    """Every record that the request names, each once."""
+    given = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
+    seen = set()
+    for name, value in given:
+        if name not in OF_A_PATIENT:
+            continue
+        try:
+            one = name, UUID(str(value))
+        except ValueError:
+            # The route says what is wrong with it.
+            continue
+        if one not in seen:
+            seen.add(one)
+            yield one
+
+
+def _fields(body: Any) -> Iterator[tuple[str, Any]]:
+    """Every field of a body, however deep."""
+    left = [body]
+    while left:
+        one = left.pop()
+        if isinstance(one, dict):
+            yield from one.items()
+            left += one.values()
+        elif isinstance(one, list):
+            left += one
+
+
+async def _body(connection: HTTPConnection) -> Any:
+    """What FastAPI would take for JSON, and more; it has been read already, and is kept."""
+    if not isinstance(connection, Request) or "json" not in connection.headers.get("content-type", "").lower():
+        return None
+    try:
+        return json.loads(await connection.body() or b"null")
+    except (ValueError, RecursionError):
+        return None
+
+
+def _key(cookie: str) -> str:
+    return sha256(cookie.encode()).hexdigest()

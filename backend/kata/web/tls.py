@@ -1,0 +1,200 @@
+"""Encryption on the wire: the clinic's certificate, or one of its own that the service makes, and makes anew before it ends.
+
+Browsers warn of a certificate of the service's own until it has been made known to them; its fingerprint is told at the start, so
+that somebody can compare it. The clinic's own certificate may be replaced while the service runs: new connections get the new one.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import socket
+import ssl
+from collections.abc import AsyncIterator, Iterable
+from datetime import datetime, timedelta
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Final
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from kata.database.base import utc_now
+from kata.settings import Settings
+
+log = logging.getLogger(__name__)
+
+_VALID: Final = timedelta(days=397)
+"""Browsers take none that is valid for longer."""
+_RENEWED: Final = timedelta(days=30)
+"""So long before its end a certificate of our own is replaced."""
+_CLOCKS_APART: Final = timedelta(hours=1)
+_LOOK_S: Final = 3600.0
+_CIPHERS: Final = "ECDHE+AESGCM:ECDHE+CHACHA20"
+"""Of TLS 1.2, those with forward secrecy and authenticated encryption; TLS 1.3 has no others."""
+
+
+class TlsError(Exception):
+    """Encryption cannot be had; the message says why and what to do."""
+
+
+class Certificate:
+    """The files of a certificate and its key, and the context that new connections take them from."""
+
+    def __init__(self, settings: Settings, hosts: Iterable[str]) -> None:
+        """``hosts``: names and addresses that a certificate of our own is for.
+
+        :raises TlsError: when the clinic's certificate or its key cannot be used.
+        """
+        self._hosts = sorted({host.strip("[]") for host in hosts} | _addresses(settings.host))
+        self._is_own = settings.tls_certificate is None
+        folder = settings.data / "tls"
+        self.file = settings.tls_certificate or folder / "certificate.pem"
+        self._key = settings.tls_key or folder / "key.pem"
+        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        self.context.minimum_version = ssl.TLSVersion.TLSv1_2
+        self.context.set_ciphers(_CIPHERS)
+        self.context.options |= ssl.OP_NO_RENEGOTIATION | ssl.OP_NO_COMPRESSION | ssl.OP_CIPHER_SERVER_PREFERENCE
+        self._loaded: bytes | None = None
+        self.refresh(utc_now())
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256, as browsers show it."""
+        return x509.load_pem_x509_certificate(self.file.read_bytes()).fingerprint(hashes.SHA256()).hex(":").upper()
+
+    def refresh(self, now: datetime) -> bool:
+        """Make a certificate of our own anew where it is due, and take up what the files have become; whether they had changed.
+
+        :raises TlsError: when they cannot be used; what was taken up before stays in use.
+        """
+        if self._is_own and self._is_due(now):
+            self._make(now)
+        try:
+            if not self._is_own and self._key.stat().st_mode & 0o007:
+                raise TlsError(f"Others on this computer can read the key {self._key}: chmod 600 {self._key}")
+            found = self.file.read_bytes() + self._key.read_bytes()
+            if found == self._loaded:
+                return False
+            self.context.load_cert_chain(self.file, self._key, password=_no_password)
+        except (OSError, ssl.SSLError) as error:
+            raise TlsError(f"The certificate {self.file} with the key {self._key} cannot be used: {error}") from error
+        self._loaded = found
+        return True
+
+    def _is_due(self, now: datetime) -> bool:
+        try:
+            there = x509.load_pem_x509_certificate(self.file.read_bytes())
+            names = there.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+            key = serialization.load_pem_private_key(self._key.read_bytes(), None)
+        except (OSError, ValueError, TypeError, x509.ExtensionNotFound):
+            return True
+        covered = {str(name.value) for name in names}
+        return (
+            there.not_valid_after_utc - now < _RENEWED
+            or not covered.issuperset(self._hosts)
+            or there.public_key() != key.public_key()
+        )
+
+    def _make(self, now: datetime) -> None:
+        key = ec.generate_private_key(ec.SECP256R1())
+        name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Kata")])
+        usage = x509.KeyUsage(
+            digital_signature=True,
+            content_commitment=False,
+            key_encipherment=False,
+            data_encipherment=False,
+            key_agreement=False,
+            key_cert_sign=False,
+            crl_sign=False,
+            encipher_only=False,
+            decipher_only=False,
+        )
+        certificate = (
+            x509.CertificateBuilder()
+            .subject_name(name)
+            .issuer_name(name)
+            .public_key(key.public_key())
+            .serial_number(x509.random_serial_number())
+            .not_valid_before(now - _CLOCKS_APART)
+            .not_valid_after(now + _VALID)
+            .add_extension(x509.SubjectAlternativeName([_general(host) for host in self._hosts]), critical=False)
+            .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+            .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), critical=False)
+            .add_extension(usage, critical=True)
+            .sign(key, hashes.SHA256())
+        )
+        pem = serialization.Encoding.PEM
+        secret = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+        try:
+            self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            # Should it end between the two, they do not fit each other, and are made anew.
+            _write(self._key, secret)
+            _write(self.file, certificate.public_bytes(pem))
+        except OSError as error:
+            raise TlsError(f"A certificate cannot be kept in {self.file.parent}: {error.strerror}") from error
+
+
+@contextlib.asynccontextmanager
+async def kept(certificate: Certificate) -> AsyncIterator[None]:
+    """Look after the certificate once an hour, while the block lasts."""
+    looking = asyncio.create_task(_look(certificate), name="certificate")
+    try:
+        yield
+    finally:
+        looking.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await looking
+
+
+async def _look(certificate: Certificate) -> None:
+    while True:
+        await asyncio.sleep(_LOOK_S)
+        try:
+            if await asyncio.to_thread(certificate.refresh, utc_now()):
+                log.info("new connections are given the certificate %s", certificate.fingerprint)
+        except TlsError as error:
+            log.error("%s The one before stays in use.", error)
+
+
+def _addresses(host: str) -> set[str]:
+    """Where others reach a service that listens on ``host``."""
+    try:
+        if not ip_address(host).is_unspecified:
+            return {host}
+    except ValueError:
+        return {host.lower()}
+    own = set()
+    # Nothing is sent: only asked from which address it would be. Reserved for documentation, so that nobody is there.
+    for family, far in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
+        with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asking:
+            asking.connect((far, 9))
+            own.add(str(asking.getsockname()[0]))
+    return own
+
+
+def _general(host: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ip_address(host))
+    except ValueError:
+        return x509.DNSName(host)
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Whole or not at all, and for nobody else's eyes."""
+    part = path.with_suffix(".part")
+    part.unlink(missing_ok=True)
+    with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)
+
+
+def _no_password() -> str:
+    """In place of the question that OpenSSL would ask on the terminal."""
+    raise TlsError(
+        "The certificate's key has a password; Kata starts by itself and cannot be asked for one: remove it."
+    )
