@@ -66,8 +66,10 @@ export class Stage {
     );
     this.#scene.add(room(side, paint), this.#real.group, this.#ghost.group);
     this.#scene.add(this.#ranges.group, this.#labels.group);
-    // Compiled beside the page, which answers meanwhile: without a graphics card that takes seconds.
-    void this.#renderer.compileAsync(this.#scene, this.#camera).then(() => {
+    // Compiled beside the page, which answers meanwhile; where the browser cannot do that, with the first drawing.
+    const beside = this.#renderer.extensions.has("KHR_parallel_shader_compile");
+    const compiled = beside ? this.#renderer.compileAsync(this.#scene, this.#camera) : Promise.resolve();
+    void compiled.then(() => {
       this.#ready = true;
       if (!this.#gone) this.#later();
     });
