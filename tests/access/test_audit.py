@@ -153,7 +153,7 @@ class TestWhatIsWritten:
             session.add(account)
         with chained.write() as session:
             session.add(StationRow(name="S", config="", registered_at=now, started_at=now))
-            session.get_one(AccountRow, account.id).failed = 3
+            session.get_one(AccountRow, account.id).totp_last_step = 3
         with chained.write() as session:
             told = {"began_at": now, "seen_at": now, "proved_at": now, "method": "password", "address": "", "agent": ""}
             session.add(SignInRow(id=uuid4(), account_id=account.id, secret_hash="0", **told))

@@ -40,7 +40,8 @@ def verify_trail(
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
     """Say whether the audit trail is whole, and where it is not. Status 1 when it is not, 2 when it cannot be read."""
-    settings = Settings(**({"data": data} if data else {}))
+    given: dict[str, Any] = {"data": data} if data else {}
+    settings = Settings(**given)
     anchors = anchor or [settings.effective_audit_anchor]
     kept = _head(head)
     began_s = time.perf_counter()

@@ -20,6 +20,7 @@ COLUMNS: Final = (
     "station", "detail", "anchor", "anchored",
 )  # fmt: skip
 """What a hash is over, in this order."""
+_WRITTEN: Final = json.JSONEncoder(separators=(",", ":"))
 _LOCK: Final = 0x6B617461
 """Of PostgreSQL's advisory locks; others in the same database are nobody's but Kata's."""
 
@@ -59,8 +60,7 @@ def link(before: bytes, values: Sequence[Any]) -> bytes:
 
     :raises TypeError: for a value that no row of ours has.
     """
-    written = json.dumps([_plain(value) for value in values], separators=(",", ":"))
-    return sha256(before + written.encode()).digest()
+    return sha256(before + _WRITTEN.encode([_plain(value) for value in values]).encode()).digest()
 
 
 def head(session: Session) -> Head:
@@ -89,10 +89,10 @@ def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: in
 
 
 def _plain(value: Any) -> str | int | None:
+    if value is None or type(value) in (str, int):
+        return value  # type: ignore[no-any-return]
     if isinstance(value, datetime):
         return value.astimezone(UTC).isoformat(timespec="microseconds")
     if isinstance(value, UUID):
         return value.hex
-    if value is None or isinstance(value, str | int):
-        return value
     raise TypeError(f"{type(value).__name__} has no place in the trail")

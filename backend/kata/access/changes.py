@@ -8,7 +8,7 @@ from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
 _QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "stations"})
 """Tables that are records of what happened themselves, or kept by the machinery; who changes them on purpose notes it."""
-_QUIET_COLUMNS: Final = {"accounts": frozenset({"failed", "locked_until", "totp_last_step", "updated_at"})}
+_QUIET_COLUMNS: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
 _MOST: Final = 8
 """Of a table whose rows change in greater numbers, only their number is told."""
 

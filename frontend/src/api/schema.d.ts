@@ -24,6 +24,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/accounts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Accounts
+         * @description Every account, disabled ones too.
+         */
+        get: operations["list_accounts"];
+        put?: never;
+        /**
+         * Create Account
+         * @description Make an account; its owner sets a password with the code that is answered.
+         */
+        post: operations["create_account"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/accounts/{account_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Update Account
+         * @description Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change.
+         */
+        patch: operations["update_account"];
+        trace?: never;
+    };
+    "/api/accounts/{account_id}/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Account
+         * @description Sign every browser of an account out; its owner sets a new password with the code that is answered.
+         */
+        post: operations["reset_account"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/assessments/form": {
         parameters: {
             query?: never;
@@ -289,8 +353,7 @@ export interface paths {
         };
         /**
          * List Events
-         * @description What the device told, newest first: every event, and every alarm with when it was acknowledged. Whose arm it was is told to
-         *     whom that patient's record is open.
+         * @description What the device told, newest first: every event, and every alarm with when it was acknowledged.
          */
         get: operations["list_events"];
         put?: never;
@@ -310,7 +373,7 @@ export interface paths {
         };
         /**
          * List Erasures
-         * @description Requests that nobody has decided yet, oldest first; of patients whose records are open to you.
+         * @description Requests that nobody has decided yet, oldest first.
          */
         get: operations["list_erasures"];
         put?: never;
@@ -578,8 +641,7 @@ export interface paths {
         };
         /**
          * List Patients
-         * @description Patients in the order of their names. A restricted record that is not open to you is found by its whole clinic number
-         *     alone, and tells no more than number and name.
+         * @description Patients in the order of their names.
          */
         get: operations["list_patients"];
         put?: never;
@@ -978,90 +1040,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/patients/{patient_id}/access": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Record Access
-         * @description Who sees a patient's record, and whether you do.
-         */
-        get: operations["get_record_access"];
-        /**
-         * Change Record Access
-         * @description Restrict a record to a care team, or open it to everybody who reads records.
-         */
-        put: operations["change_record_access"];
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/patients/{patient_id}/break-glass": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Break Glass
-         * @description Open a restricted record in an emergency, for four hours. Administrators are shown that you did, and why.
-         */
-        post: operations["break_glass"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/broken-glass": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * List Broken Glass
-         * @description Records that were opened in an emergency: first those that nobody has looked at, then the newest.
-         */
-        get: operations["list_broken_glass"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/broken-glass/{glass_id}/review": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Review Broken Glass
-         * @description Say that you have looked at it; not of what you did yourself.
-         */
-        post: operations["review_broken_glass"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/sessions": {
         parameters: {
             query?: never;
@@ -1071,7 +1049,7 @@ export interface paths {
         };
         /**
          * List Sessions
-         * @description Sessions of all patients whose records are open to you, newest first; only those that match everything that is given.
+         * @description Sessions of all patients, newest first; only those that match everything that is given.
          */
         get: operations["list_sessions"];
         put?: never;
@@ -1334,6 +1312,134 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/me/lock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Lock Screen
+         * @description Lock the screen: what goes on stays visible and may be stopped.
+         */
+        post: operations["lock_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/unlock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Unlock Screen
+         * @description Unlock the screen with the password.
+         */
+        post: operations["unlock_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change Password
+         * @description Change one's password; every other browser is signed out.
+         */
+        post: operations["change_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Confirm Second Factor
+         * @description Confirm the second factor by a code of it; every other browser is signed out.
+         */
+        put: operations["confirm_second_factor"];
+        /**
+         * Begin Second Factor
+         * @description Begin to set up a second factor; it counts once a code was confirmed.
+         */
+        post: operations["begin_second_factor"];
+        /**
+         * Remove Second Factor
+         * @description Take the second factor away; who needs one has to set up another at once.
+         */
+        delete: operations["remove_second_factor"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/sign-ins": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Own Sign Ins
+         * @description The browsers that one is signed in at.
+         */
+        get: operations["list_own_sign_ins"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/sign-ins/{sign_in_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Own Sign In
+         * @description Sign another of one's own browsers out.
+         */
+        delete: operations["end_own_sign_in"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sign-in": {
         parameters: {
             query?: never;
@@ -1368,6 +1474,46 @@ export interface paths {
          * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
          */
         post: operations["sign_in_by_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-up": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Up Clinic
+         * @description Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in.
+         */
+        post: operations["set_up_clinic"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Password By Code
+         * @description Set a password by the one-time code that an administrator has given; then sign in with it.
+         */
+        post: operations["set_password_by_code"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1423,7 +1569,7 @@ export interface paths {
         };
         /**
          * Get Station
-         * @description The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out.
+         * @description The station and its newest state; the WebSocket /api/live keeps telling it.
          */
         get: operations["get_station"];
         put?: never;
@@ -1864,6 +2010,120 @@ export interface components {
             accepted: boolean;
         };
         /**
+         * Account
+         * @description An account.
+         */
+        Account: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /** Username */
+            username: string;
+            /** Name */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /** Stations */
+            stations: string[];
+            /**
+             * Password
+             * @description Whether there is one.
+             */
+            password: boolean;
+            /**
+             * Second Factor
+             * @description Whether there is one.
+             */
+            second_factor: boolean;
+            /**
+             * Openid
+             * @description Whether it signs in by OpenID Connect.
+             */
+            openid: boolean;
+            /**
+             * Created At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            created_at: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            /** Disabled At */
+            disabled_at: string | null;
+        };
+        /**
+         * AccountCreate
+         * @description Somebody who may sign in.
+         */
+        AccountCreate: {
+            /**
+             * Username
+             * @description Unique; case and width make no difference.
+             * @example yamada
+             */
+            username: string;
+            /**
+             * Name
+             * @description As it stands in records.
+             * @example Yamada Hanako
+             */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /**
+             * Stations
+             * @description Names of the stations that it works at; empty: all.
+             */
+            stations?: string[];
+        };
+        /**
+         * AccountList
+         * @description By user name.
+         */
+        AccountList: {
+            /** Items */
+            items: components["schemas"]["Account"][];
+        };
+        /**
+         * AccountUpdate
+         * @description Any part of it. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         */
+        AccountUpdate: {
+            /** Name */
+            name?: string | null;
+            /**
+             * Role
+             * @description Another role signs every browser of the account out.
+             */
+            role?: ("therapist" | "administrator" | "viewer" | "technician") | null;
+            /**
+             * Stations
+             * @description Other stations sign every browser of the account out.
+             */
+            stations?: string[] | null;
+            /**
+             * Disabled
+             * @description True shuts it and signs every browser of it out, false opens it again.
+             */
+            disabled?: boolean | null;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
          * Addendum
          * @description What was added, and when.
          */
@@ -1942,6 +2202,14 @@ export interface components {
              * @example 54
              */
             repetitions_done: number;
+        };
+        /**
+         * Again
+         * @description The password again; not needed within ten minutes of having been given.
+         */
+        Again: {
+            /** Password */
+            password?: string | null;
         };
         /**
          * Assessment
@@ -2253,76 +2521,6 @@ export interface components {
             age_ms: number | null;
         };
         /**
-         * BreakGlass
-         * @description Why a restricted record has to be opened now.
-         */
-        BreakGlass: {
-            /**
-             * Reason
-             * @description What for; an administrator reads it.
-             * @example Came in with acute pain, her therapist is away.
-             */
-            reason: string;
-        };
-        /**
-         * BrokenGlass
-         * @description A restricted record that somebody opened in an emergency.
-         */
-        BrokenGlass: {
-            /**
-             * Id
-             * Format: uuid
-             */
-            id: string;
-            /**
-             * Patient Id
-             * Format: uuid
-             */
-            patient_id: string;
-            /**
-             * Account Id
-             * Format: uuid
-             */
-            account_id: string;
-            /**
-             * Name
-             * @description Of who did.
-             * @example Sato Ken
-             */
-            name: string;
-            /** Reason */
-            reason: string;
-            /**
-             * At
-             * Format: date-time
-             * @description UTC.
-             * @example 2026-11-21T09:30:00Z
-             */
-            at: string;
-            /**
-             * Until
-             * Format: date-time
-             * @description UTC.
-             * @example 2026-11-21T09:30:00Z
-             */
-            until: string;
-            /**
-             * Reviewed At
-             * @description Null until an administrator has looked at it.
-             */
-            reviewed_at: string | null;
-            /** Reviewed By */
-            reviewed_by: string;
-        };
-        /**
-         * BrokenGlassList
-         * @description Those that nobody has looked at come first, then the newest.
-         */
-        BrokenGlassList: {
-            /** Items */
-            items: components["schemas"]["BrokenGlass"][];
-        };
-        /**
          * ChangeMessage
          * @description Ten times a second: the top-level fields of Live that have changed since the last message, perhaps none.
          */
@@ -2361,6 +2559,19 @@ export interface components {
             live: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ChangePassword
+         * @description The old password, and the new one.
+         */
+        ChangePassword: {
+            /** Old Password */
+            old_password: string;
+            /**
+             * Password
+             * @description The new one.
+             */
+            password: string;
         };
         /**
          * CheckAnswer
@@ -2434,6 +2645,17 @@ export interface components {
              * @description Those of the six basic motions that the recording moves; none for older runs.
              */
             motions: components["schemas"]["MotionTracking"][];
+        };
+        /**
+         * Confirm
+         * @description The six digits that the app shows.
+         */
+        Confirm: {
+            /**
+             * Code
+             * @example 123456
+             */
+            code: string;
         };
         /**
          * DeviceEvent
@@ -3415,7 +3637,10 @@ export interface components {
          * @description Who is signed in at this browser, and what they may do.
          */
         Me: {
-            /** Account Id */
+            /**
+             * Account Id
+             * Format: uuid
+             */
             account_id: string;
             /** Username */
             username: string;
@@ -3457,10 +3682,20 @@ export interface components {
              */
             second_factor: boolean;
             /**
+             * Password
+             * @description Whether there is one; others sign in by OpenID Connect or a link.
+             */
+            password: boolean;
+            /**
              * Demonstration
              * @description Signed in by a link of the demonstration clinic.
              */
             demonstration: boolean;
+            /**
+             * Idle S
+             * @description Seconds without anything done by the user after which the screen is locked.
+             */
+            idle_s: number;
         };
         /**
          * Mirror
@@ -3763,6 +3998,70 @@ export interface components {
             torque_peak_nm: number | null;
         };
         /**
+         * OneTimeCode
+         * @description For its owner, to set a password with; shown this one time.
+         */
+        OneTimeCode: {
+            account: components["schemas"]["Account"];
+            /**
+             * Code
+             * @example 7KQ2M-XW4HT-PR9CD-3NBVF
+             */
+            code: string;
+            /**
+             * Until
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            until: string;
+        };
+        /**
+         * OwnSignIn
+         * @description A browser that one is signed in at.
+         */
+        OwnSignIn: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Here
+             * @description This one.
+             */
+            here: boolean;
+            /**
+             * Began At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            began_at: string;
+            /**
+             * Seen At
+             * Format: date-time
+             * @description When its user last did something. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            seen_at: string;
+            /** Address */
+            address: string;
+            /**
+             * Agent
+             * @description What the browser calls itself.
+             */
+            agent: string;
+        };
+        /**
+         * OwnSignIns
+         * @description The newest first.
+         */
+        OwnSignIns: {
+            /** Items */
+            items: components["schemas"]["OwnSignIn"][];
+        };
+        /**
          * Patient
          * @description A patient's record.
          */
@@ -3826,11 +4125,6 @@ export interface components {
              * @description When what tells who this is was taken away. UTC.
              */
             erased_at: string | null;
-            /**
-             * Restricted
-             * @description Only a care team sees the record; others break the glass.
-             */
-            restricted: boolean;
         };
         /**
          * PatientCreate
@@ -4423,45 +4717,6 @@ export interface components {
             rows: (string | number | null)[][];
         };
         /**
-         * RecordAccess
-         * @description Who sees a patient's record.
-         */
-        RecordAccess: {
-            /**
-             * Restricted
-             * @description Only the care team sees it; others break the glass.
-             */
-            restricted: boolean;
-            /**
-             * Team
-             * @description Of a restricted record.
-             */
-            team: components["schemas"]["TeamMember"][];
-            /**
-             * Open To You
-             * @description You see it: it is not restricted, you are in the team, or you broke the glass.
-             */
-            open_to_you: boolean;
-            /**
-             * Glass Until
-             * @description You broke the glass: so long it stays open to you. UTC.
-             */
-            glass_until: string | null;
-        };
-        /**
-         * RecordAccessChange
-         * @description Restrict a record to a care team, or open it again.
-         */
-        RecordAccessChange: {
-            /** Restricted */
-            restricted: boolean;
-            /**
-             * Account Ids
-             * @description The whole care team.
-             */
-            account_ids?: string[];
-        };
-        /**
          * Recording
          * @description What was taught in one take, or made of another recording.
          */
@@ -4707,6 +4962,14 @@ export interface components {
             updated_at?: string | null;
         };
         /**
+         * RecoveryCodes
+         * @description Each stands in for the second factor once; shown this one time.
+         */
+        RecoveryCodes: {
+            /** Codes */
+            codes: string[];
+        };
+        /**
          * RefusalLive
          * @description Why a command would not be accepted now.
          */
@@ -4726,6 +4989,18 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+        };
+        /**
+         * Reset
+         * @description What is good no longer.
+         */
+        Reset: {
+            /**
+             * Second Factor
+             * @description Also the second factor, where that was lost.
+             * @default false
+             */
+            second_factor: boolean;
         };
         /**
          * RomEntry
@@ -5100,6 +5375,22 @@ export interface components {
              *     ]
              */
             motors: number[];
+        };
+        /**
+         * SecondFactorBegun
+         * @description What an app takes to make codes.
+         */
+        SecondFactorBegun: {
+            /**
+             * Address
+             * @description `otpauth://`: for an app on this very device, and to type its secret.
+             */
+            address: string;
+            /**
+             * Picture
+             * @description The same as a QR code: a `data:` address of an SVG.
+             */
+            picture: string;
         };
         /**
          * Session
@@ -5486,6 +5777,44 @@ export interface components {
             updated_at?: string | null;
         };
         /**
+         * SetPassword
+         * @description By the one-time code that an administrator has given.
+         */
+        SetPassword: {
+            /** Username */
+            username: string;
+            /**
+             * Code
+             * @example 7KQ2M-XW4HT-PR9CD-3NBVF
+             */
+            code: string;
+            /** Password */
+            password: string;
+        };
+        /**
+         * SetUp
+         * @description The first administrator, or one for a clinic that is locked out.
+         */
+        SetUp: {
+            /**
+             * Secret
+             * @description What stands in the set-up link behind `secret=`; good once.
+             */
+            secret: string;
+            /**
+             * Username
+             * @description A new one; or one that exists, which becomes an administrator with this password.
+             */
+            username: string;
+            /**
+             * Name
+             * @example Yamada Hanako
+             */
+            name: string;
+            /** Password */
+            password: string;
+        };
+        /**
          * SideRequest
          * @description Which shoulder the apparatus stands for.
          */
@@ -5859,22 +6188,6 @@ export interface components {
             samples: number;
         };
         /**
-         * TeamMember
-         * @description Somebody of the care team.
-         */
-        TeamMember: {
-            /**
-             * Account Id
-             * Format: uuid
-             */
-            account_id: string;
-            /**
-             * Name
-             * @example Sato Ken
-             */
-            name: string;
-        };
-        /**
          * Trim
          * @description Only what is between two times.
          */
@@ -5955,6 +6268,14 @@ export interface components {
              * @description What each motor would do.
              */
             ranges: components["schemas"]["MotorRange"][];
+        };
+        /**
+         * Unlock
+         * @description The password again.
+         */
+        Unlock: {
+            /** Password */
+            password: string;
         };
         /**
          * VersionCreate
@@ -6131,7 +6452,7 @@ export interface operations {
             };
         };
     };
-    get_assessment_form: {
+    list_accounts: {
         parameters: {
             query?: never;
             header?: never;
@@ -6146,7 +6467,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["AssessmentForm"];
+                    "application/json": components["schemas"]["AccountList"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -6167,8 +6488,59 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
+        };
+    };
+    create_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AccountCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OneTimeCode"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6178,19 +6550,20 @@ export interface operations {
             };
         };
     };
-    list_assessments: {
+    update_account: {
         parameters: {
-            query?: {
-                limit?: number;
-                offset?: number;
-            };
+            query?: never;
             header?: never;
             path: {
-                episode_id: string;
+                account_id: string;
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AccountUpdate"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -6198,7 +6571,78 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["EpisodeAssessments"];
+                    "application/json": components["schemas"]["Account"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reset_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                account_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Reset"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OneTimeCode"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -6237,8 +6681,62 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
+        };
+    };
+    get_assessment_form: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AssessmentForm"];
+                };
+            };
+        };
+    };
+    list_assessments: {
+        parameters: {
+            query?: {
+                limit?: number;
+                offset?: number;
+            };
+            header?: never;
+            path: {
+                episode_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EpisodeAssessments"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6272,24 +6770,6 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6310,15 +6790,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6351,24 +6822,6 @@ export interface operations {
                     "application/json": components["schemas"]["AssessmentPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6380,15 +6833,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6418,24 +6862,6 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6447,15 +6873,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6489,24 +6906,6 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6527,15 +6926,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6569,24 +6959,6 @@ export interface operations {
                     "application/json": components["schemas"]["Assessment"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6607,15 +6979,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6657,35 +7020,8 @@ export interface operations {
                     "application/json": components["schemas"]["AuditPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6715,24 +7051,6 @@ export interface operations {
                     "application/json": components["schemas"]["EpisodeList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6744,15 +7062,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6786,24 +7095,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6824,15 +7115,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6862,24 +7144,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6891,15 +7155,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -6933,24 +7188,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -6971,15 +7208,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7013,24 +7241,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7051,15 +7261,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7089,24 +7290,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7127,15 +7310,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7169,24 +7343,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7207,15 +7363,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7246,24 +7393,6 @@ export interface operations {
                     "application/json": components["schemas"]["Episode"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7284,15 +7413,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7330,35 +7450,8 @@ export interface operations {
                     "application/json": components["schemas"]["DeviceEventPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7386,33 +7479,6 @@ export interface operations {
                     "application/json": components["schemas"]["ErasureList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
         };
     };
     list_patient_erasures: {
@@ -7435,24 +7501,6 @@ export interface operations {
                     "application/json": components["schemas"]["ErasureList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7464,15 +7512,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7506,24 +7545,6 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7544,15 +7565,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7586,24 +7598,6 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7624,15 +7618,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7666,24 +7651,6 @@ export interface operations {
                     "application/json": components["schemas"]["Erasure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7704,15 +7671,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7742,24 +7700,6 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7780,15 +7720,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7818,24 +7749,6 @@ export interface operations {
                     "application/vnd.apache.parquet": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7856,15 +7769,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7894,24 +7798,6 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -7941,15 +7827,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7979,24 +7856,6 @@ export interface operations {
                     "application/vnd.apache.parquet": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8026,15 +7885,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8071,24 +7921,6 @@ export interface operations {
                     "application/json": components["schemas"]["UnderstoodMotion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8100,15 +7932,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8149,24 +7972,6 @@ export interface operations {
                     "application/json": components["schemas"]["ImportedMotion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8187,15 +7992,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8225,24 +8021,6 @@ export interface operations {
                     "application/fhir+json": Record<string, never>;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8263,15 +8041,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8308,24 +8077,6 @@ export interface operations {
                     "application/json": components["schemas"]["ImportedPatients"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
                 headers: {
@@ -8337,15 +8088,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8375,24 +8117,6 @@ export interface operations {
                     "application/zip": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8413,15 +8137,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8458,35 +8173,8 @@ export interface operations {
                     "application/json": components["schemas"]["PatientPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8518,24 +8206,6 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
                 headers: {
@@ -8547,15 +8217,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8585,24 +8246,6 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8614,15 +8257,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8656,24 +8290,6 @@ export interface operations {
                     "application/json": components["schemas"]["Patient"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8694,15 +8310,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8732,24 +8339,6 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8761,15 +8350,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8803,24 +8383,6 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8841,15 +8403,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8883,24 +8436,6 @@ export interface operations {
                     "application/json": components["schemas"]["Preview"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8921,15 +8456,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8959,24 +8485,6 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -8988,15 +8496,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9030,24 +8529,6 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9068,15 +8549,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9110,24 +8582,6 @@ export interface operations {
                     "application/json": components["schemas"]["ProgrammeDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9148,15 +8602,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9186,24 +8631,6 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPlan"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9215,15 +8642,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9256,24 +8674,6 @@ export interface operations {
                     "application/json": components["schemas"]["Adherence"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9285,15 +8685,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9324,24 +8715,6 @@ export interface operations {
                     "application/json": components["schemas"]["Progress"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9353,15 +8726,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9391,24 +8755,6 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingList"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9420,15 +8766,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9458,24 +8795,6 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9487,15 +8806,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9529,24 +8839,6 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9567,15 +8859,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9609,24 +8892,6 @@ export interface operations {
                     "application/json": components["schemas"]["RecordingDetail"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9647,15 +8912,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9689,24 +8945,6 @@ export interface operations {
                     "application/json": components["schemas"]["Figure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9727,15 +8965,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9770,24 +8999,6 @@ export interface operations {
                     "application/json": components["schemas"]["Figure"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9808,15 +9019,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9846,24 +9048,6 @@ export interface operations {
                     "application/json": components["schemas"]["MotionShown"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9884,15 +9068,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9925,24 +9100,6 @@ export interface operations {
                     "text/html": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -9954,15 +9111,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9995,24 +9143,6 @@ export interface operations {
                     "application/pdf": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10024,15 +9154,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10065,24 +9186,6 @@ export interface operations {
                     "text/html": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10094,15 +9197,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10135,24 +9229,6 @@ export interface operations {
                     "application/pdf": string;
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10164,356 +9240,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    get_record_access: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                patient_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RecordAccess"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description There is no such thing. */
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    change_record_access: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                patient_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["RecordAccessChange"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RecordAccess"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description There is no such thing. */
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    break_glass: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                patient_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["BreakGlass"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["RecordAccess"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description There is no such thing. */
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not now: refused, with cause and next step. */
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    list_broken_glass: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BrokenGlassList"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    review_broken_glass: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path: {
-                glass_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["BrokenGlass"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description There is no such thing. */
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not now: refused, with cause and next step. */
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10556,35 +9282,8 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10616,24 +9315,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10661,15 +9342,6 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
         };
     };
     list_session_choices: {
@@ -10690,35 +9362,8 @@ export interface operations {
                     "application/json": components["schemas"]["SessionChoices"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10753,24 +9398,6 @@ export interface operations {
                     "application/json": components["schemas"]["SessionPage"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10782,15 +9409,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10820,24 +9438,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10849,15 +9449,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10891,24 +9482,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -10929,15 +9502,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10970,24 +9534,6 @@ export interface operations {
                     "application/json": components["schemas"]["Checklist"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11008,15 +9554,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11051,24 +9588,6 @@ export interface operations {
                     "application/json": components["schemas"]["Checklist"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11098,15 +9617,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11140,24 +9650,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11178,15 +9670,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11216,24 +9699,6 @@ export interface operations {
                     "application/json": components["schemas"]["Draft"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11245,15 +9710,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11287,24 +9743,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11325,15 +9763,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11367,24 +9796,6 @@ export interface operations {
                     "application/json": components["schemas"]["Session"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11405,15 +9816,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11443,24 +9845,6 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11472,15 +9856,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11510,24 +9885,6 @@ export interface operations {
                     "application/json": components["schemas"]["MotionShown"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11548,15 +9905,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11591,24 +9939,6 @@ export interface operations {
                     "application/json": components["schemas"]["RunFigures"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -11645,8 +9975,416 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
+        };
+    };
+    lock_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    unlock_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Unlock"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangePassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Confirm"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorBegun"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_own_sign_ins: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnSignIns"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end_own_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sign_in_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11758,6 +10496,106 @@ export interface operations {
             };
         };
     };
+    set_up_clinic: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetUp"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_password_by_code: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     sign_out: {
         parameters: {
             query?: never;
@@ -11812,15 +10650,6 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
         };
     };
     get_station: {
@@ -11839,24 +10668,6 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["StationState"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -11883,24 +10694,6 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseLive"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
                 headers: {
@@ -11912,15 +10705,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11948,35 +10732,8 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseLive"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12008,24 +10765,6 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
                 headers: {
@@ -12037,15 +10776,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12077,24 +10807,6 @@ export interface operations {
                     "application/json": components["schemas"]["Teaching"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -12115,15 +10827,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12160,35 +10863,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12229,24 +10905,6 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -12283,15 +10941,6 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description The apparatus' control program is not running. */
             503: {
                 headers: {
@@ -12321,35 +10970,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12386,35 +11008,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12451,35 +11046,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12516,35 +11084,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12581,35 +11122,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12646,35 +11160,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12709,24 +11196,6 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Accepted"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
             /** @description Not now: refused, with cause and next step. */
@@ -12767,35 +11236,8 @@ export interface operations {
                     "application/json": components["schemas"]["Accepted"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12832,35 +11274,8 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12892,24 +11307,6 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -12921,15 +11318,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12961,24 +11349,6 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -12990,15 +11360,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13030,24 +11391,6 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -13075,15 +11418,6 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
         };
     };
     release_arm: {
@@ -13104,35 +11438,8 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorState"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13167,24 +11474,6 @@ export interface operations {
                     "application/json": components["schemas"]["Motion"];
                 };
             };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
             /** @description There is no such thing. */
             404: {
                 headers: {
@@ -13196,15 +11485,6 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
                 headers: {
                     [name: string]: unknown;
                 };
