@@ -85,7 +85,9 @@ def serve(
     settings = Settings(**{name: value for name, value in given.items() if value is not None})
     if not settings.simulate and not settings.station:
         _fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.basicConfig(
+        level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%Y-%m-%dT%H:%M:%S%z"
+    )
     logging.getLogger("alembic").setLevel(logging.WARNING)
     if reload:
         _serve_reloading(settings)

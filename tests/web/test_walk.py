@@ -264,27 +264,30 @@ class _OrAnything(dict[str, str]):
         return str(uuid4())
 
 
-def test_nobody_gets_further_than_they_may(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
+def test_nobody_gets_further_than_they_may(
+    service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
+) -> None:
     app: Any = service.app
     # What is let through and fails there is another test's.
     client = TestClient(app, raise_server_exceptions=False)
     wrong, cells = [], 0
-    for asker in ASKERS:
-        cookie = sign_in_as(service, asker)
-        for operation in operations(_document(service)):
-            of_a_patient = any(name in OF_A_PATIENT for name in operation.ids)
-            for whose in ("open", "restricted") if of_a_patient else ("",):
-                refusal = expected(operation, asker, whose)
-                if refusal is None and operation.name in PUBLIC | {"get_whole_patient"} | LEAVES_LESS | _SLOW:
-                    continue
-                answer = ask(client, operation, cookie, records[whose or "open"])
-                code = answer.json().get("code") if answer.status_code >= 400 else None
-                got = (answer.status_code, code) if answer.status_code in (401, 403, 423) else None
-                cells += 1
-                if got != refusal:
-                    wrong.append((asker.name, operation.name, whose, refusal, answer.status_code, code))
+    cookie = sign_in_as(service, asker)
+    for operation in operations(_document(service)):
+        of_a_patient = any(name in OF_A_PATIENT for name in operation.ids)
+        for whose in ("open", "restricted") if of_a_patient else ("",):
+            refusal = expected(operation, asker, whose)
+            if refusal is None and operation.name in PUBLIC | {"get_whole_patient"} | LEAVES_LESS | _SLOW:
+                continue
+            answer = ask(client, operation, cookie, records[whose or "open"])
+            code = answer.json().get("code") if answer.status_code >= 400 else None
+            got = (answer.status_code, code) if answer.status_code in (401, 403, 423) else None
+            cells += 1
+            if got != refusal:
+                wrong.append((operation.name, whose, refusal, answer.status_code, code))
     assert wrong == []
-    assert cells > 1500
+    assert cells > 100
 
 
 _SLOW: Final = {"get_session_pdf", "get_episode_pdf"}
