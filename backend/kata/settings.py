@@ -3,7 +3,7 @@
 from datetime import time
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
@@ -64,6 +64,13 @@ class Settings(BaseSettings):
     """Serve without encryption where others can reach the service: only behind a proxy that encrypts."""
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are believed, separated by commas; nobody's when empty."""
+
+    idle_minutes: float = Field(default=15.0, gt=0)
+    """After so long without anything done by its user, a browser's screen is locked; what goes on stays visible and stoppable."""
+    sign_in_hours: float = Field(default=12.0, gt=0)
+    """After so long a sign-in is over, whatever is done."""
+    second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
+    """Of whom a second factor is asked; everybody may have one."""
 
     @field_validator("data")
     @classmethod

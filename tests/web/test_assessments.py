@@ -68,7 +68,7 @@ def test_an_assessment_is_entered_changed_and_withdrawn(client: TestClient, pati
         ({"pain_average": -1}, "#/pain_average"),
         ({"spadi": [5] * 12}, "#/spadi"),
         ({"spadi": [5] * 12 + [11]}, "#/spadi/12"),
-        ({"assessed_by": " "}, "#/assessed_by"),
+        ({"assessed_by": "x" * 101}, "#/assessed_by"),
         ({"assessed_at": "2026-03-02T09:30:00"}, "#/assessed_at"),
         ({"assessed_at": (NOW + timedelta(days=1)).isoformat()}, "#/assessed_at"),
         ({"assessed_at": "1890-03-02T09:30:00Z"}, "#/assessed_at"),

@@ -94,7 +94,7 @@ def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_playe
         ({"items": [{"recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
         ({"timer_minutes": 0.5}, "#/timer_minutes"),
         ({"sessions_per_week": 22}, "#/sessions_per_week"),
-        ({"made_by": " "}, "#/made_by"),
+        ({"made_by": "x" * 101}, "#/made_by"),
     ],
 )
 def test_what_is_out_of_bounds_is_said_by_field(

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
+from kata.access.actor import ACTING
 from kata.database.base import utc_now
 
 LONGEST_NAME: Final = 100
@@ -16,6 +17,15 @@ Side = Literal["left", "right"]
 Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)]
 Doer = Annotated[str, StringConstraints(strip_whitespace=True, max_length=LONGEST_NAME, pattern=NO_NUL)]
 """Who has done something, by name; empty where nobody has said."""
+
+
+def _or_whoever_asks(given: str) -> str:
+    actor = ACTING.get()
+    return given or (actor.name if actor else "")
+
+
+By = Annotated[Doer, AfterValidator(_or_whoever_asks), Field(validate_default=True)]
+"""Who has done something: whoever asks, where nobody is named. Given ``""`` as its default."""
 Note = Annotated[str, StringConstraints(strip_whitespace=True, max_length=10_000, pattern=NO_NUL)]
 _NUMBER: Final = re.compile(r"\s*[+-]?[\d.]+(e[+-]?\d+)?\s*", re.IGNORECASE)
 _EASTERNMOST: Final = timedelta(hours=14)
@@ -60,4 +70,5 @@ Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", ex
 class Schema(BaseModel):
     """Base of what goes in and out; unknown fields are errors, so that a misspelt one is not lost in silence."""
 
-    model_config = ConfigDict(extra="forbid", from_attributes=True)
+    # What was sent stands in no error message, and so in no log.
+    model_config = ConfigDict(extra="forbid", from_attributes=True, hide_input_in_errors=True)

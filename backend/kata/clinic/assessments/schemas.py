@@ -8,7 +8,7 @@ from pydantic import AwareDatetime, Field, ValidationInfo, field_validator, mode
 from pydantic_core import PydanticCustomError
 
 from kata.clinic.assessments import rom, spadi
-from kata.clinic.fields import Moment, Name, Note, Schema, Side
+from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
 from kata.database.base import utc_now
 
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)
@@ -92,7 +92,7 @@ class AssessmentCreate(Schema):
     """What was found. Nothing has to be measured, but something."""
 
     assessed_at: AssessedAt
-    assessed_by: Name = Field(examples=["Kimura Jun"])
+    assessed_by: By = Field("", description="You, unless somebody else is named.", examples=["Kimura Jun"])
     rom: RomEntries = Field(default_factory=list)
     pain_rest: Pain | None = None
     pain_active: Pain | None = None

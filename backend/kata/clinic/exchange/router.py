@@ -14,7 +14,7 @@ from kata.clinic.exchange.motion_csv import Understood, understand
 from kata.clinic.exchange.patient_in import NotUnderstoodError, read_patients
 from kata.clinic.exchange.samples import Origin, SampleFormat
 from kata.clinic.exchange.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
-from kata.clinic.fields import Doer, Name, Side
+from kata.clinic.fields import By, Name, Side
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import Patient
@@ -120,7 +120,7 @@ def import_motion(
     name: MotionName,
     side: MotionSide,
     csv: MotionCsv,
-    taught_by: Annotated[Doer, Query(description="Who brings it; empty where nobody says.")] = "",
+    taught_by: Annotated[By, Query(description="Who brings it: you, unless somebody else is named.")] = "",
 ) -> ImportedMotion:
     """Keep a motion from a CSV file as a recording, checked against the station's limits as at loading.
 

@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field, StringConstraints
 
-from kata.clinic.fields import NO_NUL, Moment, Name, Note, Schema, Side
+from kata.clinic.fields import NO_NUL, By, Moment, Note, Schema, Side
 from kata.clinic.patients.schemas import Patient
 from kata.clinic.recordings.schemas import MotorRange, RecordingDetail
 
@@ -47,14 +47,14 @@ class ErasureRequest(Schema):
     """A patient asks for the record to be erased."""
 
     reason: Reason = Field(examples=["Asked for it in writing on 20 November."])
-    noted_by: Name = Field(description="Who noted it.", examples=["Suzuki Aya"])
+    noted_by: By = Field("", description="Who noted it: you, unless somebody else is named.", examples=["Suzuki Aya"])
 
 
 class ErasureRefusal(Schema):
     """The record is kept, and why."""
 
     explanation: Reason = Field(examples=["Records are kept by law for five years after the last visit."])
-    decided_by: Name = Field(examples=["Director Kobayashi"])
+    decided_by: By = Field("", description="You, unless somebody else is named.", examples=["Director Kobayashi"])
 
 
 class ErasureConsent(Schema):
@@ -64,7 +64,7 @@ class ErasureConsent(Schema):
         max_length=32, description="The patient's, typed once more: this cannot be undone.", examples=["K-0042"]
     )
     explanation: Note = Field("", description="Without naming the patient.", examples=["Nothing forbids it."])
-    decided_by: Name = Field(examples=["Director Kobayashi"])
+    decided_by: By = Field("", description="You, unless somebody else is named.", examples=["Director Kobayashi"])
 
 
 class Erasure(Schema):

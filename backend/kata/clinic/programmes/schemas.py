@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.clinic.fields import Moment, Name, Note, Schema, Side
+from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
 from kata.clinic.sessions.schemas import Asked
 from kata.device.messages import LOAD_LEVELS
 from kata.motion.method import Method
@@ -55,7 +55,7 @@ class PreviewWanted(ItemsWanted):
 class VersionWanted(ItemsWanted):
     """What a programme is to say from now on."""
 
-    made_by: Name = Field(description="Who prescribes it.", examples=["Aoki Rin"])
+    made_by: By = Field("", description="Who prescribes it: you, unless somebody else is named.", examples=["Aoki Rin"])
     note: Note = Field("", description="Why.", examples=["Less range: pain after the last session."])
     timer_minutes: Timer = None
     sessions_per_week: Wish = None

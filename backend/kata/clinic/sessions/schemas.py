@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.clinic.fields import Moment, Motor, Name, Note, Pain, Schema, Side
+from kata.clinic.fields import By, Moment, Motor, Name, Note, Pain, Schema, Side
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.checklist import CheckName
 from kata.motion import edit
@@ -165,7 +165,7 @@ class SessionCreate(Schema):
     """What is needed to begin a session."""
 
     patient_id: UUID
-    therapist: Name | None = Field(None, description="Who treats.", examples=["Ito Mai"])
+    therapist: By = Field("", description="Who treats: you, unless somebody else is named.", examples=["Ito Mai"])
     programme_version_id: UUID | None = Field(None, description="What is planned; of the patient's open episode.")
 
 
@@ -190,7 +190,7 @@ class SessionEnd(Schema):
 class SessionSign(Schema):
     """Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen."""
 
-    signed_by: Name
+    signed_by: By = Field("", description="You, unless somebody else is named.")
     note: Note = Field(min_length=1, description="The note as it is signed.")
     updated_at: Moment | None = None
 
@@ -198,21 +198,23 @@ class SessionSign(Schema):
 class AddendumCreate(Schema):
     """What is added to a signed note."""
 
-    written_by: Name
+    written_by: By = Field("", description="You, unless somebody else is named.")
     text: Note = Field(min_length=1)
 
 
-class Addendum(AddendumCreate):
+class Addendum(Schema):
     """What was added, and when."""
 
     id: UUID
+    written_by: str
+    text: str
     written_at: Moment
 
 
 class CheckTick(Schema):
     """Somebody has looked."""
 
-    checked_by: Name
+    checked_by: By = Field("", description="You, unless somebody else is named.")
     recording_id: UUID | None = Field(None, description="What is to be played: it says which fixtures are meant.")
 
 
