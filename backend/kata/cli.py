@@ -22,6 +22,9 @@ from rich.console import Console
 from kata.access import set_up
 from kata.access.anchor import AnchorError
 from kata.access.audit_commands import app as audit
+from kata.access.backups.commands import backup, restore_command
+from kata.access.backups.folder import UnfinishedRestoreError
+from kata.access.backups.key import BackupError
 from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
@@ -47,6 +50,8 @@ app.add_typer(bench, name="bench")
 app.command()(evaluate)
 accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
 app.add_typer(accounts, name="accounts")
+app.command()(backup)
+app.command("restore")(restore_command)
 _LONGEST_MESSAGE = 64 * 1024
 """Bytes of a WebSocket message; the page sends none."""
 _console = Console(stderr=True, highlight=False)
@@ -247,11 +252,13 @@ async def _serve(settings: Settings) -> None:
             await _Server(_configured(application, settings, certificate)).serve([listening])
     except (
         AnchorError,
+        BackupError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
         LetterheadError,
         SimulatorError,
+        UnfinishedRestoreError,
         tls.TlsError,
     ) as error:
         _fail(str(error))

@@ -168,6 +168,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "note_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "erase_patient": _ADMINISTER,
+        "list_backups": _ADMINISTER,
+        "make_backup": _ADMINISTER,
         # The audit trail: who looked at a record has to be found without looking at it.
         "list_audit": Rule("administer", restricted=True),
         # The apparatus.

@@ -17,6 +17,8 @@ from starlette.types import ASGIApp
 from kata.access import demonstration, second_factor, set_up
 from kata.access.accounts import count_administrators
 from kata.access.actor import by_program
+from kata.access.backups.folder import served
+from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
@@ -53,6 +55,8 @@ from kata.station.station import Station
 from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
+from kata.web.backups import Backups
+from kata.web.backups import router as backups
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -63,6 +67,12 @@ _DESCRIPTION: Final = """
 Teach a motion by hand, play it back, compare. Angles are degrees, speeds degrees a second, torques newton metres, times
 seconds; moments are UTC. Errors are problem documents (RFC 9457) with a stable `code`, a sentence and a next step.
 """
+
+_NEW_KEY: Final = (
+    "the key of this clinic's backups was made: %s. KEEP A COPY OF IT AWAY FROM THIS COMPUTER, printed or on a stick in a safe: "
+    "when this computer is lost, the backups are worth nothing without it"
+)
+_FOREIGN: Final = "The request came from another site's page."
 
 health = APIRouter(prefix="/api/health", tags=["health"])
 
@@ -113,6 +123,7 @@ def create_app(settings: Settings) -> FastAPI:
         health,
         accounts.router,
         assessments,
+        backups,
         audit,
         episodes,
         events,
@@ -148,7 +159,10 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
     )
     app.state.clinic_zone = settings.clinic_zone
+    await asyncio.to_thread(stack.enter_context, served(settings))
     settings.journal.mkdir(parents=True, exist_ok=True)
+    if await asyncio.to_thread(make_key, settings):
+        log.warning(_NEW_KEY, settings.backup_key_file)
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
@@ -218,6 +232,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await stack.enter_async_context(events_recorded(station, writer))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
+    app.state.backups = Backups(settings, database, lambda: station.live().torque_on)
+    await stack.enter_async_context(app.state.backups.each_night())
     station.start()
 
 
