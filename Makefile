@@ -16,7 +16,7 @@ BROWSER := .cache/chromium/chromium
 JUDGES := .cache/judges
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run test dev campaign check lock clean
+.PHONY: help run test dev campaign check audit lock clean
 .DELETE_ON_ERROR:
 
 help: ## what there is
@@ -51,6 +51,12 @@ check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, 
 	$(BIN)/lint-imports
 	cd frontend && npm run lint --silent
 	cd frontend && npm run types --silent
+
+# Asks the advisory databases, and so needs a network; tests/house/lowest_safe.toml is what holds without one.
+audit: $(PACKAGES) $(NODE_MODULES) ## known holes in what we build on (needs a network)
+	$(BIN)/uv tool run --from pip-audit==2.* pip-audit --strict --require-hashes --disable-pip --requirement requirements.txt
+	$(BIN)/uv tool run --from pip-audit==2.* pip-audit --strict --require-hashes --disable-pip --requirement requirements-dev.txt
+	cd frontend && npm audit --audit-level low
 
 # One environment for running and for working: the few seconds that the tools cost are paid once.
 $(PACKAGES): requirements-dev.txt pyproject.toml

@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 from kata import doctor
+from kata.access.backups.book import take_notes_in
+from kata.access.backups.key import make_key
+from kata.access.backups.making import make
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.doctor import Finding, examine
@@ -79,6 +82,21 @@ def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     told = found("Database", tmp_path)
     assert told.state == "problem"
     assert "written by a newer version of Kata" in told.message
+
+
+def test_backups_are_asked_for_until_one_is_known_to_be_restorable(tmp_path: Path) -> None:
+    assert found("Backups", tmp_path).state == "ok", "nothing to lose yet"
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    settings = Settings(data=tmp_path, database_url="", station=None)
+    make_key(settings)
+    told = found("Backups", tmp_path)
+    assert (told.state, "None was restored" in told.message) == ("warning", True)
+    make(settings, "asked")
+    take_notes_in(settings, database)
+    database.close()
+    assert found("Backups", tmp_path).state == "ok"
+    assert "another disk" in found("Backups' folder", tmp_path).what_to_do
 
 
 def test_a_file_that_is_no_database_is_a_problem(tmp_path: Path) -> None:

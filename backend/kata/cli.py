@@ -7,8 +7,8 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterator
-from contextlib import AsyncExitStack, contextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from importlib.metadata import version
 from ipaddress import ip_address
 from pathlib import Path
@@ -19,11 +19,17 @@ import typer
 import uvicorn
 from rich.console import Console
 
+from kata.access import set_up
 from kata.access.anchor import AnchorError
 from kata.access.audit_commands import app as audit
+from kata.access.backups.commands import backup, restore_command
+from kata.access.backups.folder import UnfinishedRestoreError
+from kata.access.backups.key import BackupError
+from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
 from kata.clinic.problems import ProblemError
 from kata.clinic.reports.letterhead import LetterheadError
+from kata.database.base import utc_now
 from kata.database.engine import DatabaseError
 from kata.demo import demonstrate, write
 from kata.device.config import ConfigError
@@ -42,6 +48,10 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 app.add_typer(audit, name="audit")
 app.add_typer(bench, name="bench")
 app.command()(evaluate)
+accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
+app.add_typer(accounts, name="accounts")
+app.command()(backup)
+app.command("restore")(restore_command)
 _LONGEST_MESSAGE = 64 * 1024
 """Bytes of a WebSocket message; the page sends none."""
 _console = Console(stderr=True, highlight=False)
@@ -80,7 +90,9 @@ def serve(
     settings = Settings(**{name: value for name, value in given.items() if value is not None})
     if not settings.simulate and not settings.station:
         _fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.basicConfig(
+        level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%Y-%m-%dT%H:%M:%S%z"
+    )
     logging.getLogger("alembic").setLevel(logging.WARNING)
     if reload:
         _serve_reloading(settings)
@@ -136,6 +148,23 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
         typer.echo(text, nl=False)
 
 
+@accounts.command("link")
+def link(
+    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
+    url: Annotated[str, typer.Option(help="Where the clinic's page is.")] = "http://127.0.0.1:8000",
+) -> None:
+    """Print a one-time link that makes an administrator, for a clinic that nobody can sign in to any more.
+
+    The service need not be stopped for it. A user name that exists is given the new password, and is an administrator from then on.
+    """
+    settings = Settings(**({} if data is None else {"data": data}))
+    try:
+        secret = set_up.offer(settings.data, utc_now())
+    except OSError as error:
+        _fail(f"Nothing can be written to {settings.data}: {error.strerror}.")
+    _print_set_up_link(url.rstrip("/"), secret)
+
+
 @app.command()
 def doctor(
     station: Annotated[
@@ -180,10 +209,23 @@ class _Server(uvicorn.Server):
             url = _address(host, port, encrypted=self.config.is_ssl)
             _console.print(f"[bold]Kata is ready: {url}[/bold]  (Ctrl-C ends it)")
             application: Any = self.config.app
-            for role, secret in application.state.access.links.secrets.items():
-                _console.print(
-                    f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True
-                )
+            _print_links(application, url)
+
+
+def _print_links(application: Any, url: str) -> None:
+    """To the terminal, never to the log: whoever reads them is let in."""
+    access = application.state.access
+    for role, secret in access.links.secrets.items():
+        _console.print(f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True)
+    if access.set_up_secret:
+        _print_set_up_link(url, access.set_up_secret)
+
+
+def _print_set_up_link(url: str, secret: str) -> None:
+    hours = LASTS.total_seconds() / 3600
+    _console.print(
+        f"Set up the clinic's administrator, once, within {hours:g} hours: {url}/set-up#secret={secret}", soft_wrap=True
+    )
 
 
 def _address(host: str, port: int, *, encrypted: bool) -> str:
@@ -210,11 +252,13 @@ async def _serve(settings: Settings) -> None:
             await _Server(_configured(application, settings, certificate)).serve([listening])
     except (
         AnchorError,
+        BackupError,
         ConfigError,
         DatabaseError,
         FolderInUseError,
         LetterheadError,
         SimulatorError,
+        UnfinishedRestoreError,
         tls.TlsError,
     ) as error:
         _fail(str(error))
@@ -269,7 +313,18 @@ def _serve_reloading(settings: Settings) -> None:
 
 def development_app() -> Any:
     """What the reloader imports."""
-    return create_app(Settings())
+    settings = Settings()
+    application = create_app(settings)
+    started = application.router.lifespan_context
+
+    @asynccontextmanager
+    async def announced(app: Any) -> AsyncIterator[Any]:
+        async with started(app) as state:
+            _print_links(app, f"http://{settings.host}:{settings.port}")
+            yield state
+
+    application.router.lifespan_context = announced
+    return application
 
 
 def _fail(message: str) -> NoReturn:

@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Final, Literal
 
@@ -21,6 +22,9 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import inspect
 from sqlalchemy.exc import SQLAlchemyError
 
+from kata.access.backups.book import last_good
+from kata.access.backups.key import whereabouts
+from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
@@ -36,6 +40,7 @@ _PYTHON: Final = (3, 11)
 _ROOM_WANTED_GB: Final = 5.0
 _ROOM_NEEDED_GB: Final = 0.5
 _LATENCY_MS: Final = 1
+_OLDEST: Final = timedelta(days=2)
 _BY_ID: Final = Path("/dev/serial/by-id")
 _TTYS: Final = Path("/sys/class/tty")
 
@@ -60,6 +65,7 @@ def examine(settings: Settings) -> list[Finding]:
         _station,
         _data,
         _database,
+        _backups,
     ]
     return [finding for look in looks for finding in look(settings)]
 
@@ -265,6 +271,53 @@ def _database(settings: Settings) -> Iterator[Finding]:
     finally:
         database.close()
     yield _schema(shown, present, empty=not tables)
+
+
+def _backups(settings: Settings) -> Iterator[Finding]:
+    if whereabouts(settings) == "nowhere":
+        yield Finding("Backups", "ok", "The first start makes the key that opens them.")
+        return
+    on_data = settings.backup_folder.exists() and settings.backup_folder.stat().st_dev == settings.data.stat().st_dev
+    if on_data:
+        yield Finding(
+            "Backups' folder",
+            "warning",
+            f"{settings.backup_folder} is on the database's own disk, and is lost with it.",
+            "Set KATA_BACKUPS to a folder on another disk or computer.",
+        )
+    good_at = _last_good_at(settings)
+    if good_at and good_at > utc_now() - _OLDEST:
+        yield Finding("Backups", "ok", f"The last one that was restored to try it is of {good_at:%Y-%m-%d %H:%M} UTC.")
+        return
+    told = (
+        f"The last one that is known to be restorable is of {good_at:%Y-%m-%d}"
+        if good_at
+        else "None was restored to try it"
+    )
+    yield Finding(
+        "Backups",
+        "warning",
+        f"{told}; the key is {whereabouts(settings)}.",
+        "kata backup makes one and says what is wrong; kata restore FILE --try --key KEY tries one where the key is.",
+    )
+
+
+def _last_good_at(settings: Settings) -> datetime | None:
+    """None also where the database cannot be read, which is told elsewhere."""
+    try:
+        database = Database(settings.effective_database_url)
+    except DatabaseError:
+        return None
+    try:
+        if database.file and not database.file.exists():
+            return None
+        with database.read() as session:
+            good = last_good(session)
+            return good.at if good else None
+    except SQLAlchemyError:
+        return None
+    finally:
+        database.close()
 
 
 def _schema(shown: str, present: str | None, *, empty: bool) -> Finding:

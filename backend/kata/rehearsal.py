@@ -21,7 +21,7 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
-from kata.clinic.sessions import checks
+from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.schemas import CheckTick, Run
@@ -68,7 +68,9 @@ class Rehearsal:
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
         with self.database.write() as session:
-            wanted = PatientCreate(clinic_number="DEMO-1", name="Demonstration", affected_side=CANONICAL_SIDE)
+            # There may have been others in this folder.
+            number = f"DEMO-{uuid4().hex[:8]}"
+            wanted = PatientCreate(clinic_number=number, name="Demonstration", affected_side=CANONICAL_SIDE)
             self._patient_id = patients.create(session, wanted).id
             other: Side = "left" if CANONICAL_SIDE == "right" else "right"
             episodes.open_new(session, self._patient_id, EpisodeCreate(side=other))
@@ -128,15 +130,15 @@ class Rehearsal:
 
         def ended() -> Run | None:
             with self.database.read() as session:
-                row = sessions.get_run(session, run.id)
-                return sessions.as_run(row) if row.ended_at else None
+                row = runs.get(session, run.id)
+                return runs.as_run(row) if row.ended_at else None
 
         return await self._saved(ended)
 
     def samples(self, run: Run) -> tuple[recordings.Samples, dict[str, Any]]:
         """What was taught, and the arrays of :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS` of what was played."""
         with self.database.read() as session:
-            return recordings.samples(session, run.recording_id), sessions.samples(session, run.id)
+            return recordings.samples(session, run.recording_id), runs.samples(session, run.id)
 
     def end(self) -> None:
         """The visit is over."""

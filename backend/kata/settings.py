@@ -1,8 +1,9 @@
 """Settings of the service: command line first, then environment (``KATA_...``), then these defaults."""
 
+from datetime import time
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Self
+from typing import Literal, Self
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
@@ -40,6 +41,14 @@ class Settings(BaseSettings):
     """PNG or SVG, up to 256 kB."""
     clinic_zone: str = ""
     """Time zone of printed reports, as IANA calls it (``Asia/Tokyo``); this computer's own when empty."""
+    backups: Path | None = None
+    """Folder for backups, better on another disk or computer; ``backups`` in the data folder unless given."""
+    backup_at: str = "02:30"
+    """When a backup is made each day, by the clinic's clock; ``never``: none is. A computer that was off then makes it up."""
+    backup_key: Path | None = None
+    """The key that opens backups; ``backup-key.txt`` in the data folder unless given."""
+    backup_recipients: str = ""
+    """Public keys (age1...) that open them too, parted by commas."""
     audit_anchor: Path | None = None
     """File outside the database that the audit trail is anchored in; in the data folder unless given. On another disk or computer
     it also shows that both were replaced by an older copy."""
@@ -56,10 +65,25 @@ class Settings(BaseSettings):
     trusted_proxies: str = ""
     """Addresses of proxies whose ``X-Forwarded-For`` and ``-Proto`` are believed, separated by commas; nobody's when empty."""
 
+    idle_minutes: float = Field(default=15.0, gt=0)
+    """After so long without anything done by its user, a browser's screen is locked; what goes on stays visible and stoppable."""
+    sign_in_hours: float = Field(default=12.0, gt=0)
+    """After so long a sign-in is over, whatever is done."""
+    second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
+    """Of whom a second factor is asked; everybody may have one."""
+
     @field_validator("data")
     @classmethod
     def _absolute(cls, data: Path) -> Path:
         return data.absolute()
+
+    @field_validator("backup_at")
+    @classmethod
+    def _time_of_day(cls, at: str) -> str:
+        try:
+            return at if at == "never" else f"{time.fromisoformat(at):%H:%M}"
+        except ValueError as error:
+            raise ValueError("must be a time of day such as 02:30, or never") from error
 
     @field_validator("clinic_zone")
     @classmethod
@@ -125,6 +149,16 @@ class Settings(BaseSettings):
     def journal(self) -> Path:
         """Folder of journals."""
         return self.data / "journal"
+
+    @property
+    def backup_folder(self) -> Path:
+        """Where backups are kept."""
+        return (self.backups or self.data / "backups").absolute()
+
+    @property
+    def backup_key_file(self) -> Path:
+        """The key that opens them."""
+        return (self.backup_key or self.data / "backup-key.txt").absolute()
 
 
 def _parted(text: str) -> list[str]:

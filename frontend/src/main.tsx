@@ -7,6 +7,9 @@ import { RouterProvider } from "@tanstack/react-router";
 import { setNonce } from "get-nonce";
 import { StrictMode } from "react";
 import { createRoot } from "react-dom/client";
+import { Doing, keepGuard, minding } from "./access/guard";
+import { access } from "./access/standing";
+import { client } from "./api/client";
 import { store } from "./live/store";
 import { router } from "./router";
 import { theme } from "./theme";
@@ -16,9 +19,11 @@ const nonce = document.querySelector<HTMLMetaElement>("meta[property=csp-nonce]"
 const root = document.getElementById("root");
 if (!root) throw new Error("index.html has no root");
 
+const doing = new Doing();
+client.use(minding(access, doing));
+keepGuard(access, doing, queries, store);
 // Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
 setNonce(nonce);
-store.start();
 createRoot(root).render(
   <StrictMode>
     <MantineProvider theme={theme} forceColorScheme="light" getStyleNonce={() => nonce}>

@@ -1,9 +1,20 @@
 import { Stack, Text, Title } from "@mantine/core";
-import { createRootRoute, createRoute, createRouter, type ErrorComponentProps } from "@tanstack/react-router";
+import {
+  createRootRoute,
+  createRoute,
+  createRouter,
+  type ErrorComponentProps,
+  lazyRouteComponent,
+} from "@tanstack/react-router";
+import { Gate } from "./access/Gate";
+import { LinkPage } from "./access/LinkPage";
+import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
+import { readAuditFilters } from "./administration/auditFilters";
 import { ProblemError } from "./api/client";
 import { PatientPage } from "./patient/PatientPage";
 import { PatientsPage } from "./patients/PatientsPage";
-import { NewProgrammePage, ProgrammePage } from "./programmes/ProgrammePage";
+import { NewProgrammePage } from "./programmes/NewProgrammePage";
+import { ProgrammePage } from "./programmes/ProgrammePage";
 import { ProgressPage } from "./progress/ProgressPage";
 import { RecordingPage } from "./recording/RecordingPage";
 import { SessionPage } from "./session/SessionPage";
@@ -13,7 +24,7 @@ import { PageLink } from "./shared/links";
 import { Shell } from "./shared/Shell";
 import { StationPage } from "./station/StationPage";
 
-const root = createRootRoute({ component: Shell, notFoundComponent: NotFound, errorComponent: Broken });
+const root = createRootRoute({ component: Page, notFoundComponent: NotFound, errorComponent: Broken });
 
 const station = createRoute({
   getParentRoute: () => root,
@@ -67,6 +78,43 @@ const newProgramme = createRoute({
   component: NewProgrammePage,
 });
 
+// What is seldom needed is fetched when it is.
+const account = createRoute({
+  getParentRoute: () => root,
+  path: "/account",
+  component: lazyRouteComponent(() => import("./access/AccountPage"), "AccountPage"),
+});
+// For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
+const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
+const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
+const setPassword = createRoute({
+  getParentRoute: () => root,
+  path: "/set-password",
+  component: SetPasswordPage,
+});
+
+const administration = createRoute({
+  getParentRoute: () => root,
+  path: "/administration",
+  component: lazyRouteComponent(() => import("./administration/AdministrationPage"), "AdministrationPage"),
+});
+const accounts = createRoute({
+  getParentRoute: () => administration,
+  path: "/accounts",
+  component: lazyRouteComponent(() => import("./administration/AccountsPage"), "AccountsPage"),
+});
+const audit = createRoute({
+  getParentRoute: () => administration,
+  path: "/audit",
+  component: lazyRouteComponent(() => import("./administration/AuditPage"), "AuditPage"),
+  validateSearch: readAuditFilters,
+});
+const emergencyAccess = createRoute({
+  getParentRoute: () => administration,
+  path: "/emergency-access",
+  component: lazyRouteComponent(() => import("./administration/EmergencyAccessPage"), "EmergencyAccessPage"),
+});
+
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
@@ -78,6 +126,11 @@ export const router = createRouter({
     progress,
     programme,
     newProgramme,
+    account,
+    signIn,
+    setUp,
+    setPassword,
+    administration.addChildren([accounts, audit, emergencyAccess]),
   ]),
   defaultNotFoundComponent: NotFound,
 });
@@ -86,6 +139,15 @@ declare module "@tanstack/react-router" {
   interface Register {
     router: typeof router;
   }
+}
+
+/** Every page, for whoever is let in. */
+function Page() {
+  return (
+    <Gate>
+      <Shell />
+    </Gate>
+  );
 }
 
 function NotFound() {

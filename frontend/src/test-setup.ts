@@ -1,3 +1,7 @@
+import { beforeEach } from "vitest";
+import { ME } from "./access/examples";
+import { access } from "./access/standing";
+
 // Mantine asks the browser for things that jsdom does not have.
 Object.defineProperty(window, "matchMedia", {
   value: (query: string) => ({
@@ -16,3 +20,6 @@ window.ResizeObserver = NoResizeObserver;
 window.HTMLElement.prototype.scrollIntoView = () => {};
 // A text area that grows looks again once its font has come.
 Object.defineProperty(document, "fonts", { value: new EventTarget() });
+
+// Nothing is shown to nobody.
+beforeEach(() => access.came(ME));

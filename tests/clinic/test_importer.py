@@ -22,7 +22,7 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow, TeachingRow
-from kata.clinic.sessions import learning
+from kata.clinic.sessions import learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunCorrectionRow, RunRow
 from kata.database.base import utc_now
@@ -61,7 +61,7 @@ class Clinic:
     def begin_run(self, recording_id: UUID, asked: Asked = AS_TAUGHT, method: Method = "smooth") -> UUID:
         with self.database.write() as session:
             visit = sessions.begin(session, self.patient_id)
-            row = sessions.begin_run(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
+            row = runs.begin(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
             return row.id
 
     def journal(
@@ -151,7 +151,7 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
     clinic.importer.run()
 
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
+        run = runs.as_run(runs.get(session, run_id))
     assert run.outcome == "completed"
     assert run.comparison is not None
     assert run.comparison.samples == 201
@@ -180,7 +180,7 @@ def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: 
     clinic.importer.run()
 
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
+        run = runs.as_run(runs.get(session, run_id))
     assert run.comparison is not None
     third = run.comparison.motors[2]
     assert third.lag_ms == pytest.approx(50.0, abs=1.0)
@@ -202,7 +202,7 @@ def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
     asked = Asked(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
     run_id = clinic.begin_run(clinic.recording(), asked)
     with clinic.database.read() as session:
-        motion = sessions.motion_of(session, sessions.get_run(session, run_id))
+        motion = runs.motion_of(session, runs.get(session, run_id))
     # 20 deg at 10 deg/s: at half the speed twice as long, and the ends in full motion are eased by 0.2 s each; between
     # the repetitions a pause, the way back of 16 deg, a pause.
     way_s = 1.875 * 16 / 15
@@ -214,8 +214,8 @@ def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
     clinic.importer.run()
 
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
-        parts = sessions.figure_parts(session, run_id)
+        run = runs.as_run(runs.get(session, run_id))
+        parts = runs.figure_parts(session, run_id)
     assert (run.speed_percent, run.repetitions, run.pause_s, run.range_percent) == (50.0, 2, 1.0, 80.0)
     assert run.comparison is not None
     # No scapula stands at these angles of motors 1 and 2: they are compared all the same.
@@ -243,8 +243,8 @@ def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic)
 
     def told(run_id: UUID) -> tuple[UUID | None, Correction | None, Correction | None]:
         with clinic.database.read() as session:
-            row = sessions.get_run(session, run_id)
-            assert sessions.as_run(row).method == row.method
+            row = runs.get(session, run_id)
+            assert runs.as_run(row).method == row.method
             return (
                 row.corrected_by,
                 learning.correction(session, row.corrected_by),
@@ -263,7 +263,7 @@ def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic)
     # How much it was stands with the run, for whoever draws hundreds of them.
     def size(run_id: UUID) -> float | None:
         with clinic.database.read() as session:
-            return sessions.get_run(session, run_id).learned_rms_deg
+            return runs.get(session, run_id).learned_rms_deg
 
     assert size(first) == pytest.approx(np.sqrt(np.mean(taught.angles_deg**2, axis=0)).max(), abs=1e-5)
     assert size(play(method="smooth")) is None
@@ -299,7 +299,7 @@ def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None
 def test_what_would_last_too_long_is_refused(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording(), Asked(speed_percent=10.0, repetitions=200))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
-        sessions.motion_of(session, sessions.get_run(session, run_id))
+        runs.motion_of(session, runs.get(session, run_id))
     assert (caught.value.status, caught.value.code) == (422, "unplayable")
     assert "longer than an hour" in str(caught.value)
 
@@ -323,11 +323,11 @@ def test_what_lasts_is_kept_with_an_overview_from_which_it_is_drawn(
     clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))
     clinic.importer.run()
     with clinic.database.read() as session:
-        seen = sessions.figure_parts(session, run_id)
-        closer = sessions.figure_parts(session, run_id, (0.5, 1.0))
+        seen = runs.figure_parts(session, run_id)
+        closer = runs.figure_parts(session, run_id, (0.5, 1.0))
         taught = recordings.figure_parts(session, recording_id, None)
         taught_closer = recordings.figure_parts(session, recording_id, (0.5, 1.0))
-        assert len(sessions.samples(session, run_id)["time_s"]) == 201
+        assert len(runs.samples(session, run_id)["time_s"]) == 201
     assert (seen.played, taught.taught, closer.overview, taught_closer.overview) == (None, None, None, None)
     assert trace(json.loads(figures.run(seen)), motor=3, name="Error") == pytest.approx(0.5, abs=2e-3)
     assert len(trace(json.loads(figures.run(closer)), motor=3, name="Error")) == 51
@@ -343,7 +343,7 @@ def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     path.write_bytes(kept)
     clinic.importer.run()
     with clinic.database.read() as session:
-        assert len(sessions.get_run(session, run_id).tracking) == 5
+        assert len(runs.get(session, run_id).tracking) == 5
     assert list(clinic.folder.glob("*.journal")) == []
 
 
@@ -353,7 +353,7 @@ def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     clinic.journal("run", run_id, [1.0], end=end)
     clinic.importer.run()
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
+        run = runs.as_run(runs.get(session, run_id))
     assert run.outcome == "stopped"
     assert run.stop is not None
     assert run.stop.code == "estop_pressed"
@@ -365,7 +365,7 @@ def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clin
     path.write_bytes(path.read_bytes()[:-30])
     clinic.importer.run_at_start()
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
+        run = runs.as_run(runs.get(session, run_id))
     assert run.outcome == "interrupted"
     assert run.comparison is not None
     assert run.comparison.samples == 100
@@ -396,7 +396,7 @@ def test_a_journal_that_a_last_device_process_still_writes_is_waited_for(clinic:
     starting.join(10)
     device.join(10)
     with clinic.database.read() as session:
-        assert sessions.get_run(session, run_id).outcome == "stopped"
+        assert runs.get(session, run_id).outcome == "stopped"
 
 
 def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -405,14 +405,14 @@ def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypat
     with journal.claimed(clinic.folder, 0.0), pytest.raises(journal.FolderInUseError):
         clinic.importer.run_at_start()
     with clinic.database.read() as session:
-        assert sessions.get_run(session, run_id).ended_at is None
+        assert runs.get(session, run_id).ended_at is None
 
 
 def test_a_run_without_any_journal_is_interrupted_at_the_next_start(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.importer.run_at_start()
     with clinic.database.read() as session:
-        assert sessions.get_run(session, run_id).outcome == "interrupted"
+        assert runs.get(session, run_id).outcome == "interrupted"
 
 
 def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) -> None:
@@ -439,8 +439,8 @@ def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothi
     clinic.importer.run()
 
     with clinic.database.read() as session:
-        run = sessions.as_run(sessions.get_run(session, run_id))
-        assert sessions.get_run(session, other_id).outcome == "loaded"
+        run = runs.as_run(runs.get(session, run_id))
+        assert runs.get(session, other_id).outcome == "loaded"
     assert (run.outcome, run.comparison) == ("interrupted", None)
     assert run.ended_at is not None
     assert clinic.count(RecordingRow) == 1
@@ -454,7 +454,7 @@ def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, m
     def full_disk(*_: object) -> None:
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(sessions, "keep_run", full_disk)
+    monkeypatch.setattr(runs, "keep", full_disk)
     clinic.importer.run()
     assert clinic.count(RecordingRow) == 2
     assert bad.exists()
@@ -476,10 +476,10 @@ def test_a_recording_that_lacks_a_minute_is_not_played(clinic: Clinic, monkeypat
     recording_id = clinic.recording()
     run_id = clinic.begin_run(recording_id)
     with clinic.database.write() as session:
-        assert len(sessions.motion_of(session, sessions.get_run(session, run_id)).times_s) == 201
+        assert len(runs.motion_of(session, runs.get(session, run_id)).times_s) == 201
         session.delete(session.get_one(RecordingSampleBlockRow, (recording_id, 1)))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
-        sessions.motion_of(session, sessions.get_run(session, run_id))
+        runs.motion_of(session, runs.get(session, run_id))
     assert caught.value.code == "unreadable_samples"
 
 
@@ -490,7 +490,7 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     worker = figures.FigureWorker()
     try:
         with clinic.database.read() as session:
-            parts = sessions.figure_parts(session, run_id)
+            parts = runs.figure_parts(session, run_id)
         told = json.loads(worker.build(figures.run, parts))
         with pytest.raises(ProblemError) as caught:
             worker.build(figures.run, replace(parts, taught=Series(b"damaged")))

@@ -43,7 +43,7 @@ class Clinic:
 
     def check(self, motion: Motion, level: int = 10, side: Side = "right") -> limits.MotorLimits:
         with self._database.read() as session:
-            return limits.check(session, self._patient_id, side, motion, level, "smooth")
+            return limits.allowed(session, self._patient_id, side).check(motion, level, "smooth")
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ from uuid import UUID
 import numpy as np
 import pytest
 
-from kata.clinic.sessions import service as sessions
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
@@ -24,6 +25,7 @@ from kata.device.journal import (
     Journal,
     JournalEnd,
 )
+from kata.motion import edit
 from kata.motion.edit import Asked
 from kata.motion.method import Method
 from tests.clinic.test_importer import Clinic
@@ -69,9 +71,7 @@ def play(
     run_id = clinic.begin_run(clinic.recording(), asked, method)
     end = JournalEnd(reason=reason) if reason else None
     with clinic.database.write() as session:
-        kept = sessions.keep_run(
-            session, journal(run_id, list(parts), end, 10 if method == "paper" else 100), StationConfig()
-        )
+        kept = runs.keep(session, journal(run_id, list(parts), end, 10 if method == "paper" else 100), StationConfig())
         assert kept
         return kept
 
@@ -115,3 +115,19 @@ def test_what_was_not_played_has_done_nothing(clinic: Clinic, parts: list[Part],
 def test_what_a_dead_process_left_is_counted_as_far_as_it_goes(clinic: Clinic) -> None:
     run = play(clinic, (PHASE_PLAYING, 0.0, ends_s(2)), reason=None)
     assert (run.outcome, run.repetitions_done) == ("interrupted", 2)
+
+
+def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
+    clinic: Clinic, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, made = [], []
+    samples, as_asked = recordings.samples, edit.as_asked
+    monkeypatch.setattr(recordings, "samples", lambda *given: read.append(given) or samples(*given))
+    monkeypatch.setattr(edit, "as_asked", lambda motion, asked: made.append(asked) or as_asked(motion, asked))
+
+    # Counted, held against with less range, and compared.
+    run = play(clinic, (PHASE_LESSENED, 0.0, 2.0), (PHASE_PLAYING, 2.0, ends_s(1)))
+
+    assert (run.repetitions_done, run.least_range_percent, run.samples is None) == (1, 0, False)
+    assert len(read) == 1
+    assert made == [THRICE]

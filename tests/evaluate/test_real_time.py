@@ -37,20 +37,25 @@ def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
 
 def test_on_the_configured_apparatus_the_motion_itself_is_what_is_played(tmp_path: Path, short: Taught) -> None:
     turned: list[str] = []
+    tried: list[str] = []
     with closing(SimulatorProcess(tmp_path)) as apparatus, closing(apparatus.client()) as hand:
 
-        def obey(what: str, *_: float) -> None:
+        def obey(what: str, total_s: float, left_s: float) -> None:
             """As somebody who stands there and is told to try the emergency stop."""
             if what in ("Press the emergency stop", "Release it"):
                 hand.estop(what.startswith("Press"))
+                if left_s == 0.0:
+                    tried.append(what)
 
         station = tmp_path / "station.toml"
         config.write(config.simulated(apparatus.port), station)
         job = Job(Case("short", "right", short, AXES), "smooth", 1, None)
-        (outcome,) = real_time.carry_out([job], station, turned.append, obey, lambda _: None)
+        outcome, again = real_time.carry_out([job, job], station, turned.append, obey, lambda _: None)
 
     assert turned == ["right"]
-    assert outcome.problem is None
+    # Once a day is enough, and not before each case.
+    assert tried == ["Press the emergency stop", "Release it"]
+    assert (outcome.problem, again.problem) == (None, None)
     assert outcome.comparison is not None
     wanted = motor_angles_deg(short.poses_deg)
     assert outcome.comparison.taught_deg.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=0.1)

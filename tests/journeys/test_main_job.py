@@ -63,14 +63,13 @@ def try_estop(page: Page) -> None:
 
 
 def begin_session(page: Page) -> None:
-    """From who works here to pain before: what comes before anything is played."""
-    page.get_by_label("Who is working here?").fill("Ito Mai")
+    """From begin to pain before: what comes before anything is played."""
     visit = page.get_by_role("region", name="Session")
     visit.get_by_role("button", name="Begin the session").click()
     for check in ("side", "fixtures", "belt"):
         line = visit.get_by_test_id(f"check-{check}")
         line.get_by_role("button").click()
-        expect(line).to_contain_text("Ito Mai")
+        expect(line).to_contain_text("Test administrator")
     try_estop(page)
     expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
     visit.get_by_role("button", name="On to pain before", exact=True).click()

@@ -14,7 +14,6 @@ from kata.motion.axes import AXES
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Asked, EditError, Motion
 from kata.motion.linkage import Floats, motor_angles_deg
-from kata.motion.program import Step, chained
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 CONFIG = StationConfig()
@@ -302,9 +301,6 @@ def test_a_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
         lambda motion: edit.stretch(motion, 5.0, back_deg=200.0),
         lambda motion: edit.stretch(motion, -1.0),
         lambda motion: edit.as_asked(motion, Asked(range_percent=5.0)),
-        lambda motion: chained([]),
-        lambda motion: chained([Step(motion, 0)]),
-        lambda motion: chained([Step(motion)], session_s=0.0),
     ],
 )
 def test_what_makes_no_sense_is_refused(wrong: object) -> None:
@@ -313,7 +309,7 @@ def test_what_makes_no_sense_is_refused(wrong: object) -> None:
         wrong(built_in(4))
 
 
-# -- as asked, and programmes ---------------------------------------------------------------------------------------
+# -- as asked -------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_asked_for_is_done_in_the_order_of_range_speed_and_repetitions() -> None:
@@ -335,28 +331,3 @@ def test_the_same_wish_gives_the_same_motion_to_the_last_digit() -> None:
     one, other = edit.as_asked(motion, asked), edit.as_asked(motion, asked)
     assert one.times_s.tobytes() == other.times_s.tobytes()
     assert one.angles_deg.tobytes() == other.angles_deg.tobytes()
-
-
-def test_a_programme_goes_through_its_steps_once_joined_without_a_jump() -> None:
-    first, second = built_in(1), edit.trim(built_in(5), 2.0, 6.0)
-    programme = chained([Step(first, 2, pause_s=1.0), Step(second)])
-    rests = edit.eased(second)
-    assert programme.duration_s == pytest.approx(
-        2 * first.duration_s + 2 * 1.0 + way_s(first.angles_deg[-1], rests.angles_deg[0]) + rests.duration_s
-    )
-    assert programme.angles_deg[-1] == pytest.approx(second.angles_deg[-1])
-    playable(programme)
-
-
-@pytest.mark.parametrize(("session_s", "repetitions"), [(1.0, 1), (30.0, 4), (100.0, 13)])
-def test_a_session_ends_after_the_repetition_in_which_its_time_is_up(session_s: float, repetitions: int) -> None:
-    motion = edit.at_speed(built_in(4), 150.0)
-    motion = replace(motion, times_s=motion.times_s * 8.0 / motion.duration_s)
-    programme = chained([Step(motion)], session_s=session_s)
-    assert programme.duration_s == pytest.approx(8.0 * repetitions)
-    assert f"{repetitions} repetitions" in programme.done[0]
-
-
-def test_a_programme_in_which_the_timer_runs_out_early_does_not_reach_its_later_steps() -> None:
-    programme = chained([Step(built_in(4), 10), Step(built_in(1))], session_s=20.0)
-    assert np.ptp(programme.angles_deg[:, 0]) == pytest.approx(0.0, abs=1e-9)

@@ -5,7 +5,7 @@ import pytest
 
 from kata.motion.edit import Asked, EditError, Motion, as_asked
 from kata.motion.linkage import Floats
-from kata.motion.repetitions import Pace, pace
+from kata.motion.repetitions import Pace, pace, pace_of
 
 
 def motion(*, ends_elsewhere: bool) -> Motion:
@@ -28,7 +28,12 @@ def motion(*, ends_elsewhere: bool) -> Motion:
 )
 def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, asked: Asked) -> None:
     taught = motion(ends_elsewhere=ends_elsewhere)
-    assert pace(taught, asked).duration_s == pytest.approx(as_asked(taught, asked).duration_s, abs=1e-6)
+    whole = as_asked(taught, asked)
+    found = pace(taught, asked)
+    assert found.duration_s == pytest.approx(whole.duration_s, abs=1e-6)
+    # Found from the whole, where that has been made already, it is the same.
+    same = pace_of(taught, whole, asked)
+    assert (same.first_s, same.period_s) == pytest.approx((found.first_s, found.period_s), abs=1e-6)
 
 
 def test_a_repetition_is_done_when_it_has_ended_and_not_before() -> None:

@@ -127,6 +127,11 @@ def test_every_answer_carries_the_headers(
     assert "strict-transport-security" not in answer.headers
 
 
+@pytest.mark.parametrize("method", ["TRACE", "CONNECT", "OPTIONS"])
+def test_a_method_that_nobody_needs_is_refused(client: TestClient, method: str) -> None:
+    assert client.request(method, "/api/health").status_code == 405
+
+
 def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> None:
     answer = TestClient(client.app, base_url="https://testserver").get("/api/health")
     assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"

@@ -145,3 +145,12 @@ def test_off_loopback_or_with_an_apparatus_there_are_no_demonstration_links(
         assert app.state.access.links.secrets == {}
         assert client.post("/api/sign-in/link", json={"secret": ""}).status_code == 422
         assert client.post("/api/sign-in/link", json={"secret": "None"}).status_code == 401
+
+
+def test_known_and_unknown_names_are_refused_alike(client: TestClient, stranger: TestClient) -> None:
+    told = []
+    for name in (with_password(client), "nobody-at-all"):
+        answers = [stranger.post("/api/sign-in", json={"username": name, "password": "wrong"}) for _ in range(6)]
+        told.append([(answer.status_code, answer.json()["code"]) for answer in answers])
+    assert told[0] == told[1]
+    assert told[0] == [(401, "wrong_password")] * 5 + [(429, "too_many_tries")]

@@ -15,7 +15,7 @@ import numpy as np
 from sqlalchemy import func, select
 
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow, RunSamplesRow
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
@@ -114,7 +114,7 @@ def kill_while_playing(clinic: KeptClinic, after_s: float) -> Kill:
     _import_twice(clinic, path)
     assert clinic.count(RunRow) == before
     with clinic.database.read() as session:
-        run = sessions.get_run(session, run_id)
+        run = runs.get(session, run_id)
         assert (run.outcome, run.stop_code) == ("interrupted", None)
         assert run.samples == int(np.sum(kept.phase == journal.PHASE_PLAYING))
         assert len(run.tracking) == 5
@@ -135,7 +135,7 @@ def hang_up_while_playing(clinic: KeptClinic, after_s: float) -> list[float]:
         assert rig.happened("watchdog_tripped") == []
     clinic.importer.run_at_start()
     with clinic.database.read() as session:
-        run = sessions.get_run(session, run_id)
+        run = runs.get(session, run_id)
         assert (run.outcome, run.stop_code) == ("stopped", "service_silent")
     return [(happening.t_ns - killed_ns) / 1e6 for happening in off]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions import runs
 from kata.device import journal
 from kata.device.messages import Acknowledge
 from kata.device.movement import RAMP_S
@@ -60,7 +60,7 @@ def test_a_full_disk_stops_the_playback_and_what_was_measured_is_kept(tmp_path: 
         kept = journal.read(path)
         clinic.importer.run_at_start()
         with clinic.database.read() as session:
-            run = sessions.get_run(session, run_id)
+            run = runs.get(session, run_id)
             assert run.outcome == ("stopped" if room_comes_back else "interrupted")
             assert run.stop_code == ("journal_fault" if room_comes_back else None)
             assert run.samples == np.sum(kept.phase == journal.PHASE_PLAYING) >= 50

@@ -17,6 +17,7 @@ ACCOUNTS: Final[dict[DemonstrationRole, tuple[str, str]]] = {
     "administrator": ("demonstration-administrator", "Demonstration administrator"),
 }
 """By role: user name and name. Nobody else can have these user names."""
+USERNAMES: Final = frozenset(username for username, _ in ACCOUNTS.values())
 _SPACE: Final = UUID("6a5b3a52-6d05-4c0a-9f0c-5d0f4f6a1f57")
 
 

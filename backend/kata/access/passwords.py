@@ -1,5 +1,12 @@
-"""Passwords: argon2id, one at a time, never in the event loop."""
+"""Passwords: argon2id, one at a time, never in the event loop; and none that everybody tries first.
 
+``common_passwords.txt.gz`` are the 39,774 of four characters or more out of two lists: Django's (BSD-3-Clause, compiled by Royce
+Williams) and zxcvbn's (MIT, Dan Wheeler).
+"""
+
+import gzip
+import re
+from importlib.resources import files
 from threading import BoundedSemaphore, Lock
 from typing import Final
 
@@ -9,6 +16,13 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from kata.access import secrets
 from kata.problems import ProblemError
 
+SHORTEST: Final = 10
+_OURS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")
+"""What a guesser tries first here."""
+_TRIMMINGS: Final = "0123456789!?.,-_*#$@+ "
+"""What people put around a word to make a password of it."""
+_REPEATED: Final = re.compile(r"(.{1,4})\1+")
+_ROWS: Final = ("abcdefghijklmnopqrstuvwxyz", "01234567890", "qwertyuiop", "asdfghjkl", "zxcvbnm")
 _WAITING: Final = 8
 """So many may wait for their turn, half a second at most; a ninth is told to come back."""
 
@@ -29,6 +43,42 @@ class Passwords:
         self._one = Lock()
         self._waiting = BoundedSemaphore(_WAITING)
         self._nobodys = made_by.hash(secrets.fresh())
+        packed = files("kata.access").joinpath("common_passwords.txt.gz").read_bytes()
+        self._common = frozenset(gzip.decompress(packed).decode().split())
+
+    def check_choice(self, password: str, *about: str) -> None:
+        """Whether somebody may choose it: long enough, not common, not made of what is known of them (``about``).
+
+        :raises ProblemError: 422 ``weak_password``.
+        """
+        told = ""
+        if len(password) < SHORTEST:
+            told = f"must have {SHORTEST} characters or more"
+        elif self._is_common(password, about):
+            told = "is one of those that are tried first"
+        if told:
+            raise ProblemError(
+                422,
+                "weak_password",
+                f"This password {told}.",
+                "Choose another: three or four words that have nothing to do with each other are good and easy to type.",
+                [("#/password", told)],
+            )
+
+    def _is_common(self, password: str, about: tuple[str, ...]) -> bool:
+        lower = password.lower()
+        core = lower.strip(_TRIMMINGS)
+        known = {word for told in (*about, *_OURS) for word in told.lower().split() if len(word) > 2}
+        left = lower
+        for word in sorted(known, key=len, reverse=True):
+            left = left.replace(word, "")
+        return (
+            lower in self._common
+            or core in self._common
+            or len(left.strip(_TRIMMINGS)) < 4
+            or _REPEATED.fullmatch(lower) is not None
+            or any(lower in row or lower in row[::-1] for row in _ROWS)
+        )
 
     def hash(self, password: str) -> str:
         """What is kept of a password.

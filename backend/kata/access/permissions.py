@@ -54,6 +54,7 @@ class Rule:
 
 
 _PUBLIC: Final = Rule("public")
+_OWN: Final = Rule("own_account", locked=True, enrolling=True)
 _READ: Final = Rule("read_records")
 _WRITE: Final = Rule("write_records")
 _WRITE_HERE: Final = Rule("write_records", here=True)
@@ -71,8 +72,23 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # Coming in and going out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
+        "set_up_clinic": _PUBLIC,
+        "set_password_by_code": _PUBLIC,
         "sign_out": _PUBLIC,
-        "get_me": Rule("own_account", locked=True, enrolling=True),
+        "get_me": _OWN,
+        "lock_screen": _OWN,
+        "unlock_screen": _OWN,
+        "begin_second_factor": Rule("own_account", enrolling=True),
+        "confirm_second_factor": Rule("own_account", enrolling=True),
+        "remove_second_factor": Rule("own_account"),
+        "change_password": Rule("own_account"),
+        "list_own_sign_ins": Rule("own_account"),
+        "end_own_sign_in": Rule("own_account"),
+        # Accounts.
+        "list_accounts": _ADMINISTER,
+        "create_account": _ADMINISTER,
+        "update_account": _ADMINISTER,
+        "reset_account": _ADMINISTER,
         # Patients.
         "list_patients": _READ,
         "create_patient": _WRITE,
@@ -152,6 +168,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "note_erasure": _WRITE,
         "refuse_erasure": _ADMINISTER,
         "erase_patient": _ADMINISTER,
+        "list_backups": _ADMINISTER,
+        "make_backup": _ADMINISTER,
         # The audit trail: who looked at a record has to be found without looking at it.
         "list_audit": Rule("administer", restricted=True),
         # The apparatus.

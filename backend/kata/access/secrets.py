@@ -1,6 +1,6 @@
 """Secrets that are given out once: of a sign-in's cookie, a link, a one-time code. Only their hash is ever kept.
 
-Each has 100 bits or more by chance, so a plain SHA-256 cannot be searched backwards; passwords, which people choose, are
+Each has 150 bits or more by chance, so a plain SHA-256 cannot be searched backwards; passwords, which people choose, are
 :mod:`kata.access.passwords`' business.
 """
 
@@ -20,8 +20,8 @@ def fresh() -> str:
 
 
 def fresh_code() -> str:
-    """100 bits for somebody to type: four groups of five letters."""
-    return "-".join("".join(secrets.choice(_LETTERS) for _ in range(5)) for _ in range(4))
+    """150 bits for somebody to type: six groups of five letters."""
+    return "-".join("".join(secrets.choice(_LETTERS) for _ in range(5)) for _ in range(6))
 
 
 def as_typed(code: str) -> str:

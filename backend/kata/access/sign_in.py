@@ -1,16 +1,18 @@
 """Sign-ins: who a browser's cookie belongs to, from when until when."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final, Literal
 from uuid import UUID, uuid4
 
-from sqlalchemy import select, update
+from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session
 
 from kata.access import secrets
 from kata.access.actor import Actor, Role
 from kata.access.tables import AccountRow, AccountStationRow, SignInRow
+from kata.problems import ProblemError
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
@@ -18,6 +20,7 @@ SECURE_COOKIE: Final = "__Host-kata_sign_in"
 Method = Literal["password", "totp", "recovery", "oidc", "link"]
 EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
+_FRESH: Final = timedelta(minutes=10)
 _SEEN_EVERY: Final = timedelta(seconds=30)
 """What somebody does is written down no more often than this."""
 
@@ -58,10 +61,19 @@ def actor_of(session: Session, cookie: str | None, now: datetime, limits: Limits
     """Who this cookie belongs to; None where that sign-in has ended, or never was."""
     if not cookie:
         return None
+    return _actor(session, SignInRow.secret_hash == secrets.hashed(cookie), now, limits)
+
+
+def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
+    """Who is signed in there; None where that sign-in has ended."""
+    return _actor(session, SignInRow.id == sign_in_id, now, limits)
+
+
+def _actor(session: Session, which: ColumnElement[bool], now: datetime, limits: Limits) -> Actor | None:
     found = session.execute(
         select(SignInRow, AccountRow)
         .join(AccountRow, AccountRow.id == SignInRow.account_id)
-        .where(SignInRow.secret_hash == secrets.hashed(cookie), SignInRow.ended_at.is_(None))
+        .where(which, SignInRow.ended_at.is_(None))
     ).one_or_none()
     if found is None:
         return None
@@ -77,9 +89,68 @@ def actor_of(session: Session, cookie: str | None, now: datetime, limits: Limits
         name=account.name,
         role=account.role,
         stations=frozenset(stations),
-        locked=sign_in.locked_at is not None or now - sign_in.seen_at >= limits.idle,
-        enrolling=sign_in.method == "password" and account.role in limits.second_factor_of,
+        locked=_is_locked(sign_in, now, limits),
+        enrolling=(
+            account.role in limits.second_factor_of
+            and account.totp_confirmed_at is None
+            # The demonstration is nobody's; a clinic's own identity provider asks for as many factors as it likes.
+            and sign_in.method not in ("link", "oidc")
+        ),
     )
+
+
+def _is_locked(row: SignInRow, now: datetime, limits: Limits) -> bool:
+    """Not the demonstration's, which has no password to unlock it with."""
+    return row.method != "link" and (row.locked_at is not None or now - row.seen_at >= limits.idle)
+
+
+def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
+    """What goes on stays visible and may be stopped; for all else the password has to be given again.
+
+    :raises ProblemError: 409 for the demonstration's, which has none.
+    """
+    row = session.get_one(SignInRow, sign_in_id)
+    if row.method == "link":
+        raise ProblemError(
+            409, "no_password", "The demonstration has no password to unlock the screen with.", "Sign out instead."
+        )
+    row.locked_at = row.locked_at or now
+
+
+def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> None:
+    """Its user has given password or second factor again: it is not locked any more. ``method``: what it counts as from now on."""
+    row = session.get_one(SignInRow, sign_in_id)
+    row.locked_at = None
+    row.seen_at = row.proved_at = now
+    row.method = method or row.method
+
+
+def is_fresh(session: Session, sign_in_id: UUID, now: datetime) -> bool:
+    """Whether its user has shown who they are so short a time ago that nobody else will have come by."""
+    return now - session.get_one(SignInRow, sign_in_id).proved_at < _FRESH
+
+
+def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[SignInRow]:
+    """Those of an account that go on, the newest first."""
+    of_account = select(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    return session.scalars(
+        of_account.where(SignInRow.began_at > now - limits.longest).order_by(SignInRow.began_at.desc())
+    ).all()
+
+
+def still(session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits) -> set[UUID]:
+    """Those of these that go on."""
+    asked = (
+        select(SignInRow.id)
+        .join(AccountRow, AccountRow.id == SignInRow.account_id)
+        .where(
+            SignInRow.id.in_(sign_in_ids),
+            SignInRow.ended_at.is_(None),
+            SignInRow.began_at > now - limits.longest,
+            AccountRow.disabled_at.is_(None),
+        )
+    )
+    return set(session.scalars(asked))
 
 
 def did_something(session: Session, actor: Actor, now: datetime) -> None:

@@ -18,14 +18,16 @@ from fastapi import FastAPI
 
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
+from kata.access.sign_in import Limits
 from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings
 from kata.web.app import create_app
-from kata.web.sign_in import Access
+from kata.web.signing import Access, Endings
 
 _START_LIMIT_S: Final = 30.0
 _DEEP: Final = 20
@@ -135,7 +137,8 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
-    app.state.access = Access(Passwords(hasher()), DemonstrationLinks(allowed=False))
+    links, limits = DemonstrationLinks(allowed=False), Limits()
+    app.state.access = Access(Passwords(hasher()), links, Endings(database, limits, utc_now), folder, limits=limits)
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))

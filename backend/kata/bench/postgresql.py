@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
+from kata.database.programs import postgresql_program
+
 _USER: Final = "postgres"
 
 
@@ -23,8 +25,8 @@ def serving() -> Iterator[str]:
 
     :raises MissingError: when its programs are not there, or nobody whom they would run as.
     """
-    programs = _programs()
-    if programs is None:
+    initdb = postgresql_program("initdb")
+    if initdb is None:
         raise MissingError("PostgreSQL's programs are not on this computer.")
     user = _USER if os.geteuid() == 0 else None
     if user and user not in {known.pw_name for known in pwd.getpwall()}:
@@ -34,12 +36,12 @@ def serving() -> Iterator[str]:
         shutil.chown(folder, user)
     try:
         subprocess.run(
-            [programs / "initdb", "--pgdata", folder / "data", "--username", "kata", "--auth", "trust"],
+            [initdb, "--pgdata", folder / "data", "--username", "kata", "--auth", "trust"],
             check=True, capture_output=True, user=user, cwd=folder,
         )  # fmt: skip
         # Nothing of it is kept, and its own vacuuming shall not meet a schema that is being dropped.
         options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c fsync=off"
-        control: list[str | Path] = [programs / "pg_ctl", "--pgdata", folder / "data", "--wait", "--silent"]
+        control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", folder / "data", "--wait", "--silent"]
         control += ["--log", folder / "log"]
         subprocess.run([*control, "--options", options, "start"], check=True, user=user, cwd=folder)
         try:
@@ -48,9 +50,3 @@ def serving() -> Iterator[str]:
             subprocess.run([*control, "--mode", "immediate", "stop"], check=True, user=user, cwd=folder)
     finally:
         shutil.rmtree(folder)
-
-
-def _programs() -> Path | None:
-    found = shutil.which("initdb")
-    candidates = [Path(found).parent] if found else sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    return next((folder for folder in candidates if (folder / "initdb").exists()), None)

@@ -14,6 +14,7 @@ from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -74,7 +75,7 @@ class _Records:
         to_play = self._recording(patient_id, play_s)
         to_draw = self._recording(patient_id, plot_s)
         with self._database.write() as session:
-            run_id = sessions.begin_run(session, visit_id, to_draw).id
+            run_id = runs.begin(session, visit_id, to_draw).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
         return Prepared(visit_id, to_play, run_id, sign_in_to(self._database))
 

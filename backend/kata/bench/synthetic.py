@@ -20,6 +20,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
+from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
 from kata.database.engine import Database
@@ -247,8 +248,8 @@ def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     )
     assert kept
     visit = sessions.begin(session, person.id)
-    run = sessions.begin_run(session, visit.id, kept[0].id)
-    sessions.keep_run(session, _journal("run", run.id, began, times_s, measured, at(times_s), torque), StationConfig())
+    run = runs.begin(session, visit.id, kept[0].id)
+    runs.keep(session, _journal("run", run.id, began, times_s, measured, at(times_s), torque), StationConfig())
     return run.id
 
 

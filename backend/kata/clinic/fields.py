@@ -70,4 +70,5 @@ Motor = Annotated[int, Field(ge=1, le=5, description="Motor number, 1 to 5.", ex
 class Schema(BaseModel):
     """Base of what goes in and out; unknown fields are errors, so that a misspelt one is not lost in silence."""
 
-    model_config = ConfigDict(extra="forbid", from_attributes=True)
+    # What was sent stands in no error message, and so in no log.
+    model_config = ConfigDict(extra="forbid", from_attributes=True, hide_input_in_errors=True)

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from kata.access.actor import by_program
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions import runs
 from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
@@ -74,7 +74,7 @@ class Importer:
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()
             with by_program("give_up_unended", self._config.name), self._database.write() as session:
-                lost = sessions.give_up_unended(session)
+                lost = runs.give_up_unended(session)
         if lost:
             log.warning("%d playbacks had not ended when the service did, and left no journal", lost)
 
@@ -106,13 +106,13 @@ class Importer:
             run_id = UUID(name)
             if kind == "run":
                 with self._database.write() as session:
-                    sessions.give_up_unended(session, run_id)
+                    runs.give_up_unended(session, run_id)
 
     def _keep(self, session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
         if kept.kind == "teaching":
             rows = recordings.keep_teaching(session, kept)
             return None if rows is None else [Saved("recording", row.id, row.patient_id, None) for row in rows]
-        run = sessions.keep_run(session, kept, self._config)
+        run = runs.keep(session, kept, self._config)
         if run is None:
             return None
         return [Saved("run", identity, run.recording.patient_id, run.session_id)]

@@ -4,6 +4,7 @@ configured one.
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -30,44 +31,46 @@ def carry_out(
 ) -> list[Outcome]:
     """Every playback, in the order of the jobs, one after another.
 
-    ``station``: the configured apparatus; it is turned once, which ``turn_to`` asks for. A simulated one is new for each job.
+    ``station``: the configured apparatus; it is turned once, which ``turn_to`` asks for, and one folder keeps all that is known of
+    it: its emergency stop is tried once a day, not before each case. A simulated one is new for each job.
     """
     sides = list(dict.fromkeys(job.case.side for job in jobs))
     found: dict[int, list[Outcome]] = {}
-    # Turning the apparatus is work for two.
-    for side in sides if station else [None]:
-        if side:
-            turn_to(side)
-        for place, job in enumerate(jobs):
-            if side in (None, job.case.side):
-                found[place] = asyncio.run(_play(job, station, show))
-                done(job)
+    with TemporaryDirectory(prefix="kata-evaluate-") as kept:
+        # Turning the apparatus is work for two.
+        for side in sides if station else [None]:
+            if side:
+                turn_to(side)
+            for place, job in enumerate(jobs):
+                if side in (None, job.case.side):
+                    with nullcontext(kept) if station else TemporaryDirectory(dir=kept) as folder:
+                        found[place] = asyncio.run(_play(job, station, Path(folder), show))
+                    done(job)
     return [outcome for place in range(len(jobs)) for outcome in found[place]]
 
 
-async def _play(job: Job, station: Path | None, show: Show) -> list[Outcome]:
+async def _play(job: Job, station: Path | None, folder: Path, show: Show) -> list[Outcome]:
     """Teach, and play as often as wanted; what goes wrong is told and ends the job."""
     outcomes: list[Outcome] = []
-    with TemporaryDirectory(prefix="kata-evaluate-") as folder:
-        settings = Settings(
-            data=Path(folder), database_url="", station=station, simulate=station is None, seed=job.seed, rate_hz=None
-        )
-        try:
-            async with rehearsing(settings, show) as rehearsal:
-                recording = await _recording(rehearsal, job, simulated=settings.simulate)
-                for repetition in range(1, job.repetitions + 1):
-                    if settings.simulate:
-                        laid_down = job.case.laid_down(job.seed, repetition)
-                        await rehearsal.guide(laid_down, "Putting the arm back", pedal=False)
-                    run = await rehearsal.play(recording, job.method)
-                    taught, played = rehearsal.samples(run)
-                    playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
-                    measured = Played(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
-                    outcome = Outcome(job.case, job.method, repetition, job.seed)
-                    outcomes.append(outcome.compared(Recording(taught.times_s, taught.angles_deg), measured))
-                rehearsal.end()
-        except (RehearsalError, ProblemError, HandRefusedError, OutOfReachError) as error:
-            outcomes.append(Outcome(job.case, job.method, len(outcomes) + 1, job.seed, problem=str(error)))
+    settings = Settings(
+        data=folder, database_url="", station=station, simulate=station is None, seed=job.seed, rate_hz=None
+    )
+    try:
+        async with rehearsing(settings, show) as rehearsal:
+            recording = await _recording(rehearsal, job, simulated=settings.simulate)
+            for repetition in range(1, job.repetitions + 1):
+                if settings.simulate:
+                    laid_down = job.case.laid_down(job.seed, repetition)
+                    await rehearsal.guide(laid_down, "Putting the arm back", pedal=False)
+                run = await rehearsal.play(recording, job.method)
+                taught, played = rehearsal.samples(run)
+                playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
+                measured = Played(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
+                outcome = Outcome(job.case, job.method, repetition, job.seed)
+                outcomes.append(outcome.compared(Recording(taught.times_s, taught.angles_deg), measured))
+            rehearsal.end()
+    except (RehearsalError, ProblemError, HandRefusedError, OutOfReachError) as error:
+        outcomes.append(Outcome(job.case, job.method, len(outcomes) + 1, job.seed, problem=str(error)))
     return outcomes
 
 

@@ -45,6 +45,14 @@ def pace(motion: Motion, asked: Asked) -> Pace:
     return found
 
 
+def pace_of(motion: Motion, whole: Motion, asked: Asked) -> Pace:
+    """Of a recording of which all has been made already: ``whole`` is what :func:`~kata.motion.edit.as_asked` made of it."""
+    if asked.repetitions == 1:
+        return Pace(whole.duration_s, 0.0, 1)
+    first_s = eased(as_asked(motion, replace(asked, repetitions=1))).duration_s
+    return Pace(first_s, (whole.duration_s - first_s) / (asked.repetitions - 1), asked.repetitions)
+
+
 def _not_too_long(duration_s: float) -> None:
     if duration_s > LONGEST_S:
         raise EditError(f"it would last {duration_s / 60:.0f} minutes, longer than an hour")

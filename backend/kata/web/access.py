@@ -29,7 +29,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.web.sign_in import actor_at, cookie_of
+from kata.web.signing import actor_at, cookie_of
 
 log = logging.getLogger(__name__)
 

@@ -4,6 +4,7 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
+from datetime import timedelta
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final, Literal
@@ -13,10 +14,14 @@ from fastapi import APIRouter, Depends, FastAPI
 from pydantic import Field
 from starlette.types import ASGIApp
 
-from kata.access import demonstration
+from kata.access import demonstration, second_factor, set_up
+from kata.access.accounts import count_administrators
 from kata.access.actor import by_program
+from kata.access.backups.folder import served
+from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
+from kata.access.sign_in import Limits
 from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem, TheDatabase, TheStation
@@ -47,10 +52,11 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import access, hardening, live, operating, page, problems
-from kata.web import sign_in as signing_in
+from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
+from kata.web.backups import Backups
+from kata.web.backups import router as backups
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -61,6 +67,12 @@ _DESCRIPTION: Final = """
 Teach a motion by hand, play it back, compare. Angles are degrees, speeds degrees a second, torques newton metres, times
 seconds; moments are UTC. Errors are problem documents (RFC 9457) with a stable `code`, a sentence and a next step.
 """
+
+_NEW_KEY: Final = (
+    "the key of this clinic's backups was made: %s. KEEP A COPY OF IT AWAY FROM THIS COMPUTER, printed or on a stick in a safe: "
+    "when this computer is lost, the backups are worth nothing without it"
+)
+_FOREIGN: Final = "The request came from another site's page."
 
 health = APIRouter(prefix="/api/health", tags=["health"])
 
@@ -109,7 +121,9 @@ def create_app(settings: Settings) -> FastAPI:
     )
     for router in (
         health,
+        accounts.router,
         assessments,
+        backups,
         audit,
         episodes,
         events,
@@ -123,7 +137,8 @@ def create_app(settings: Settings) -> FastAPI:
         restricted,
         session_lists,
         sessions,
-        signing_in.router,
+        own_account.router,
+        sign_in.router,
         station_router,
         simulator,
         live.router,
@@ -144,13 +159,17 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
     )
     app.state.clinic_zone = settings.clinic_zone
+    await asyncio.to_thread(stack.enter_context, served(settings))
     settings.journal.mkdir(parents=True, exist_ok=True)
+    if await asyncio.to_thread(make_key, settings):
+        log.warning(_NEW_KEY, settings.backup_key_file)
     database = Database(settings.effective_database_url)
     stack.callback(database.close)
     await asyncio.to_thread(upgrade, database)
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
-    await asyncio.to_thread(_open, app, settings, database)
+    app.state.access = await _opened(settings, database)
+    await stack.enter_async_context(app.state.access.endings.watched())
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -213,15 +232,35 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await stack.enter_async_context(events_recorded(station, writer))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
+    app.state.backups = Backups(settings, database, lambda: station.live().torque_on)
+    await stack.enter_async_context(app.state.backups.each_night())
     station.start()
 
 
-def _open(app: FastAPI, settings: Settings, database: Database) -> None:
-    """Let people sign in."""
-    is_demonstration = settings.simulate and settings.is_on_loopback
-    app.state.access = signing_in.Access(Passwords(hasher()), DemonstrationLinks(allowed=is_demonstration))
-    with by_program("prepare_demonstration"), database.write() as session:
-        demonstration.prepare(session, utc_now(), allowed=is_demonstration)
+async def _opened(settings: Settings, database: Database) -> signing.Access:
+    """Let people sign in: the first administrator by a link, and the demonstration's."""
+    links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
+    limits = Limits(
+        idle=timedelta(minutes=settings.idle_minutes),
+        longest=timedelta(hours=settings.sign_in_hours),
+        second_factor_of=second_factor.asked_of(settings.second_factor),
+    )
+
+    def prepare() -> str:
+        with by_program("prepare_demonstration"), database.write() as session:
+            demonstration.prepare(session, utc_now(), allowed=links.allowed)
+            needs_somebody = not links.allowed and not count_administrators(session)
+        # Anew at each start: whoever reads the terminal today need not be who read it yesterday.
+        return set_up.offer(settings.data, utc_now()) if needs_somebody else ""
+
+    return signing.Access(
+        passwords=await asyncio.to_thread(Passwords, hasher()),
+        links=links,
+        set_up_secret=await asyncio.to_thread(prepare),
+        endings=signing.Endings(database, limits, utc_now),
+        folder=settings.data,
+        limits=limits,
+    )
 
 
 def _register(database: Database, name: str, station_file: Path) -> None:

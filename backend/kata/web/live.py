@@ -18,6 +18,7 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
+from kata.web.signing import Endings
 from kata.web.view import View
 
 log = logging.getLogger(__name__)
@@ -89,17 +90,24 @@ async def live(socket: WebSocket) -> None:
     await socket.accept()
     # Listening finds out that the other end has gone, even while nothing can be sent.
     listening = asyncio.create_task(_listen(socket))
+    endings: Endings = socket.app.state.access.endings
+    ending = asyncio.create_task(endings.of(actor.sign_in_id))
     try:
         with station.operating.listening(here), station.subscribed() as subscription:
             telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
-            _, pending = await asyncio.wait({listening, telling}, return_when=asyncio.FIRST_COMPLETED)
+            first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:
                 task.cancel()
-            _, told = await asyncio.gather(listening, telling, return_exceptions=True)
-            if isinstance(told, Exception):
-                log.error("a listener could not be told any more", exc_info=told)
+            if pending:
+                # Not gather: it would swallow what we ourselves are cancelled by.
+                await asyncio.wait(pending)
+            if not telling.cancelled() and (error := telling.exception()):
+                log.error("a listener could not be told any more", exc_info=error)
+            if ending in first and listening not in first:
+                await socket.close(1008, "signed out")
     finally:
         listening.cancel()
+        ending.cancel()
 
 
 async def _listen(socket: WebSocket) -> None:

@@ -3,13 +3,12 @@
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Annotated, Any, Final
-from uuid import UUID
+from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
 from kata.access import audit
-from kata.access.actor import ACTING, DOING, Doing
+from kata.access.actor import ACTING, by_program
 from kata.clinic.dependencies import TheStation
 from kata.database.engine import Database
 from kata.device.messages import COMMAND_NAMES, Refusal
@@ -20,13 +19,13 @@ from kata.web.problems import refused
 
 log = logging.getLogger(__name__)
 
-_NOBODY: Final = Browser(UUID(int=0), "Somebody")
-
 
 def browser() -> Browser:
-    """Where this request comes from: its sign-in."""
+    """Where this request comes from: its sign-in. Only for routes that need one."""
     actor = ACTING.get()
-    return Browser(actor.sign_in_id, actor.name) if actor else _NOBODY
+    # Whoever has not signed in comes no further than the door (``web/access.py``).
+    assert actor is not None
+    return Browser(actor.sign_in_id, actor.name)
 
 
 async def _watching(station: TheStation) -> Browser:
@@ -90,10 +89,7 @@ def noting(database: Database, station: str, tasks: set[asyncio.Task[None]]) -> 
 
     def write(browser: Browser, due: Due) -> None:
         action = "pause_without_browser" if due == "pause" else "stop_without_browser"
-        # In a context of its own, as every thread's: nobody asked for it.
-        ACTING.set(None)
-        DOING.set(Doing(action, station=station))
-        with database.write() as session:
+        with by_program(action, station), database.write() as session:
             audit.note(session, action, subject=f"sign_in {browser.id}", detail={"operator": browser.name})
 
     async def noted(browser: Browser, due: Due) -> None:

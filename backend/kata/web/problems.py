@@ -37,7 +37,7 @@ def install(app: FastAPI) -> None:
             )
             for where, what in error.places
         ]
-        return document(error.status, error.code, error.message, error.next_step, places)
+        return document(error.status, error.code, error.message, error.next_step, places, error.headers)
 
     @app.exception_handler(HTTPException)
     async def http(request: Request, error: HTTPException) -> JSONResponse:

@@ -1,69 +1,30 @@
-"""REST for signing in and out."""
+"""REST for signing in and out: with a password, by a link, for the first time."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from datetime import datetime
-from typing import Annotated, Final
+from fastapi import APIRouter, Request, Response
+from pydantic import Field
 
-from fastapi import APIRouter, Depends, Request, Response
-from pydantic import Field, StringConstraints
-from sqlalchemy.orm import Session
-from starlette.requests import HTTPConnection
-
-from kata.access import accounts, demonstration, sign_in
-from kata.access.actor import Actor, Role
-from kata.access.demonstration import DemonstrationLinks
-from kata.access.passwords import Passwords
-from kata.access.permissions import OF_ROLE, Permission
-from kata.access.sign_in import Limits, Method
-from kata.access.tables import AccountRow
+from kata.access import accounts, audit, demonstration, second_factor, set_up, sign_in
+from kata.access.sign_in import Method
+from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import NO_NUL, Schema
-from kata.database.base import utc_now
-from kata.database.engine import Database
+from kata.clinic.fields import Name, Schema
 from kata.problems import ProblemError
+from kata.web.signing import (
+    Access,
+    Me,
+    Password,
+    Secret,
+    TheAccess,
+    TheActor,
+    Username,
+    address_of,
+    end_here,
+    let_in,
+    me,
+    name_key,
+)
 
 router = APIRouter(tags=["sign-in"])
-
-Username = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=64, pattern=NO_NUL)]
-Password = Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=NO_NUL)]
-Secret = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=100, pattern=NO_NUL)]
-_NOT_SIGNED_IN: Final = ("Nobody is signed in at this browser.", "Sign in.")
-
-
-@dataclass(frozen=True)
-class Access:
-    """What signing in takes, besides the database; the application's state holds one."""
-
-    passwords: Passwords
-    links: DemonstrationLinks
-    limits: Limits = field(default_factory=Limits)
-    now: Callable[[], datetime] = utc_now
-
-
-def _access(request: Request) -> Access:
-    access: Access = request.app.state.access
-    return access
-
-
-TheAccess = Annotated[Access, Depends(_access)]
-
-
-def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
-    """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
-    access: Access = connection.app.state.access
-    with database.read() as session:
-        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits)
-
-
-def _signed_in(request: Request, database: TheDatabase) -> Actor:
-    actor = actor_at(request, database)
-    if actor is None:
-        raise ProblemError(401, "not_signed_in", *_NOT_SIGNED_IN)
-    return actor
-
-
-TheActor = Annotated[Actor, Depends(_signed_in)]
 
 
 class SignIn(Schema):
@@ -82,20 +43,23 @@ class LinkSignIn(Schema):
     secret: Secret = Field(description="What stands in the link behind `link=`; good for one sign-in.")
 
 
-class Me(Schema):
-    """Who is signed in at this browser, and what they may do."""
+class SetUp(Schema):
+    """The first administrator, or one for a clinic that is locked out."""
 
-    account_id: str
-    username: str
-    name: str = Field(description="As it stands in records.")
-    role: Role
-    language: str = Field(description="Of the page; empty: the browser's.")
-    permissions: list[Permission]
-    stations: list[str] = Field(description="Names of the stations that this account works at; empty: all.")
-    locked: bool = Field(description="The screen is locked: only Stop, unlocking and signing out are allowed.")
-    enrolling: bool = Field(description="A second factor has to be set up before anything else is allowed.")
-    second_factor: bool = Field(description="Whether there is one.")
-    demonstration: bool = Field(description="Signed in by a link of the demonstration clinic.")
+    secret: Secret = Field(description="What stands in the set-up link behind `secret=`; good once.")
+    username: Username = Field(
+        description="A new one; or one that exists, which becomes an administrator with this password."
+    )
+    name: Name = Field(examples=["Yamada Hanako"])
+    password: Password
+
+
+class SetPassword(Schema):
+    """By the one-time code that an administrator has given."""
+
+    username: Username
+    code: Secret = Field(examples=["7KQ2M-XW4HT-PR9CD-3NBVF"])
+    password: Password
 
 
 @router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429))
@@ -103,18 +67,44 @@ def sign_in_by_password(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
 ) -> Me:
     """Sign in with user name and password, and with the second factor where there is one."""
+    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     with database.read() as session:
         account = accounts.named(session, given.username)
     fits = access.passwords.fits(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
         # One sentence for everything, so that nobody learns which user names there are.
         raise ProblemError(
-            401,
-            "wrong_password",
-            "User name or password is wrong.",
-            "Try again, or ask an administrator for a new one.",
+            401, "wrong_password", "User name or password is wrong.", "Try again, or ask an administrator for a code."
         )
-    return _let_in(request, response, database, access, account, "password")
+    outdated = account.password_hash and access.passwords.is_outdated(account.password_hash)
+    rehashed = access.passwords.hash(given.password) if outdated else None
+    with database.write() as session:
+        account = accounts.get(session, account.id)
+        if account.disabled_at is not None:
+            raise ProblemError(401, "wrong_password", "User name or password is wrong.", "Ask an administrator.")
+        method: Method = "password"
+        if account.totp_confirmed_at is not None:
+            if given.code is None:
+                # The name's try still counts: codes are guessed no faster than passwords.
+                access.throttle.was_no_failure(of_address)
+                raise ProblemError(
+                    403,
+                    "second_factor_needed",
+                    "The second factor is needed, too.",
+                    "Type the code that your app shows.",
+                )
+            accepted = second_factor.accepted(session, account, given.code, access.now())
+            if accepted is None:
+                raise ProblemError(
+                    401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one."
+                )
+            method = accepted
+        account.password_hash = rehashed or account.password_hash
+        told = let_in(request, response, session, access, account, method)
+    access.throttle.succeeded(of_name)
+    access.throttle.was_no_failure(of_address)
+    access.endings.notice()
+    return told
 
 
 @router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422))
@@ -127,75 +117,95 @@ def sign_in_by_link(
         raise ProblemError(
             401, "link_used", "This link is used up, or none of this clinic's.", "Start Kata anew for new ones."
         )
+    with database.write() as session:
+        told = let_in(request, response, session, access, demonstration.account_of(session, role), "link")
+    access.endings.notice()
+    return told
+
+
+@router.post("/api/set-up", responses=PROBLEMS.of(401, 422, 429))
+def set_up_clinic(request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SetUp) -> Me:
+    """Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in."""
+    address = f"address {address_of(request)}"
+    access.throttle.begin((address, OF_AN_ADDRESS))
+    unfit = ProblemError(
+        401,
+        "link_used",
+        "This link is used up, too old, or none of this clinic's.",
+        "Have a new one printed on the clinic's computer: kata accounts link",
+    )
+    if not set_up.fits(access.folder, given.secret, access.now()):
+        raise unfit
+    access.throttle.was_no_failure(address)
+    access.passwords.check_choice(given.password, given.username, given.name)
+    made = access.passwords.hash(given.password)
+    now = access.now()
+    with database.write() as session:
+        account = accounts.named(session, given.username, to_change=True)
+        if account is None or account.username in demonstration.USERNAMES:
+            account = accounts.create(session, given.username, given.name, "administrator", (), now)
+        account.name, account.role = given.name, "administrator"
+        accounts.work_at(session, account, ())
+        accounts.disable(session, account, now, disabled=False)
+        second_factor.remove(session, account)
+        accounts.set_password(session, account, made, now)
+        told = let_in(request, response, session, access, account, "password")
+        # Last, so that whatever fails before leaves the link good; first come, first served.
+        if not set_up.used_up(access.folder):
+            raise unfit
+    access.endings.notice()
+    return told
+
+
+@router.post("/api/set-password", status_code=204, responses=PROBLEMS.of(401, 422, 429))
+def set_password_by_code(request: Request, database: TheDatabase, access: TheAccess, given: SetPassword) -> None:
+    """Set a password by the one-time code that an administrator has given; then sign in with it."""
+    # Not the name's tries: who is locked out by somebody else's guessing comes back in by a code, which nobody guesses.
+    address = f"address {address_of(request)}"
+    access.throttle.begin((address, OF_AN_ADDRESS))
+    unfit = ProblemError(
+        401,
+        "wrong_code",
+        "This code does not belong to this user name, or is used up or too old.",
+        "Ask for a new one.",
+    )
     with database.read() as session:
-        account = demonstration.account_of(session, role)
-    return _let_in(request, response, database, access, account, "link")
+        account = accounts.named(session, given.username)
+        if account is None or not accounts.code_fits(account, given.code, access.now()):
+            raise unfit
+    access.throttle.was_no_failure(address)
+    access.passwords.check_choice(given.password, account.username, account.name)
+    made = access.passwords.hash(given.password)
+    with database.write() as session:
+        account = accounts.get(session, account.id)
+        if not accounts.code_fits(account, given.code, access.now()):
+            raise unfit
+        accounts.set_password(session, account, made, access.now())
+        audit.note(session, "set_password_by_code", subject=f"account {account.id}")
+    access.throttle.succeeded(name_key(given.username))
+    access.endings.notice()
 
 
 @router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403))
 def sign_out(request: Request, response: Response, database: TheDatabase, access: TheAccess) -> None:
     """Nobody is signed in at this browser any more."""
     with database.write() as session:
-        _end(request, session, access)
+        actor = end_here(request, session, access)
+        audit.note(session, "sign_out", actor=actor)
+    access.endings.notice()
     for name in (sign_in.COOKIE, sign_in.SECURE_COOKIE):
         response.delete_cookie(name, secure=name == sign_in.SECURE_COOKIE, httponly=True, samesite="strict")
 
 
 @router.get("/api/me", responses=PROBLEMS.of(401))
-def get_me(database: TheDatabase, actor: TheActor) -> Me:
+def get_me(database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
     """Who is signed in at this browser."""
-    return _me(database, actor)
-
-
-def _let_in(
-    request: Request, response: Response, database: Database, access: Access, account: AccountRow, method: Method
-) -> Me:
-    now = access.now()
-    with database.write() as session:
-        # Whoever was signed in at this browser no longer is.
-        _end(request, session, access)
-        address = request.client.host if request.client else ""
-        secret = sign_in.begin(session, account, method, now, address, request.headers.get("user-agent", ""))
-    is_secure = request.url.scheme == "https"
-    response.set_cookie(
-        sign_in.SECURE_COOKIE if is_secure else sign_in.COOKIE,
-        secret,
-        secure=is_secure,
-        httponly=True,
-        samesite="strict",
-    )
     with database.read() as session:
-        actor = sign_in.actor_of(session, secret, now, access.limits)
-    if actor is None:
-        raise ProblemError(401, "not_signed_in", *_NOT_SIGNED_IN)
-    return _me(database, actor)
+        return me(session, actor, access.limits)
 
 
-def _end(request: Request, session: Session, access: Access) -> None:
-    actor = sign_in.actor_of(session, cookie_of(request), access.now(), access.limits)
-    if actor:
-        sign_in.end(session, actor.sign_in_id, "signed_out", access.now())
-
-
-def cookie_of(connection: HTTPConnection) -> str | None:
-    """What the browser's cookie of its sign-in says."""
-    name = sign_in.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else sign_in.COOKIE
-    return connection.cookies.get(name)
-
-
-def _me(database: Database, actor: Actor) -> Me:
-    with database.read() as session:
-        account = session.get_one(AccountRow, actor.account_id)
-    return Me(
-        account_id=str(account.id),
-        username=account.username,
-        name=account.name,
-        role=actor.role,
-        language=account.language,
-        permissions=sorted(OF_ROLE[actor.role]),
-        stations=sorted(actor.stations),
-        locked=actor.locked,
-        enrolling=actor.enrolling,
-        second_factor=account.totp_confirmed_at is not None,
-        demonstration=account.username in {username for username, _ in demonstration.ACCOUNTS.values()},
-    )
+def _begin_try(request: Request, access: Access, username: str) -> str:
+    """Counts for the user name and for the address; the latter's key."""
+    address = f"address {address_of(request)}"
+    access.throttle.begin((name_key(username), OF_A_NAME), (address, OF_AN_ADDRESS))
+    return address

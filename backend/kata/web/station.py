@@ -15,9 +15,10 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.problems import ProblemError
 from kata.clinic.programmes import planned
+from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import checks, learning
+from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.schemas import Asked, Run
 from kata.database.base import utc_now
@@ -290,26 +291,35 @@ def _begin_teaching(database: Database, wanted: TeachRequest) -> tuple[TeachingR
 def _begin_run(
     database: Database, wanted: LoadRequest, there: checks.Apparatus
 ) -> tuple[Run, Motion, Correction | None, Side, MotorLimits]:
-    with database.write() as session:
-        asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
-        row = sessions.begin_run(
-            session,
-            wanted.session_id,
-            wanted.recording_id,
-            wanted.load_level,
-            asked,
-            wanted.method,
-            there.station,
-            wanted.programme_position,
-        )
+    """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
+    asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
+    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
+    with database.read() as session:
+        corrected_by = runs.to_begin(session, *what, wanted.programme_position).corrected_by
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
-        learned = learning.correction(session, row.corrected_by)
-        motion, side = sessions.motion_of(session, row), _side(row.recording.side)
-        limits = doctor.check(session, row.recording.patient_id, side, motion, wanted.load_level, wanted.method)
+        learned = learning.correction(session, corrected_by)
+        recording = recordings.get(session, wanted.recording_id)
+        side = _side(recording.side)
+        allowed = doctor.allowed(session, recording.patient_id, side)
+        taught = runs.taught(session, recording.id)
+    motion = runs.as_asked(taught, asked)
+    limits = allowed.check(motion, wanted.load_level, wanted.method)
+    with database.write() as session:
+        row = runs.begin(session, *what, wanted.programme_position)
+        row.corrected_by = corrected_by
+        if wanted.programme_position is not None:
+            planned.check_timer(session, wanted.session_id)
+        if doctor.allowed(session, recording.patient_id, side) != allowed:
+            raise ProblemError(
+                409,
+                "edited_meanwhile",
+                "The doctor's limits were changed while this recording was held against them.",
+                "Load it again.",
+            )
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
-        return sessions.as_run(row), motion, learned, side, limits
+        return runs.as_run(row), motion, learned, side, limits
 
 
 def _side(stored: str) -> Side:
@@ -330,4 +340,4 @@ def _forget(database: Database, teaching: TeachingRow) -> None:
 
 def _forget_run(database: Database, run_id: UUID) -> None:
     with database.write() as session:
-        sessions.forget_run(session, run_id)
+        runs.forget(session, run_id)

@@ -32,6 +32,14 @@ export type StationInfo = Schemas["StationInfo"];
 export type Chart =
   paths["/api/episodes/{episode_id}/progress/{chart}"]["get"]["parameters"]["path"]["chart"];
 export type CommandName = keyof Live["refusals"];
+/** Who is signed in. */
+export type Me = Schemas["Me"];
+export type Account = Schemas["Account"];
+/** What of the audit trail; what matches everything that is given. */
+export type AuditWanted = Omit<
+  NonNullable<paths["/api/audit"]["get"]["parameters"]["query"]>,
+  "after" | "limit"
+>;
 
 /** An error answer of the service: a sentence, and what to do next. */
 export class ProblemError extends Error {
@@ -50,8 +58,8 @@ export class ProblemError extends Error {
   }
 }
 
-// Looked up at each call, so that tests can put another in its place.
-const client = createClient<paths>({ baseUrl: location.origin, fetch: (request) => fetch(request) });
+/** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
+export const client = createClient<paths>({ baseUrl: location.origin, fetch: (request) => fetch(request) });
 
 /** The data of an answer, or the problem thrown. */
 async function unwrap<T>(
@@ -73,11 +81,54 @@ async function unwrap<T>(
   return given.data;
 }
 
+/** An answer without data, or the problem thrown. */
+async function done(answer: Promise<{ error?: unknown; response: Response }>): Promise<void> {
+  await unwrap(
+    answer.then(({ error, response }) => ({ ...(response.ok ? { data: true } : { error }), response })),
+  );
+}
+
 /** Behind the last row that is known already; without one, from the beginning. */
 const behind = (after: string | null) => (after === null ? {} : { after });
 
 /** Every call that the page makes. */
 export const api = {
+  // Who one is.
+  me: () => unwrap(client.GET("/api/me")),
+  signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
+  signInByLink: (secret: string) => unwrap(client.POST("/api/sign-in/link", { body: { secret } })),
+  signOut: () => done(client.POST("/api/sign-out")),
+  setUp: (body: Schemas["SetUp"]) => unwrap(client.POST("/api/set-up", { body })),
+  setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
+  lockScreen: () => done(client.POST("/api/me/lock")),
+  unlock: (password: string) => unwrap(client.POST("/api/me/unlock", { body: { password } })),
+  changePassword: (body: Schemas["ChangePassword"]) => done(client.POST("/api/me/password", { body })),
+  beginSecondFactor: (password: string | null) =>
+    unwrap(client.POST("/api/me/second-factor", { body: { password } })),
+  confirmSecondFactor: (code: string) => unwrap(client.PUT("/api/me/second-factor", { body: { code } })),
+  removeSecondFactor: (password: string | null) =>
+    done(client.DELETE("/api/me/second-factor", { body: { password } })),
+  ownSignIns: () => unwrap(client.GET("/api/me/sign-ins")),
+  endOwnSignIn: (sign_in_id: string) =>
+    done(client.DELETE("/api/me/sign-ins/{sign_in_id}", { params: { path: { sign_in_id } } })),
+  // Who else may come in, and what was done.
+  accounts: () => unwrap(client.GET("/api/accounts")),
+  createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
+  updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
+    unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
+  resetAccount: (account_id: string, body: Schemas["Reset"]) =>
+    unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
+  audit: (wanted: AuditWanted, after: string | null = null) =>
+    unwrap(client.GET("/api/audit", { params: { query: { ...wanted, ...behind(after) } } })),
+  recordAccess: (patient_id: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/access", { params: { path: { patient_id } } })),
+  changeRecordAccess: (patient_id: string, body: Schemas["RecordAccessChange"]) =>
+    unwrap(client.PUT("/api/patients/{patient_id}/access", { params: { path: { patient_id } }, body })),
+  breakGlass: (patient_id: string, body: Schemas["BreakGlass"]) =>
+    unwrap(client.POST("/api/patients/{patient_id}/break-glass", { params: { path: { patient_id } }, body })),
+  brokenGlass: () => unwrap(client.GET("/api/broken-glass")),
+  reviewBrokenGlass: (glass_id: string) =>
+    unwrap(client.POST("/api/broken-glass/{glass_id}/review", { params: { path: { glass_id } } })),
   patients: (search: string, archived: boolean, after: string | null = null) =>
     unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...behind(after) } } })),
   patient: (key: string) =>
@@ -244,6 +295,8 @@ export const api = {
         params: { path: { episode_id: key }, query: { utc_offset_minutes } },
       }),
     ),
+  takeLease: (take_over: boolean) => unwrap(client.POST("/api/station/lease", { body: { take_over } })),
+  releaseLease: () => unwrap(client.DELETE("/api/station/lease")),
   load: (body: Schemas["LoadRequest"]) => unwrap(client.POST("/api/station/load", { body })),
   finishTeaching: () => unwrap(client.POST("/api/station/finish-teaching")),
   unload: () => unwrap(client.POST("/api/station/unload")),

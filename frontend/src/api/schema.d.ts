@@ -24,6 +24,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/accounts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Accounts
+         * @description Every account, disabled ones too.
+         */
+        get: operations["list_accounts"];
+        put?: never;
+        /**
+         * Create Account
+         * @description Make an account; its owner sets a password with the code that is answered.
+         */
+        post: operations["create_account"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/accounts/{account_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Update Account
+         * @description Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change.
+         */
+        patch: operations["update_account"];
+        trace?: never;
+    };
+    "/api/accounts/{account_id}/reset": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reset Account
+         * @description Sign every browser of an account out; its owner sets a new password with the code that is answered.
+         */
+        post: operations["reset_account"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/assessments/form": {
         parameters: {
             query?: never;
@@ -1334,6 +1398,134 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/me/lock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Lock Screen
+         * @description Lock the screen: what goes on stays visible and may be stopped.
+         */
+        post: operations["lock_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/unlock": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Unlock Screen
+         * @description Unlock the screen with the password.
+         */
+        post: operations["unlock_screen"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change Password
+         * @description Change one's password; every other browser is signed out.
+         */
+        post: operations["change_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/second-factor": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Confirm Second Factor
+         * @description Confirm the second factor by a code of it; every other browser is signed out.
+         */
+        put: operations["confirm_second_factor"];
+        /**
+         * Begin Second Factor
+         * @description Begin to set up a second factor; it counts once a code was confirmed.
+         */
+        post: operations["begin_second_factor"];
+        /**
+         * Remove Second Factor
+         * @description Take the second factor away; who needs one has to set up another at once.
+         */
+        delete: operations["remove_second_factor"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/sign-ins": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Own Sign Ins
+         * @description The browsers that one is signed in at.
+         */
+        get: operations["list_own_sign_ins"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me/sign-ins/{sign_in_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * End Own Sign In
+         * @description Sign another of one's own browsers out.
+         */
+        delete: operations["end_own_sign_in"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sign-in": {
         parameters: {
             query?: never;
@@ -1368,6 +1560,46 @@ export interface paths {
          * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
          */
         post: operations["sign_in_by_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-up": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Up Clinic
+         * @description Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in.
+         */
+        post: operations["set_up_clinic"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Password By Code
+         * @description Set a password by the one-time code that an administrator has given; then sign in with it.
+         */
+        post: operations["set_password_by_code"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1864,19 +2096,133 @@ export interface components {
             accepted: boolean;
         };
         /**
-         * Addendum
-         * @description What was added, and when.
+         * Account
+         * @description An account.
          */
-        Addendum: {
+        Account: {
             /**
              * Id
              * Format: uuid
              */
             id: string;
+            /** Username */
+            username: string;
+            /** Name */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /** Stations */
+            stations: string[];
+            /**
+             * Password
+             * @description Whether there is one.
+             */
+            password: boolean;
+            /**
+             * Second Factor
+             * @description Whether there is one.
+             */
+            second_factor: boolean;
+            /**
+             * Openid
+             * @description Whether it signs in by OpenID Connect.
+             */
+            openid: boolean;
+            /**
+             * Created At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            created_at: string;
+            /**
+             * Updated At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            updated_at: string;
+            /** Disabled At */
+            disabled_at: string | null;
+        };
+        /**
+         * AccountCreate
+         * @description Somebody who may sign in.
+         */
+        AccountCreate: {
+            /**
+             * Username
+             * @description Unique; case and width make no difference.
+             * @example yamada
+             */
+            username: string;
+            /**
+             * Name
+             * @description As it stands in records.
+             * @example Yamada Hanako
+             */
+            name: string;
+            /**
+             * Role
+             * @enum {string}
+             */
+            role: "therapist" | "administrator" | "viewer" | "technician";
+            /**
+             * Stations
+             * @description Names of the stations that it works at; empty: all.
+             */
+            stations?: string[];
+        };
+        /**
+         * AccountList
+         * @description By user name.
+         */
+        AccountList: {
+            /** Items */
+            items: components["schemas"]["Account"][];
+        };
+        /**
+         * AccountUpdate
+         * @description Any part of it. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved.
+         */
+        AccountUpdate: {
+            /** Name */
+            name?: string | null;
+            /**
+             * Role
+             * @description Another role signs every browser of the account out.
+             */
+            role?: ("therapist" | "administrator" | "viewer" | "technician") | null;
+            /**
+             * Stations
+             * @description Other stations sign every browser of the account out.
+             */
+            stations?: string[] | null;
+            /**
+             * Disabled
+             * @description True shuts it and signs every browser of it out, false opens it again.
+             */
+            disabled?: boolean | null;
+            /** Updated At */
+            updated_at?: string | null;
+        };
+        /**
+         * Addendum
+         * @description What was added, and when.
+         */
+        Addendum: {
             /** Written By */
             written_by: string;
             /** Text */
             text: string;
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
             /**
              * Written At
              * Format: date-time
@@ -1890,11 +2236,7 @@ export interface components {
          * @description What is added to a signed note.
          */
         AddendumCreate: {
-            /**
-             * Written By
-             * @description You, unless somebody else is named.
-             * @default
-             */
+            /** Written By */
             written_by: string;
             /** Text */
             text: string;
@@ -1946,6 +2288,14 @@ export interface components {
              * @example 54
              */
             repetitions_done: number;
+        };
+        /**
+         * Again
+         * @description The password again; not needed within ten minutes of having been given.
+         */
+        Again: {
+            /** Password */
+            password?: string | null;
         };
         /**
          * Assessment
@@ -2017,8 +2367,6 @@ export interface components {
             assessed_at: string;
             /**
              * Assessed By
-             * @description You, unless somebody else is named.
-             * @default
              * @example Kimura Jun
              */
             assessed_by: string;
@@ -2369,6 +2717,19 @@ export interface components {
             };
         };
         /**
+         * ChangePassword
+         * @description The old password, and the new one.
+         */
+        ChangePassword: {
+            /** Old Password */
+            old_password: string;
+            /**
+             * Password
+             * @description The new one.
+             */
+            password: string;
+        };
+        /**
          * CheckAnswer
          * @description An answer as it is kept with the session.
          */
@@ -2402,11 +2763,7 @@ export interface components {
          * @description Somebody has looked.
          */
         CheckTick: {
-            /**
-             * Checked By
-             * @description You, unless somebody else is named.
-             * @default
-             */
+            /** Checked By */
             checked_by: string;
             /**
              * Recording Id
@@ -2444,6 +2801,17 @@ export interface components {
              * @description Those of the six basic motions that the recording moves; none for older runs.
              */
             motions: components["schemas"]["MotionTracking"][];
+        };
+        /**
+         * Confirm
+         * @description The six digits that the app shows.
+         */
+        Confirm: {
+            /**
+             * Code
+             * @example 123456
+             */
+            code: string;
         };
         /**
          * DeviceEvent
@@ -2768,8 +3136,6 @@ export interface components {
             explanation: string;
             /**
              * Decided By
-             * @description You, unless somebody else is named.
-             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -2794,8 +3160,6 @@ export interface components {
             explanation: string;
             /**
              * Decided By
-             * @description You, unless somebody else is named.
-             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -2812,8 +3176,7 @@ export interface components {
             reason: string;
             /**
              * Noted By
-             * @description Who noted it: you, unless somebody else is named.
-             * @default
+             * @description Who noted it.
              * @example Suzuki Aya
              */
             noted_by: string;
@@ -3430,7 +3793,10 @@ export interface components {
          * @description Who is signed in at this browser, and what they may do.
          */
         Me: {
-            /** Account Id */
+            /**
+             * Account Id
+             * Format: uuid
+             */
             account_id: string;
             /** Username */
             username: string;
@@ -3472,10 +3838,20 @@ export interface components {
              */
             second_factor: boolean;
             /**
+             * Password
+             * @description Whether there is one; others sign in by OpenID Connect or a link.
+             */
+            password: boolean;
+            /**
              * Demonstration
              * @description Signed in by a link of the demonstration clinic.
              */
             demonstration: boolean;
+            /**
+             * Idle S
+             * @description Seconds without anything done by the user after which the screen is locked.
+             */
+            idle_s: number;
         };
         /**
          * Mirror
@@ -3776,6 +4152,70 @@ export interface components {
              * @example 2.1
              */
             torque_peak_nm: number | null;
+        };
+        /**
+         * OneTimeCode
+         * @description For its owner, to set a password with; shown this one time.
+         */
+        OneTimeCode: {
+            account: components["schemas"]["Account"];
+            /**
+             * Code
+             * @example 7KQ2M-XW4HT-PR9CD-3NBVF
+             */
+            code: string;
+            /**
+             * Until
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            until: string;
+        };
+        /**
+         * OwnSignIn
+         * @description A browser that one is signed in at.
+         */
+        OwnSignIn: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * Here
+             * @description This one.
+             */
+            here: boolean;
+            /**
+             * Began At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            began_at: string;
+            /**
+             * Seen At
+             * Format: date-time
+             * @description When its user last did something. UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            seen_at: string;
+            /** Address */
+            address: string;
+            /**
+             * Agent
+             * @description What the browser calls itself.
+             */
+            agent: string;
+        };
+        /**
+         * OwnSignIns
+         * @description The newest first.
+         */
+        OwnSignIns: {
+            /** Items */
+            items: components["schemas"]["OwnSignIn"][];
         };
         /**
          * Patient
@@ -4157,8 +4597,7 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it: you, unless somebody else is named.
-             * @default
+             * @description Who prescribes it.
              * @example Aoki Rin
              */
             made_by: string;
@@ -4723,6 +5162,14 @@ export interface components {
             updated_at?: string | null;
         };
         /**
+         * RecoveryCodes
+         * @description Each stands in for the second factor once; shown this one time.
+         */
+        RecoveryCodes: {
+            /** Codes */
+            codes: string[];
+        };
+        /**
          * RefusalLive
          * @description Why a command would not be accepted now.
          */
@@ -4742,6 +5189,18 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+        };
+        /**
+         * Reset
+         * @description What is good no longer.
+         */
+        Reset: {
+            /**
+             * Second Factor
+             * @description Also the second factor, where that was lost.
+             * @default false
+             */
+            second_factor: boolean;
         };
         /**
          * RomEntry
@@ -5118,6 +5577,22 @@ export interface components {
             motors: number[];
         };
         /**
+         * SecondFactorBegun
+         * @description What an app takes to make codes.
+         */
+        SecondFactorBegun: {
+            /**
+             * Address
+             * @description `otpauth://`: for an app on this very device, and to type its secret.
+             */
+            address: string;
+            /**
+             * Picture
+             * @description The same as a QR code: a `data:` address of an SVG.
+             */
+            picture: string;
+        };
+        /**
          * Session
          * @description A session with its runs, in their order.
          */
@@ -5244,11 +5719,10 @@ export interface components {
             patient_id: string;
             /**
              * Therapist
-             * @description Who treats: you, unless somebody else is named.
-             * @default
+             * @description Who treats.
              * @example Ito Mai
              */
-            therapist: string;
+            therapist?: string | null;
             /**
              * Programme Version Id
              * @description What is planned; of the patient's open episode.
@@ -5426,11 +5900,7 @@ export interface components {
          * @description Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen.
          */
         SessionSign: {
-            /**
-             * Signed By
-             * @description You, unless somebody else is named.
-             * @default
-             */
+            /** Signed By */
             signed_by: string;
             /**
              * Note
@@ -5505,6 +5975,44 @@ export interface components {
             note?: string | null;
             /** Updated At */
             updated_at?: string | null;
+        };
+        /**
+         * SetPassword
+         * @description By the one-time code that an administrator has given.
+         */
+        SetPassword: {
+            /** Username */
+            username: string;
+            /**
+             * Code
+             * @example 7KQ2M-XW4HT-PR9CD-3NBVF
+             */
+            code: string;
+            /** Password */
+            password: string;
+        };
+        /**
+         * SetUp
+         * @description The first administrator, or one for a clinic that is locked out.
+         */
+        SetUp: {
+            /**
+             * Secret
+             * @description What stands in the set-up link behind `secret=`; good once.
+             */
+            secret: string;
+            /**
+             * Username
+             * @description A new one; or one that exists, which becomes an administrator with this password.
+             */
+            username: string;
+            /**
+             * Name
+             * @example Yamada Hanako
+             */
+            name: string;
+            /** Password */
+            password: string;
         };
         /**
          * SideRequest
@@ -5822,7 +6330,7 @@ export interface components {
             side?: ("left" | "right") | null;
             /**
              * Taught By
-             * @description Whose hands guide the arm: yours, unless somebody else is named.
+             * @description Whose hands guide the arm.
              * @default
              * @example Sato
              */
@@ -5978,6 +6486,14 @@ export interface components {
             ranges: components["schemas"]["MotorRange"][];
         };
         /**
+         * Unlock
+         * @description The password again.
+         */
+        Unlock: {
+            /** Password */
+            password: string;
+        };
+        /**
          * VersionCreate
          * @description A new version of a programme.
          */
@@ -5986,8 +6502,7 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it: you, unless somebody else is named.
-             * @default
+             * @description Who prescribes it.
              * @example Aoki Rin
              */
             made_by: string;
@@ -6149,6 +6664,273 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Health"];
+                };
+            };
+        };
+    };
+    list_accounts: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AccountList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AccountCreate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OneTimeCode"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    update_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                account_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AccountUpdate"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Account"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    reset_account: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                account_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Reset"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OneTimeCode"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -8147,7 +8929,7 @@ export interface operations {
                 name: string;
                 /** @description The shoulder that it is for. */
                 side: "left" | "right";
-                /** @description Who brings it: you, unless somebody else is named. */
+                /** @description Who brings it; empty where nobody says. */
                 taught_by?: string;
             };
             header?: never;
@@ -11678,6 +12460,513 @@ export interface operations {
             };
         };
     };
+    lock_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    unlock_screen: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Unlock"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_password: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangePassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    confirm_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Confirm"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecoveryCodes"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    begin_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SecondFactorBegun"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_second_factor: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_own_sign_ins: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OwnSignIns"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end_own_sign_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sign_in_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     sign_in_by_password: {
         parameters: {
             query?: never;
@@ -11771,6 +13060,106 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_up_clinic: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetUp"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_password_by_code: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -22,32 +22,37 @@ const DEG_A_PIXEL = 0.4;
 /** The canvas. Angles go from their source to the stage, ten times a second, without React. */
 export function Scene(props: SceneProps) {
   const { side, limits, view, only, real, ghost, label, onView, onUnable } = props;
-  const canvas = useRef<HTMLCanvasElement>(null);
+  const place = useRef<HTMLDivElement>(null);
   const stage = useRef<Stage | null>(null);
   const latest = useRef({ view, only, onUnable });
   latest.current = { view, only, onUnable };
 
   useEffect(() => {
-    const element = canvas.current;
+    const element = place.current;
     if (!element) return;
+    // A canvas of its own for each stage: one whose context was given back gets no new one.
+    const canvas = document.createElement("canvas");
+    canvas.style.cssText = "width: 100%; height: 100%; display: block";
     let made: Stage;
     try {
-      made = new Stage(element, side, limits);
+      made = new Stage(canvas, side, limits);
     } catch {
       latest.current.onUnable();
       return;
     }
     stage.current = made;
+    element.append(canvas);
     made.look(latest.current.view);
     made.single(latest.current.only);
     const fit = new ResizeObserver(() => made.resize(element.clientWidth, element.clientHeight));
     fit.observe(element);
     const lost = () => latest.current.onUnable();
-    element.addEventListener("webglcontextlost", lost);
+    canvas.addEventListener("webglcontextlost", lost);
     return () => {
-      element.removeEventListener("webglcontextlost", lost);
+      canvas.removeEventListener("webglcontextlost", lost);
       fit.disconnect();
       made.dispose();
+      canvas.remove();
       stage.current = null;
     };
   }, [side, limits]);
@@ -60,21 +65,19 @@ export function Scene(props: SceneProps) {
   // biome-ignore lint/correctness/useExhaustiveDependencies: see above
   useEffect(() => follow(ghost, (angles) => stage.current?.haunt(angles)), [ghost, side, limits]);
 
-  const onDrag = (event: PointerEvent<HTMLCanvasElement>) => {
+  const onDrag = (event: PointerEvent<HTMLDivElement>) => {
     if (event.buttons !== 1) return;
     onView(moved(view, -event.movementX * DEG_A_PIXEL, event.movementY * DEG_A_PIXEL));
   };
   return (
-    <canvas
-      // A canvas whose context was given back gets no new one.
-      key={side}
-      ref={canvas}
+    <div
+      ref={place}
       role="img"
       aria-label={label}
       data-testid="apparatus-canvas"
       onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
       onPointerMove={onDrag}
-      style={{ width: "100%", height: "100%", display: "block", touchAction: "pan-y", cursor: "grab" }}
+      style={{ width: "100%", height: "100%", touchAction: "pan-y", cursor: "grab" }}
     />
   );
 }

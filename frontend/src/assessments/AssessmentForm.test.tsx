@@ -13,7 +13,6 @@ const onDone = vi.fn();
 
 beforeEach(() => {
   vi.resetAllMocks();
-  localStorage.clear();
   create.mockResolvedValue(ASSESSMENT);
   update.mockResolvedValue(ASSESSMENT);
 });
@@ -87,8 +86,6 @@ describe("entering what was found", () => {
         },
       ],
     ]);
-    // The next one need not say who it is.
-    expect(localStorage.getItem("kata.who")).toBe("Kimura Jun");
   });
 
   it("shows last time's angles where nothing is typed yet", () => {

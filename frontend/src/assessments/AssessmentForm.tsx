@@ -1,9 +1,9 @@
 import { Button, Group, Paper, Stack, Tabs, Text, Textarea, TextInput, Title } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
+import { useName } from "../access/hooks";
 import { type Assessment, api, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
-import { useWho } from "../shared/who";
 import { angleProblem, draftOf, emptyDraft, PAINS, requestOf, type Side } from "./draft";
 import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
@@ -22,7 +22,7 @@ export function AssessmentForm(props: {
 }) {
   const { episodeId, form, assessment } = props;
   const queries = useQueryClient();
-  const [who, setWho] = useWho();
+  const who = useName();
   const [draft, setDraft] = useState(() => (assessment ? draftOf(assessment) : emptyDraft(new Date(), who)));
   const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
   const save = useMutation({
@@ -39,7 +39,6 @@ export function AssessmentForm(props: {
       });
     },
     onSuccess: () => {
-      setWho(draft.by);
       void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
       void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
       props.onDone();

@@ -1,6 +1,7 @@
 import { Button, Group, Table, Text } from "@mantine/core";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { May } from "../access/May";
 import { type Assessment, api } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
@@ -59,14 +60,16 @@ export function AssessmentTable(props: {
                     </Button>
                   </Group>
                 ) : (
-                  <Group gap="xs" justify="end">
-                    <Button variant="default" onClick={() => props.onEdit(one)}>
-                      Change
-                    </Button>
-                    <Button variant="subtle" onClick={() => setSure(one.id)}>
-                      Withdraw
-                    </Button>
-                  </Group>
+                  <May permission="write_records">
+                    <Group gap="xs" justify="end">
+                      <Button variant="default" onClick={() => props.onEdit(one)}>
+                        Change
+                      </Button>
+                      <Button variant="subtle" onClick={() => setSure(one.id)}>
+                        Withdraw
+                      </Button>
+                    </Group>
+                  </May>
                 )}
               </Table.Td>
             </Table.Tr>

@@ -2,6 +2,7 @@ import { Button, Group, List, Skeleton, Stack, Text, Title } from "@mantine/core
 import { IconChartLine, IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
+import { useMay } from "../access/hooks";
 import { type Assessment, api, type Schemas } from "../api/client";
 import { formatMoment, sideWord } from "../shared/format";
 import { ButtonLink } from "../shared/links";
@@ -25,6 +26,7 @@ export function AssessmentsSection({ patientId }: { patientId: string }) {
 
 function Section(props: { patientId: string; episodeId: string; affected: Side }) {
   const { patientId, episodeId, affected } = props;
+  const writes = useMay("write_records");
   const [limit, setLimit] = useState(FEW);
   const [editing, setEditing] = useState<Assessment | "new" | null>(null);
   const [listed, setListed] = useState(false);
@@ -53,7 +55,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
           >
             Progress
           </ButtonLink>
-          {editing !== "new" && (
+          {writes && editing !== "new" && (
             <Button
               leftSection={<IconPlus size={20} />}
               disabled={!form.data}

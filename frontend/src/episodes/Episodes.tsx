@@ -1,6 +1,7 @@
 import { Badge, Button, Card, Group, Modal, Stack, Text, Textarea, Title } from "@mantine/core";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { useMay } from "../access/hooks";
 import { api, type Episode, type Patient } from "../api/client";
 import { ReportLinks } from "../reports/ReportLinks";
 import { formatDay, formatMoment, sideWord } from "../shared/format";
@@ -11,6 +12,7 @@ import { limitWords, STAGES } from "./words";
 
 /** The care of this patient's shoulders: what goes on, and what was. */
 export function Episodes({ patient }: { patient: Patient }) {
+  const writes = useMay("write_records");
   const queries = useQueryClient();
   const [opening, setOpening] = useState<Episode["side"] | null>(null);
   const key = ["episodes", patient.id];
@@ -30,7 +32,7 @@ export function Episodes({ patient }: { patient: Patient }) {
     <Stack gap="xs">
       <Group justify="space-between">
         <Title order={3}>Care</Title>
-        {episodes.data && !patient.archived_at && (
+        {writes && episodes.data && !patient.archived_at && (
           <Group>
             {free.map((side) => (
               <Button key={side} variant="default" onClick={() => setOpening(side)}>
@@ -66,6 +68,7 @@ export function Episodes({ patient }: { patient: Patient }) {
 /** One episode, and what can be done with it. */
 export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSaved: () => void }) {
   const { episode, onSaved } = props;
+  const writes = useMay("write_records");
   const [doing, setDoing] = useState<"edit" | "close" | null>(null);
   const reopen = useMutation({ mutationFn: () => api.reopenEpisode(episode.id), onSuccess: onSaved });
   const done = () => {
@@ -85,22 +88,23 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
             </Text>
             {episode.closed_at && <Badge color="gray">Closed</Badge>}
           </Group>
-          {episode.closed_at ? (
-            !props.archived && (
-              <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
-                Reopen
-              </Button>
-            )
-          ) : (
-            <Group>
-              <Button variant="default" onClick={() => setDoing("edit")}>
-                Change
-              </Button>
-              <Button variant="default" onClick={() => setDoing("close")}>
-                Close episode
-              </Button>
-            </Group>
-          )}
+          {episode.closed_at
+            ? writes &&
+              !props.archived && (
+                <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
+                  Reopen
+                </Button>
+              )
+            : writes && (
+                <Group>
+                  <Button variant="default" onClick={() => setDoing("edit")}>
+                    Change
+                  </Button>
+                  <Button variant="default" onClick={() => setDoing("close")}>
+                    Close episode
+                  </Button>
+                </Group>
+              )}
         </Group>
         <Group gap="lg">
           <Text>{stage ? `${STAGES[stage.stage]} since ${formatDay(stage.since)}` : "No stage noted"}</Text>

@@ -2,6 +2,7 @@ import { ActionIcon, Button, Group, List, Select, Stack, Text, TextInput } from 
 import { IconTrash } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
+import { useMay } from "../access/hooks";
 import { api, type Episode } from "../api/client";
 import { formatDay } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
@@ -11,6 +12,7 @@ const CHOICES = Object.entries(STAGES).map(([value, label]) => ({ value, label }
 
 /** The stages that were noted, with their days; another one, and a wrong one taken back. */
 export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved: Episode) => void }) {
+  const changeable = useMay("write_records") && !episode.closed_at;
   const [stage, setStage] = useState<StageName | null>(null);
   const [since, setSince] = useState(today());
   const add = useMutation({
@@ -39,7 +41,7 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
               <Text>
                 {STAGES[one.stage]} since {formatDay(one.since)}
               </Text>
-              {!episode.closed_at && (
+              {changeable && (
                 <ActionIcon
                   variant="subtle"
                   size={44}
@@ -53,7 +55,7 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
           </List.Item>
         ))}
       </List>
-      {!episode.closed_at && (
+      {changeable && (
         <form onSubmit={submit}>
           <Group align="end">
             <Select

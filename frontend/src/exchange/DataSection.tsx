@@ -3,12 +3,14 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconDownload, IconFileImport } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate } from "@tanstack/react-router";
+import { useMay } from "../access/hooks";
 import { api } from "../api/client";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
 
 /** What leaves and enters a patient's record as files, and the patient's right to have it erased. */
 export function DataSection({ patientId }: { patientId: string }) {
+  const writes = useMay("write_records");
   const navigate = useNavigate();
   const [importing, dialog] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
@@ -37,7 +39,7 @@ export function DataSection({ patientId }: { patientId: string }) {
           >
             For other systems (FHIR)
           </Button>
-          {!who.archived_at && (
+          {writes && !who.archived_at && (
             <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
               Motion from a CSV file
             </Button>

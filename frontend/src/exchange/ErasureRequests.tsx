@@ -2,15 +2,17 @@ import { Button, Group, Modal, Stack, Text, Textarea, TextInput } from "@mantine
 import { useDisclosure } from "@mantine/hooks";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { useMay, useName } from "../access/hooks";
 import { api, type Patient, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
-import { useWho } from "../shared/who";
 
 type Erasure = Schemas["Erasure"];
 
 /** That a patient asks for the record to be erased, and what was decided. */
 export function ErasureRequests({ patient }: { patient: Patient }) {
+  const writes = useMay("write_records");
+  const decides = useMay("administer");
   const [asking, dialog] = useDisclosure(false);
   const [deciding, decision] = useDisclosure(false);
   const requests = useQuery({
@@ -28,8 +30,9 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
         </Text>
       ))}
       <Group>
-        {open && <Button onClick={decision.open}>Decide on the erasure</Button>}
-        {!open && !patient.erased_at && requests.data && (
+        {open && decides && <Button onClick={decision.open}>Decide on the erasure</Button>}
+        {open && !decides && <Text>An administrator decides on it.</Text>}
+        {!open && writes && !patient.erased_at && requests.data && (
           <Button variant="default" onClick={dialog.open}>
             Patient asks for erasure
           </Button>
@@ -58,28 +61,13 @@ function words(request: Erasure): string {
   return `${asked}${why}. ${request.decision === "erased" ? "Erased" : "Refused"} by ${request.decided_by}${said}`;
 }
 
-/** Whose name a request or a decision bears. */
-function By({ value, onChange }: { value: string; onChange: (name: string) => void }) {
-  return (
-    <TextInput
-      label="Your name"
-      size="md"
-      maxLength={100}
-      value={value}
-      onChange={(event) => onChange(event.currentTarget.value)}
-    />
-  );
-}
-
 function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   const queries = useQueryClient();
-  const [who, setWho] = useWho();
-  const [name, setName] = useState(who);
+  const name = useName();
   const [reason, setReason] = useState("");
   const note = useMutation({
     mutationFn: () => api.noteErasure(patient.id, { reason, noted_by: name }),
     onSuccess: () => {
-      setWho(name);
       void queries.invalidateQueries({ queryKey: ["erasures"] });
       onDone();
     },
@@ -96,14 +84,9 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
         value={reason}
         onChange={(event) => setReason(event.currentTarget.value)}
       />
-      <By value={name} onChange={setName} />
       <ProblemNote error={note.error} />
       <Group justify="end">
-        <Button
-          disabled={reason.trim() === "" || name.trim() === ""}
-          loading={note.isPending}
-          onClick={() => note.mutate()}
-        >
+        <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
           Note the request
         </Button>
       </Group>
@@ -113,8 +96,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
 
 function Decide({ patient, request, onDone }: { patient: Patient; request: Erasure; onDone: () => void }) {
   const queries = useQueryClient();
-  const [who, setWho] = useWho();
-  const [name, setName] = useState(who);
+  const name = useName();
   const [explanation, setExplanation] = useState("");
   const [number, setNumber] = useState("");
   const decide = useMutation({
@@ -123,7 +105,6 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
         ? api.erasePatient(request.id, { clinic_number: number, explanation, decided_by: name })
         : api.refuseErasure(request.id, { explanation, decided_by: name }),
     onSuccess: () => {
-      setWho(name);
       void queries.invalidateQueries();
       onDone();
     },
@@ -141,11 +122,10 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
         value={explanation}
         onChange={(event) => setExplanation(event.currentTarget.value)}
       />
-      <By value={name} onChange={setName} />
       <Group justify="end">
         <Button
           variant="default"
-          disabled={explanation.trim() === "" || name.trim() === ""}
+          disabled={explanation.trim() === ""}
           loading={decide.isPending}
           onClick={() => decide.mutate("refuse")}
         >
@@ -167,7 +147,7 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
       <Group justify="end">
         <Button
           color="grape"
-          disabled={number.trim() !== patient.clinic_number || name.trim() === ""}
+          disabled={number.trim() !== patient.clinic_number}
           loading={decide.isPending}
           onClick={() => decide.mutate("erase")}
         >

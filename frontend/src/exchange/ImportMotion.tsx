@@ -1,10 +1,12 @@
-import { Button, FileInput, Group, SegmentedControl, Stack, Table, Text, TextInput } from "@mantine/core";
+import { Button, FileInput, Group, SegmentedControl, Stack, Text, TextInput } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
+import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
-import { formatDeg, formatSpan } from "../shared/format";
-import { useWho } from "../shared/who";
+import { formatSpan } from "../shared/format";
+import { MotorRanges } from "../shared/MotorRanges";
+
 import { Refused } from "./Refused";
 
 type Side = "left" | "right";
@@ -20,7 +22,7 @@ export function ImportMotion({
   onKept: (recordingId: string) => void;
 }) {
   const queries = useQueryClient();
-  const [who] = useWho();
+  const who = useName();
   const [file, setFile] = useState<File | null>(null);
   const [name, setName] = useState("");
   const [side, setSide] = useState<Side>(affected ?? "right");
@@ -100,26 +102,7 @@ function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
         {motion.rate_hz} Hz, {formatSpan(motion.duration_s)} long, for the {motion.side} shoulder.
         {motion.left_alone.length > 0 && ` Left alone: ${motion.left_alone.join(", ")}.`}
       </Text>
-      <Table withTableBorder verticalSpacing="xs">
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>Motor</Table.Th>
-            <Table.Th ta="right">From, deg</Table.Th>
-            <Table.Th ta="right">To, deg</Table.Th>
-            <Table.Th ta="right">Fastest, deg/s</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
-        <Table.Tbody>
-          {motion.ranges.map((range) => (
-            <Table.Tr key={range.motor}>
-              <Table.Td>{range.motor}</Table.Td>
-              <Table.Td ta="right">{formatDeg(range.min_deg)}</Table.Td>
-              <Table.Td ta="right">{formatDeg(range.max_deg)}</Table.Td>
-              <Table.Td ta="right">{formatDeg(range.max_speed_deg_s, 0)}</Table.Td>
-            </Table.Tr>
-          ))}
-        </Table.Tbody>
-      </Table>
+      <MotorRanges ranges={motion.ranges} />
     </Stack>
   );
 }

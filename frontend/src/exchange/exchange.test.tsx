@@ -2,7 +2,9 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import type { ReactElement } from "react";
-import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { ME } from "../access/examples";
+import { access } from "../access/standing";
 import { api, type Patient, ProblemError, type Schemas } from "../api/client";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
@@ -29,7 +31,7 @@ const REQUEST: Schemas["Erasure"] = {
   patient_id: "p",
   asked_at: "2026-11-21T09:30:00Z",
   reason: "By letter",
-  noted_by: "Suzuki",
+  noted_by: "Ito Mai",
   decided_at: null,
   decided_by: "",
   decision: null,
@@ -53,7 +55,6 @@ const give = (name: string) => {
   fireEvent.change(input, { target: { files: [new File(["time_s"], name)] } });
 };
 
-beforeEach(() => localStorage.clear());
 afterEach(() => {
   cleanup();
   vi.restoreAllMocks();
@@ -84,7 +85,11 @@ describe("a motion from a CSV file", () => {
     expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
     press("Keep as a recording");
     await waitFor(() => expect(onKept).toHaveBeenCalledWith("new"));
-    expect(keep).toHaveBeenCalledWith("p", { name: "lift", side: "left", taught_by: "" }, expect.any(File));
+    expect(keep).toHaveBeenCalledWith(
+      "p",
+      { name: "lift", side: "left", taught_by: "Ito Mai" },
+      expect.any(File),
+    );
   });
 
   it("that is wrong is told line by line, and is not kept", async () => {
@@ -128,17 +133,23 @@ it("patients are imported once a file and the shoulder are chosen", async () => 
 });
 
 describe("erasure", () => {
-  it("is noted with a reason and a name", async () => {
+  it("is noted with a reason, in the name of whoever is signed in", async () => {
     vi.spyOn(api, "erasures").mockResolvedValue({ items: [] });
     const note = vi.spyOn(api, "noteErasure").mockResolvedValue(REQUEST);
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Patient asks for erasure" }));
     await screen.findByRole("dialog");
     type("How and why it was asked for", "By letter");
-    expect(enabled("Note the request")).toBe(false);
-    type("Your name", "Suzuki");
     press("Note the request");
-    await waitFor(() => expect(note).toHaveBeenCalledWith("p", { reason: "By letter", noted_by: "Suzuki" }));
+    await waitFor(() => expect(note).toHaveBeenCalledWith("p", { reason: "By letter", noted_by: "Ito Mai" }));
+  });
+
+  it("is decided by administrators", async () => {
+    access.came({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
+    show(<ErasureRequests patient={PATIENT} />);
+    expect(await screen.findByText("An administrator decides on it.")).toBeTruthy();
+    expect(screen.queryByRole("button")).toBeNull();
   });
 
   it("is done only with the clinic number typed, and refused only with an explanation", async () => {
@@ -147,7 +158,6 @@ describe("erasure", () => {
     show(<ErasureRequests patient={PATIENT} />);
     fireEvent.click(await screen.findByRole("button", { name: "Decide on the erasure" }));
     await screen.findByRole("dialog");
-    type("Your name", "Kobayashi");
     expect(enabled("Refuse, keep the record")).toBe(false);
     type(/type the clinic number of Yamada Hanako/, "K-8");
     expect(enabled("Erase for good")).toBe(false);
@@ -157,7 +167,7 @@ describe("erasure", () => {
       expect(erase).toHaveBeenCalledWith("e", {
         clinic_number: "K-7",
         explanation: "",
-        decided_by: "Kobayashi",
+        decided_by: "Ito Mai",
       }),
     );
   });

@@ -23,11 +23,14 @@ export interface LiveState {
   events: Schemas["EventLive"][];
 }
 
+const NOTHING: LiveState = { connected: false, heardAt: null, station: null, live: null, events: [] };
+
 /** The one WebSocket to the service: snapshot first, then changes; a gap in the numbers means beginning anew. */
 export class LiveStore {
-  #state: LiveState = { connected: false, heardAt: null, station: null, live: null, events: [] };
+  #state: LiveState = NOTHING;
   #listeners = new Set<() => void>();
   #savedListeners = new Set<(saved: Schemas["SavedMessage"]) => void>();
+  #lostListeners = new Set<() => void>();
   #socket: WebSocket | null = null;
   #sequence = 0;
   #failures = 0;
@@ -38,7 +41,7 @@ export class LiveStore {
     this.#connect = connect;
   }
 
-  /** Connect, and keep connected. Returns how to end it. */
+  /** Connect, and keep connected. Returns how to end it; then everything that was heard is forgotten. */
   start(): () => void {
     this.#open();
     const looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
@@ -46,6 +49,8 @@ export class LiveStore {
       clearInterval(looking);
       if (this.#reconnecting) clearTimeout(this.#reconnecting);
       this.#drop();
+      this.#failures = 0;
+      this.#set(NOTHING);
     };
   }
 
@@ -61,6 +66,12 @@ export class LiveStore {
     return () => {
       this.#savedListeners.delete(listener);
     };
+  }
+
+  /** Called when a connection was refused or has ended, before it is tried again. */
+  onLost(listener: () => void): () => void {
+    this.#lostListeners.add(listener);
+    return () => this.#lostListeners.delete(listener);
   }
 
   get = (): LiveState => this.#state;
@@ -116,6 +127,7 @@ export class LiveStore {
     const pause = RECONNECT_MS[Math.min(this.#failures, RECONNECT_MS.length - 1)];
     this.#failures += 1;
     this.#reconnecting = setTimeout(() => this.#open(), pause);
+    for (const listener of this.#lostListeners) listener();
   }
 
   #drop() {

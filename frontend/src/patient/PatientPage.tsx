@@ -3,7 +3,10 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconArchive, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useParams } from "@tanstack/react-router";
-import { api, type Recording } from "../api/client";
+import { BreakGlass, GlassBanner } from "../access/BreakGlass";
+import { useMay } from "../access/hooks";
+import { RecordAccess } from "../access/RecordAccess";
+import { api, ProblemError, type Recording } from "../api/client";
 import { AssessmentsSection } from "../assessments/AssessmentsSection";
 import { Episodes } from "../episodes/Episodes";
 import { DataSection } from "../exchange/DataSection";
@@ -21,6 +24,8 @@ import { useTitle } from "../shared/title";
 /** One patient: who, what was taught, what was done. */
 export function PatientPage() {
   const { patientId } = useParams({ from: "/patients/$patientId" });
+  const writes = useMay("write_records");
+  const operates = useMay("operate");
   const queries = useQueryClient();
   const [editing, form] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
@@ -38,11 +43,15 @@ export function PatientPage() {
     },
   });
   useTitle(patient.data?.name ?? "Patient");
+  if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
+    return <BreakGlass patientId={patientId} />;
+  }
   if (patient.error) return <ProblemNote error={patient.error} />;
   if (!patient.data) return <Skeleton h={300} />;
   const who = patient.data;
   return (
     <Stack gap="xl">
+      {who.restricted && <GlassBanner patientId={patientId} />}
       <Stack gap="xs">
         <Group justify="space-between" align="start">
           <div>
@@ -54,12 +63,12 @@ export function PatientPage() {
             )}
           </div>
           <Group>
-            {!who.archived_at && (
+            {operates && !who.archived_at && (
               <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
                 To the station
               </ButtonLink>
             )}
-            {!who.erased_at && (
+            {writes && !who.erased_at && (
               <>
                 <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
                   Edit
@@ -83,6 +92,7 @@ export function PatientPage() {
           {who.archived_at && <Badge color="gray">{who.erased_at ? "Erased" : "Archived"}</Badge>}
         </Group>
         {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
+        <RecordAccess patientId={patientId} />
         <ProblemNote error={archive.error} />
       </Stack>
       <Episodes patient={who} />

@@ -3,6 +3,7 @@ import { useDebouncedValue, useDisclosure } from "@mantine/hooks";
 import { IconSearch, IconUserPlus } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useState } from "react";
+import { May } from "../access/May";
 import { api } from "../api/client";
 import { ImportPatients } from "../exchange/ImportPatients";
 import { OpenErasures } from "../exchange/OpenErasures";
@@ -27,14 +28,18 @@ export function PatientsPage() {
     <Stack>
       <Group justify="space-between">
         <Title order={2}>Patients</Title>
-        <Group>
-          <ImportPatients />
-          <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
-            New patient
-          </Button>
-        </Group>
+        <May permission="write_records">
+          <Group>
+            <ImportPatients />
+            <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
+              New patient
+            </Button>
+          </Group>
+        </May>
       </Group>
-      <OpenErasures />
+      <May permission="administer">
+        <OpenErasures />
+      </May>
       <Group align="end">
         <TextInput
           label="Search"
@@ -56,7 +61,7 @@ export function PatientsPage() {
       {found.isPending && <Skeleton h={200} />}
       {items?.length === 0 && (
         <Text>
-          {words || archived ? "Nobody matches." : "Nobody is signed up yet. Begin with “New patient”."}
+          {words || archived ? "Nobody matches." : "Nobody is signed up yet. It begins with “New patient”."}
         </Text>
       )}
       {items && items.length > 0 && (

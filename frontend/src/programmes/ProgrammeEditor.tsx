@@ -2,13 +2,13 @@ import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput 
 import { useDebouncedValue } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
+import { useName } from "../access/hooks";
 import { api, ProblemError } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { LoadLevel } from "../shared/LoadLevel";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
-import { useWho } from "../shared/who";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
 import { timerWords } from "./words";
@@ -19,8 +19,8 @@ const WISH: Steps = { label: "Sessions a week", unit: "", min: 1, max: 21, step:
 /** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
 export function ProgrammeEditor(props: {
   patientId: string;
-  /** Whose programme it is; unless said, the patient's episode that goes on. */
-  episode?: { id: string; side: "left" | "right" };
+  /** Whose programme it is, and of which shoulder. */
+  episode: { id: string; side: "left" | "right" };
   start: Draft;
   saveLabel: string;
   onSave: (wanted: Wanted) => Promise<unknown>;
@@ -32,12 +32,10 @@ export function ProgrammeEditor(props: {
   const [draft, setDraft] = useState(start);
   const [set, setSet] = useState<string | null>(null);
   const [note, setNote] = useState("");
-  const [who, say] = useWho();
-  const [name, setName] = useState(who);
-  const preview = usePreview(patientId, episode?.id ?? null, draft);
+  const [name, setName] = useState(useName());
+  const preview = usePreview(patientId, episode.id, draft);
   const save = useMutation({
     mutationFn: () => {
-      say(name);
       const { timer_minutes, sessions_per_week } = draft;
       return props.onSave({
         items: itemsOf(draft.items),
@@ -63,7 +61,7 @@ export function ProgrammeEditor(props: {
       <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
       <AddRecording
         patientId={patientId}
-        side={episode?.side ?? null}
+        side={episode.side}
         draft={draft}
         onChange={setDraft}
         onAdded={setSet}
@@ -143,7 +141,7 @@ export function ProgrammeEditor(props: {
 }
 
 /** How long it takes, and what of it cannot be played: the service says so while one writes. */
-function usePreview(patientId: string, episodeId: string | null, draft: Draft) {
+function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const [settled] = useDebouncedValue(draft.items, 250);
   const items = itemsOf(settled);
   const preview = useQuery({
@@ -158,7 +156,7 @@ function usePreview(patientId: string, episodeId: string | null, draft: Draft) {
 
 function AddRecording(props: {
   patientId: string;
-  side: "left" | "right" | null;
+  side: "left" | "right";
   draft: Draft;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
@@ -168,13 +166,8 @@ function AddRecording(props: {
     queryKey: ["recordings", props.patientId],
     queryFn: () => api.recordings(props.patientId),
   });
-  const patient = useQuery({
-    queryKey: ["patient", props.patientId],
-    queryFn: () => api.patient(props.patientId),
-  });
   const [next, setNext] = useState(1);
-  const side = props.side ?? patient.data?.affected_side;
-  const fitting = (recordings.data?.items ?? []).filter((one) => !one.archived_at && one.side === side);
+  const fitting = (recordings.data?.items ?? []).filter((one) => !one.archived_at && one.side === props.side);
   const add = (id: string | null) => {
     const recording = fitting.find((one) => one.id === id);
     if (!recording) return;
@@ -182,12 +175,12 @@ function AddRecording(props: {
     props.onAdded(`added ${next}`);
     setNext(next + 1);
   };
-  if (recordings.data && patient.data && fitting.length === 0) {
+  if (recordings.data && fitting.length === 0) {
     return <Text>There is nothing to prescribe yet: teach a motion of this shoulder first.</Text>;
   }
   return (
     <>
-      <ProblemNote error={recordings.error ?? patient.error} />
+      <ProblemNote error={recordings.error} />
       <Select
         size="lg"
         maw={600}

@@ -57,7 +57,6 @@ const preview = vi.spyOn(api, "previewProgramme");
 
 beforeEach(() => {
   vi.resetAllMocks();
-  localStorage.setItem("kata.who", "Chiba");
   vi.spyOn(api, "recordings").mockResolvedValue({ items: [] });
   vi.spyOn(api, "patient").mockResolvedValue({ affected_side: "right" } as never);
   preview.mockImplementation(async (_, { items }) => ({
@@ -113,7 +112,7 @@ describe("a programme", { timeout: 30_000 }, () => {
         "p",
         {
           based_on: 1,
-          made_by: "Chiba",
+          made_by: "Ito Mai",
           note: "It hurt.",
           timer_minutes: 20,
           sessions_per_week: null,

@@ -14,16 +14,18 @@ import {
 } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconArchive, IconInfoCircle, IconPencil } from "@tabler/icons-react";
-import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
-import { useNavigate, useParams } from "@tanstack/react-router";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { useParams } from "@tanstack/react-router";
 import { useState } from "react";
+import { May } from "../access/May";
 import { api, ProblemError, type Programme, type ProgrammeVersion } from "../api/client";
 import { formatMoment, sideWord } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
-import { draftOf, EMPTY, type Wanted } from "./draft";
+import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
+import { useKeep } from "./keep";
 import { ProgrammeEditor } from "./ProgrammeEditor";
 import { changes, timerWords, versionWords } from "./words";
 
@@ -38,59 +40,6 @@ export function ProgrammePage() {
   if (programme.error) return <ProblemNote error={programme.error} />;
   if (!programme.data) return <Skeleton h={300} />;
   return <ProgrammeView programme={programme.data} />;
-}
-
-/** A new programme of a patient. */
-export function NewProgrammePage() {
-  const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
-  const navigate = useNavigate();
-  const keep = useKeep();
-  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  const [name, setName] = useState("");
-  useTitle("New programme");
-  const save = async (wanted: Wanted) => {
-    const made = await api.createProgramme(patientId, { ...wanted, name });
-    keep(made);
-    await navigate({ to: "/programmes/$programmeId", params: { programmeId: made.id } });
-  };
-  return (
-    <Stack>
-      <Title order={2}>
-        New programme for{" "}
-        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
-          {patient.data?.name ?? "the patient"}
-        </PageLink>
-      </Title>
-      <ProblemNote error={patient.error} />
-      <ProgrammeEditor
-        patientId={patientId}
-        start={EMPTY}
-        saveLabel="Save the programme"
-        onSave={save}
-        onCancel={() => void navigate({ to: "/patients/$patientId", params: { patientId } })}
-      >
-        {(fields) => (
-          <TextInput
-            label="Name of the programme"
-            required
-            maw={600}
-            value={name}
-            error={fields.name}
-            onChange={(event) => setName(event.currentTarget.value)}
-          />
-        )}
-      </ProgrammeEditor>
-    </Stack>
-  );
-}
-
-function useKeep() {
-  const queries = useQueryClient();
-  return (saved: Programme) => {
-    queries.setQueryData(["programme", saved.id], saved);
-    void queries.invalidateQueries({ queryKey: ["programmes"] });
-    void queries.invalidateQueries({ queryKey: ["adherence", saved.episode_id] });
-  };
 }
 
 /** The programme as it stands, with what can be done to it. */
@@ -117,24 +66,26 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
             {programme.archived_at && <Badge color="gray">Archived</Badge>}
           </Group>
         </div>
-        <Group>
-          {!programme.archived_at && !programme.closed && !editing && (
-            <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
-              Change
+        <May permission="write_records">
+          <Group>
+            {!programme.archived_at && !programme.closed && !editing && (
+              <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
+                Change
+              </Button>
+            )}
+            <Button variant="default" onClick={name.open}>
+              Rename
             </Button>
-          )}
-          <Button variant="default" onClick={name.open}>
-            Rename
-          </Button>
-          <Button
-            variant="default"
-            leftSection={<IconArchive size={20} />}
-            loading={archive.isPending}
-            onClick={() => archive.mutate(!programme.archived_at)}
-          >
-            {programme.archived_at ? "Restore" : "Archive"}
-          </Button>
-        </Group>
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              loading={archive.isPending}
+              onClick={() => archive.mutate(!programme.archived_at)}
+            >
+              {programme.archived_at ? "Restore" : "Archive"}
+            </Button>
+          </Group>
+        </May>
       </Group>
       <ProblemNote error={archive.error} />
       {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}

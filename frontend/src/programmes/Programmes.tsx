@@ -1,6 +1,7 @@
 import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
 import { IconPlus } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
+import { May } from "../access/May";
 import { api, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
@@ -19,14 +20,16 @@ export function Programmes({ patientId }: { patientId: string }) {
     <Stack gap="xs" component="section" aria-label="Programmes">
       <Group justify="space-between">
         <Title order={3}>Programmes</Title>
-        <ButtonLink
-          to="/patients/$patientId/programmes/new"
-          params={{ patientId }}
-          variant="default"
-          leftSection={<IconPlus size={20} />}
-        >
-          New programme
-        </ButtonLink>
+        <May permission="write_records">
+          <ButtonLink
+            to="/patients/$patientId/programmes/new"
+            params={{ patientId }}
+            variant="default"
+            leftSection={<IconPlus size={20} />}
+          >
+            New programme
+          </ButtonLink>
+        </May>
       </Group>
       <ProblemNote error={programmes.error} />
       {programmes.data && items.length === 0 && <Text>Nothing has been prescribed yet.</Text>}

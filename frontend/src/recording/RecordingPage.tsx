@@ -1,27 +1,18 @@
-import {
-  ActionIcon,
-  Badge,
-  Button,
-  Group,
-  Skeleton,
-  Stack,
-  Table,
-  Text,
-  TextInput,
-  Title,
-} from "@mantine/core";
+import { ActionIcon, Badge, Button, Group, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
+import { useMay } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { RecordingGhost } from "../apparatus3d/lazily";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { EditableNote } from "../shared/EditableNote";
 import { FIXTURES } from "../shared/fixtures";
-import { formatDeg, formatMoment, formatSpan } from "../shared/format";
+import { formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
+import { MotorRanges } from "../shared/MotorRanges";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { EditPanel } from "./EditPanel";
@@ -30,6 +21,8 @@ import { RecordingFigure } from "./RecordingFigure";
 /** One recording: what it is, what each motor does in it, and its curves. */
 export function RecordingPage() {
   const { recordingId } = useParams({ from: "/recordings/$recordingId" });
+  const writes = useMay("write_records");
+  const operates = useMay("operate");
   const queries = useQueryClient();
   const navigate = useNavigate();
   // With the version that it began with: somebody else's newer name may arrive meanwhile.
@@ -75,14 +68,16 @@ export function RecordingPage() {
         {renamed === null ? (
           <Group gap="xs">
             <Title order={2}>{it.name}</Title>
-            <ActionIcon
-              variant="subtle"
-              size={44}
-              aria-label="Rename"
-              onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
-            >
-              <IconPencil size={20} />
-            </ActionIcon>
+            {writes && (
+              <ActionIcon
+                variant="subtle"
+                size={44}
+                aria-label="Rename"
+                onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
+              >
+                <IconPencil size={20} />
+              </ActionIcon>
+            )}
           </Group>
         ) : (
           <form
@@ -105,7 +100,7 @@ export function RecordingPage() {
           </form>
         )}
         <Group>
-          {!it.archived_at && it.readable && (
+          {operates && !it.archived_at && it.readable && (
             <ButtonLink
               to="/"
               search={{ patient: it.patient_id, recording: it.id }}
@@ -114,7 +109,7 @@ export function RecordingPage() {
               Play at the station
             </ButtonLink>
           )}
-          {!it.archived_at && it.readable && (
+          {writes && !it.archived_at && it.readable && (
             <Button
               variant="default"
               leftSection={<IconAdjustments size={20} />}
@@ -125,13 +120,15 @@ export function RecordingPage() {
             </Button>
           )}
           <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
-          <Button
-            variant="default"
-            leftSection={<IconArchive size={20} />}
-            onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
-          >
-            {it.archived_at ? "Restore" : "Archive"}
-          </Button>
+          {writes && (
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
+            >
+              {it.archived_at ? "Restore" : "Archive"}
+            </Button>
+          )}
         </Group>
       </Group>
       <Group gap="lg">
@@ -178,28 +175,7 @@ export function RecordingPage() {
         version={it.updated_at}
         save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
       />
-      {it.ranges.length > 0 && (
-        <Table maw={640} withTableBorder verticalSpacing="xs">
-          <Table.Thead>
-            <Table.Tr>
-              <Table.Th>Motor</Table.Th>
-              <Table.Th ta="right">From, deg</Table.Th>
-              <Table.Th ta="right">To, deg</Table.Th>
-              <Table.Th ta="right">Fastest, deg/s</Table.Th>
-            </Table.Tr>
-          </Table.Thead>
-          <Table.Tbody>
-            {it.ranges.map((range) => (
-              <Table.Tr key={range.motor}>
-                <Table.Td>{range.motor}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.min_deg)}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.max_deg)}</Table.Td>
-                <Table.Td ta="right">{formatDeg(range.max_speed_deg_s, 0)}</Table.Td>
-              </Table.Tr>
-            ))}
-          </Table.Tbody>
-        </Table>
-      )}
+      {it.ranges.length > 0 && <MotorRanges ranges={it.ranges} />}
       {it.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
       {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
     </Stack>

@@ -1,4 +1,5 @@
 import type { SessionsWanted } from "../api/client";
+import { isDay, midnight } from "../shared/days";
 
 const NAMES = ["from", "to", "therapist", "station", "stop"] as const;
 
@@ -26,14 +27,4 @@ export function asWanted({ from, to, ...same }: Filters): SessionsWanted {
 export function stopWords(code: string): string {
   const words = code.replace(/^estop/, "emergency_stop").replaceAll("_", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
-}
-
-function isDay(given: unknown): boolean {
-  return typeof given === "string" && /^\d{4}-\d{2}-\d{2}$/.test(given) && !Number.isNaN(Date.parse(given));
-}
-
-function midnight(day: string, daysLater: number): string {
-  const moment = new Date(`${day}T00:00`);
-  moment.setDate(moment.getDate() + daysLater);
-  return moment.toISOString();
 }

@@ -1,6 +1,7 @@
 import { Button, Group, Stack, Textarea } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
+import { useMay } from "../access/hooks";
 import { ProblemNote } from "./problem";
 
 /** A note that is saved when one says so, and shows while it is not. */
@@ -11,6 +12,7 @@ export function EditableNote(props: {
   version?: string;
   save: (note: string, seen: string | null) => Promise<unknown>;
 }) {
+  const writes = useMay("write_records");
   const [draft, setDraft] = useState<string | null>(null);
   const [seen, setSeen] = useState<string | null>(null);
   const saving = useMutation({
@@ -29,6 +31,7 @@ export function EditableNote(props: {
         label={props.label}
         autosize
         minRows={2}
+        readOnly={!writes}
         value={draft ?? props.value}
         onChange={(event) => write(event.currentTarget.value)}
       />

@@ -2,11 +2,11 @@ import { Alert, Button, Card, Group, Select, Stack, Text, Textarea, Title } from
 import { useDebouncedCallback } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
+import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
 import { formatMoment } from "./format";
 import { useKeepSession } from "./keepSession";
 import { ProblemNote } from "./problem";
-import { useWho } from "./who";
 
 const SAVE_AFTER_MS = 800;
 
@@ -20,18 +20,25 @@ export const END_REASONS: Record<NonNullable<Session["end_reason"]>, string> = {
 
 /** The note: drafted from what was measured, edited, signed, and then only added to. What is typed is saved by itself. */
 export function NoteCard({ session }: { session: Session }) {
+  const writes = useMay("write_records");
   return (
     <Card withBorder padding="lg" component="section" aria-label="Note">
       <Stack>
         <Title order={3}>Note</Title>
-        {session.signed_at ? <Signed session={session} /> : <Open session={session} />}
+        {session.signed_at ? (
+          <Signed session={session} />
+        ) : writes ? (
+          <Open session={session} />
+        ) : (
+          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || "Nothing is written yet."}</Text>
+        )}
       </Stack>
     </Card>
   );
 }
 
 function Open({ session }: { session: Session }) {
-  const [who] = useWho();
+  const who = useName();
   const keep = useKeepSession();
   const draft = useQuery({
     queryKey: ["session", session.id, "draft"],
@@ -100,15 +107,13 @@ function Open({ session }: { session: Session }) {
         <Group align="center">
           <Button
             size="xl"
-            disabled={!who || !text || save.isPending}
+            disabled={!text || save.isPending}
             loading={sign.isPending}
             onClick={() => sign.mutate()}
           >
-            {who ? `Sign as ${who}` : "Sign"}
+            Sign as {who}
           </Button>
-          <Text>
-            {who ? "Once signed, the note stays as it is." : "Say who is working here first: at the station."}
-          </Text>
+          <Text>Once signed, the note stays as it is.</Text>
         </Group>
       ) : (
         <Group align="end">
@@ -136,16 +141,7 @@ function Open({ session }: { session: Session }) {
 }
 
 function Signed({ session }: { session: Session }) {
-  const [who] = useWho();
-  const keep = useKeepSession();
-  const [text, setText] = useState("");
-  const add = useMutation({
-    mutationFn: () => api.addAddendum(session.id, { written_by: who, text }),
-    onSuccess: (saved) => {
-      setText("");
-      keep(saved);
-    },
-  });
+  const writes = useMay("write_records");
   return (
     <>
       <Text style={{ whiteSpace: "pre-wrap" }} data-testid="note">
@@ -164,6 +160,24 @@ function Signed({ session }: { session: Session }) {
           <Text style={{ whiteSpace: "pre-wrap" }}>{one.text}</Text>
         </Alert>
       ))}
+      {writes && <Add session={session} />}
+    </>
+  );
+}
+
+function Add({ session }: { session: Session }) {
+  const who = useName();
+  const keep = useKeepSession();
+  const [text, setText] = useState("");
+  const add = useMutation({
+    mutationFn: () => api.addAddendum(session.id, { written_by: who, text }),
+    onSuccess: (saved) => {
+      setText("");
+      keep(saved);
+    },
+  });
+  return (
+    <>
       <Textarea
         label="Addendum"
         description="The signed note stays as it is; what is to be added stands below it."
@@ -176,13 +190,12 @@ function Signed({ session }: { session: Session }) {
         <Button
           variant="default"
           size="lg"
-          disabled={!who || text.trim() === ""}
+          disabled={text.trim() === ""}
           loading={add.isPending}
           onClick={() => add.mutate()}
         >
-          {who ? `Add as ${who}` : "Add"}
+          Add as {who}
         </Button>
-        {!who && <Text>Say who is working here first: at the station.</Text>}
       </Group>
       <ProblemNote error={add.error} />
     </>

@@ -137,7 +137,8 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   );
 }
 
-function Loaded({ run }: { run: Schemas["RunLive"] }) {
+/** What is loaded, and how far along it the arm is. */
+export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   const alive = useAlive();
   const mode = useLive("mode");
   const share = run.duration_s > 0 ? (100 * run.position_s) / run.duration_s : 0;

@@ -2,6 +2,7 @@ import { Alert, Button, Group, List, Modal, Stack, Text } from "@mantine/core";
 import { useDisclosure } from "@mantine/hooks";
 import { IconRotate2 } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
+import { useOperates } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
@@ -10,6 +11,7 @@ type Side = Schemas["Live"]["side"];
 
 /** Which shoulder the apparatus stands for. Turning it is work for hands; here somebody says that it has been done. */
 export function StandsFor({ wanted }: { wanted: Side | undefined }) {
+  const operates = useOperates();
   const alive = useAlive();
   const mode = useLive("mode");
   const side = useLive("side");
@@ -17,7 +19,7 @@ export function StandsFor({ wanted }: { wanted: Side | undefined }) {
   const other: Side = side === "right" ? "left" : "right";
   const turn = useMutation({ mutationFn: () => api.turn(other), onSuccess: dialog.close });
   const differs = wanted !== undefined && wanted !== side;
-  const button = (
+  const button = operates && (
     <Button
       size="md"
       variant={differs ? "filled" : "default"}

@@ -1,6 +1,7 @@
-import { Grid, Stack, Text, Title } from "@mantine/core";
+import { Alert, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
+import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
 import { api } from "../api/client";
 import { LiveApparatus } from "../apparatus3d/lazily";
 import { useLive, useStation } from "../live/hooks";
@@ -8,10 +9,11 @@ import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
-import { WhoField } from "../shared/WhoField";
 import { Angles } from "./Angles";
 import { Lately } from "./Lately";
+import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
+import { Loaded } from "./PlayPanel";
 import { SimulatorPanel } from "./SimulatorPanel";
 import { StandsFor } from "./StandsFor";
 import { TeachPanel } from "./TeachPanel";
@@ -20,6 +22,10 @@ import { Visit } from "./visit/Visit";
 /** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
 export function StationPage() {
   const station = useStation();
+  const me = useMe();
+  const reads = useMay("read_records");
+  const operates = useOperates();
+  const diagnoses = useMay("diagnose");
   const search = useSearch({ from: "/" });
   const run = useLive("run");
   const teaching = useLive("teaching");
@@ -31,7 +37,7 @@ export function StationPage() {
   const patient = useQuery({
     queryKey: ["patient", patientId],
     queryFn: () => api.patient(patientId ?? ""),
-    enabled: patientId !== null,
+    enabled: reads && patientId !== null,
   });
   return (
     <Stack>
@@ -41,12 +47,20 @@ export function StationPage() {
       <Grid gap="lg">
         <Grid.Col span={{ base: 12, md: 6 }}>
           <Stack>
-            <WhoField />
-            <PatientSelect
-              chosen={patient.data}
-              disabled={onApparatus !== undefined}
-              onChange={(chosen) => void navigate({ search: chosen ? { patient: chosen } : {} })}
-            />
+            <LeaseBar />
+            {me && station && !worksAt(me, station.name) && (
+              <Alert color="gray" variant="outline">
+                You do not work at {station.name}: you watch, and may stop it. An administrator can assign you
+                to it.
+              </Alert>
+            )}
+            {reads && (
+              <PatientSelect
+                chosen={patient.data}
+                disabled={onApparatus !== undefined}
+                onChange={(chosen) => void navigate({ search: chosen ? { patient: chosen } : {} })}
+              />
+            )}
             {patient.data && (
               <Text>
                 {sideWord(patient.data.affected_side)} shoulder
@@ -56,11 +70,16 @@ export function StationPage() {
             <ProblemNote error={patient.error} />
             <StandsFor wanted={patient.data?.affected_side ?? undefined} />
             {/* What cannot be done now gives its place to what is going on. */}
-            {patientId && !run && <TeachPanel patientId={patientId} />}
-            {patientId && !teaching && (
+            {operates && patientId && !run && <TeachPanel patientId={patientId} />}
+            {operates && patientId && !teaching && (
               <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
             )}
-            {station?.simulated && <SimulatorPanel />}
+            {!operates && run && (
+              <Card withBorder component="section" aria-label="What goes on">
+                <Loaded run={run} />
+              </Card>
+            )}
+            {diagnoses && station?.simulated && <SimulatorPanel />}
           </Stack>
         </Grid.Col>
         <Grid.Col span={{ base: 12, md: 6 }}>

@@ -1,12 +1,12 @@
 import { Card, Group, List, SegmentedControl, Stack, Text, TextInput, Title } from "@mantine/core";
 import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
+import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
 import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
-import { useWho } from "../shared/who";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
 
@@ -16,7 +16,7 @@ type Fixtures = NonNullable<Schemas["TeachRequest"]["fixtures"]>;
 export function TeachPanel({ patientId }: { patientId: string }) {
   const alive = useAlive();
   const teaching = useLive("teaching");
-  const [who] = useWho();
+  const who = useName();
   const [name, setName] = useState("");
   const [fixtures, setFixtures] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);

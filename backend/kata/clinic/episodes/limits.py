@@ -5,6 +5,7 @@ and 2, which both turn on motors 1 and 2, and which of its two motions motor 4 m
 """
 
 import math
+from dataclasses import dataclass
 from typing import Final
 from uuid import UUID
 
@@ -32,15 +33,40 @@ _SCAPULA: Final = (1, 2)
 _MOTOR_4: Final = (3, 5)
 
 
-def check(
-    session: Session, patient_id: UUID, side: Side, motion: Motion, load_level: int, method: Method
-) -> MotorLimits:
-    """Refuse what a doctor does not allow this shoulder.
+@dataclass(frozen=True)
+class Allowed:
+    """What a doctor allows a shoulder."""
 
-    :param motion: what the run asks of the motors.
-    :returns: what of it the device can keep an eye on itself.
-    :raises ProblemError: 409 without an open episode of that shoulder; 422 where a limit is left: it names motion, time and
-        both angles.
+    side: Side
+    by: str
+    """The doctor who set the limits."""
+    max_load_level: int | None
+    motions: tuple[MotionLimit, ...]
+
+    def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
+        """Refuse what is not allowed. Needs no database, and seconds for a motion of an hour.
+
+        :param motion: what the run asks of the motors.
+        :returns: what of it the device can keep an eye on itself.
+        :raises ProblemError: 422 where a limit is left: it names motion, time and both angles.
+        """
+        if self.max_load_level is not None and load_level > self.max_load_level:
+            raise ProblemError(
+                422,
+                "level_not_allowed",
+                f"Load level {load_level} is above {self.max_load_level}, the highest that {self.by} allows.",
+                f"Choose level {self.max_load_level} or lower.",
+            )
+        limits = {limit.motion: limit for limit in self.motions}
+        if limits:
+            _check_path(limits, self.side, motion, method, self.by)
+        return _of_motors(limits)
+
+
+def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
+    """What a doctor allows this shoulder.
+
+    :raises ProblemError: 409 without an open episode of it.
     """
     episode = service.going_on(session, patient_id, side)
     if episode is None:
@@ -51,17 +77,8 @@ def check(
             f"No care of the {side} shoulder of {name} goes on.",
             "Open an episode of that shoulder on the patient's page first.",
         )
-    if episode.max_load_level is not None and load_level > episode.max_load_level:
-        raise ProblemError(
-            422,
-            "level_not_allowed",
-            f"Load level {load_level} is above {episode.max_load_level}, the highest that {episode.limits_by} allows.",
-            f"Choose level {episode.max_load_level} or lower.",
-        )
-    limits = {limit.motion: limit for limit in map(MotionLimit.model_validate, episode.limits)}
-    if limits:
-        _check_path(limits, side, motion, method, episode.limits_by)
-    return _of_motors(limits)
+    motions = tuple(map(MotionLimit.model_validate, episode.limits))
+    return Allowed(side, episode.limits_by, episode.max_load_level, motions)
 
 
 def _check_path(limits: dict[int, MotionLimit], side: Side, motion: Motion, method: Method, doctor: str) -> None:

@@ -13,7 +13,7 @@ from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import SAMPLES as RECORDING_SAMPLES
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import SAMPLES as RUN_SAMPLES
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
@@ -64,7 +64,7 @@ def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
 
     :raises ProblemError: 404.
     """
-    row = sessions.get_run(session, run_id)
+    row = runs.get(session, run_id)
     series = RUN_SAMPLES.read(session, run_id)
     if not series.head:
         return None

@@ -22,6 +22,7 @@ from kata.clinic.reports.content import (
     SessionContent,
     Stop,
 )
+from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
 from kata.motion.edit import Asked
@@ -98,7 +99,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         ended_at=row.ended_at,
         outcome=row.outcome,
         stop=Stop(row.stop_code, row.stop_message or "") if row.stop_code else None,
-        how=How(sessions.asked_of(row), row.load_level, row.method),
+        how=How(runs.asked_of(row), row.load_level, row.method),
         rate_hz=row.rate_hz,
         reversals=row.reversals,
         least_range_percent=row.least_range_percent,
@@ -106,7 +107,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
         motors=tuple(_motor(motor) for motor in row.tracking),
         motions=tuple(_motion(motion) for motion in row.motions),
-        parts=None if row.samples is None else sessions.figure_parts(session, row.id),
+        parts=None if row.samples is None else runs.figure_parts(session, row.id),
     )
 
 

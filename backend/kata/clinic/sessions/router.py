@@ -10,7 +10,7 @@ from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.shown import MotionShown, shown
-from kata.clinic.sessions import checks, ending, service, signing
+from kata.clinic.sessions import checks, ending, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
 from kata.clinic.sessions.schemas import (
@@ -117,7 +117,7 @@ def add_addendum(database: TheDatabase, session_id: UUID, given: AddendumCreate)
 def get_run(database: TheDatabase, run_id: UUID) -> Run:
     """One playback, with its errors."""
     with database.read() as session:
-        return service.as_run(service.get_run(session, run_id))
+        return runs.as_run(runs.get(session, run_id))
 
 
 @router.get("/api/runs/{run_id}/motion", responses=PROBLEMS.of(404, 410, 422))
@@ -127,8 +127,8 @@ def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionShown:
     Its range and speed are the run's, so that it can be watched before it touches anybody.
     """
     with database.read() as session:
-        row = service.get_run(session, run_id)
-        return shown(service.motion_of(session, row, once=True), recordings.side_of(row.recording))
+        row = runs.get(session, run_id)
+        return shown(runs.motion_of(session, row, once=True), recordings.side_of(row.recording))
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))
@@ -138,5 +138,5 @@ def get_run_figures(database: TheDatabase, worker: TheFigures, window: TheWindow
     Each line with its peaks; of a short run, or of a window that is short, every sample.
     """
     with database.read() as session:
-        parts = service.figure_parts(session, run_id, window)
+        parts = runs.figure_parts(session, run_id, window)
     return StreamingResponse(figures.pieces(worker.build(figures.run, parts)), media_type="application/json")

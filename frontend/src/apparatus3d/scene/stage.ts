@@ -38,10 +38,14 @@ export class Stage {
   #ghostAngles: Angles | null = null;
   #only: Motor | null = null;
   #frame: number | null = null;
+  #ready = false;
+  #gone = false;
 
   /** @throws Error where the browser cannot draw in three dimensions. */
   constructor(canvas: HTMLCanvasElement, side: Side, limits: Limits) {
     this.#renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    // Asking for errors would wait for the graphics' compiler, and with it Stop.
+    this.#renderer.debug.checkShaderErrors = false;
     this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, SHARPEST));
     this.#side = side;
     const paint = solidPaint();
@@ -62,6 +66,13 @@ export class Stage {
     );
     this.#scene.add(room(side, paint), this.#real.group, this.#ghost.group);
     this.#scene.add(this.#ranges.group, this.#labels.group);
+    // Compiled beside the page, which answers meanwhile; where the browser cannot do that, with the first drawing.
+    const beside = this.#renderer.extensions.has("KHR_parallel_shader_compile");
+    const compiled = beside ? this.#renderer.compileAsync(this.#scene, this.#camera) : Promise.resolve();
+    void compiled.then(() => {
+      this.#ready = true;
+      if (!this.#gone) this.#later();
+    });
   }
 
   /** Where the arm is; null while nobody knows: then no arm is drawn. */
@@ -98,6 +109,7 @@ export class Stage {
 
   /** Give everything back; nothing is drawn afterwards. */
   dispose() {
+    this.#gone = true;
     if (this.#frame !== null) cancelAnimationFrame(this.#frame);
     this.#scene.traverse(forget);
     this.#renderer.dispose();
@@ -105,6 +117,7 @@ export class Stage {
   }
 
   #later() {
+    if (!this.#ready) return;
     this.#frame ??= requestAnimationFrame(() => {
       this.#frame = null;
       this.#draw();

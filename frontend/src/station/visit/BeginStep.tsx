@@ -1,18 +1,18 @@
 import { Button, Group, Select, Stack, Text } from "@mantine/core";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
+import { useName } from "../../access/hooks";
 import { api, type Session } from "../../api/client";
 import { useKeepSession } from "../../shared/keepSession";
 import { ProblemNote } from "../../shared/problem";
 import { settingsWords } from "../../shared/settings";
-import { useWho } from "../../shared/who";
 
 const NONE = "none";
 
 /** What is planned, and by whom: begins the session, or changes what is planned in the one that goes on. */
 export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
   const { patientId, session, onDone } = props;
-  const [who] = useWho();
+  const who = useName();
   const keep = useKeepSession();
   const programmes = useQuery({
     queryKey: ["programmes", patientId],
@@ -30,8 +30,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
   const begin = useMutation({
     mutationFn: () => {
       const programme_version_id = chosen === NONE ? null : chosen;
-      if (!session)
-        return api.createSession({ patient_id: patientId, therapist: who || null, programme_version_id });
+      if (!session) return api.createSession({ patient_id: patientId, therapist: who, programme_version_id });
       return programme_version_id === planned
         ? Promise.resolve(session)
         : api.updateSession(session.id, { programme_version_id, updated_at: session.updated_at });
@@ -68,12 +67,11 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
         <Button
           size="xl"
           loading={begin.isPending}
-          disabled={programmes.isPending || (!session && !who)}
+          disabled={programmes.isPending}
           onClick={() => begin.mutate()}
         >
           {session ? "Go on" : "Begin the session"}
         </Button>
-        {!session && !who && <Text>Say who is working here first.</Text>}
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />
     </Stack>

@@ -1,10 +1,10 @@
 import { Button, Card, Group, Stack, Text } from "@mantine/core";
 import { IconCircle, IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useMay, useName } from "../../access/hooks";
 import { api, type Check } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
-import { useWho } from "../../shared/who";
 
 const LOOK_AGAIN_MS = 1000;
 
@@ -27,7 +27,8 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
 /** Each check a line to be read from a distance; those that somebody gives have a button, the others are seen by the apparatus. */
 export function CheckList(props: { sessionId: string; recordingId: string | null; onlyOpen?: boolean }) {
   const { sessionId, recordingId, onlyOpen = false } = props;
-  const [who] = useWho();
+  const who = useName();
+  const writes = useMay("write_records");
   const queries = useQueryClient();
   const checklist = useChecklist(sessionId, recordingId);
   const tick = useMutation({
@@ -51,10 +52,10 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
                 <Text size="sm">{answerWords(check)}</Text>
               </div>
             </Group>
-            {!check.given && !check.detected && (
+            {!check.given && !check.detected && writes && (
               <Button
                 size="lg"
-                disabled={!who || tick.isPending}
+                disabled={tick.isPending}
                 aria-label={`It is so: ${check.sentence}`}
                 onClick={() => tick.mutate(check.check)}
               >
@@ -64,7 +65,6 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
           </Group>
         </Card>
       ))}
-      {!who && <Text>Say who is working here first.</Text>}
       <ProblemNote error={checklist.error ?? tick.error} />
     </Stack>
   );

@@ -3,9 +3,10 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import type { ReactNode } from "react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { VIEWER } from "../../access/examples";
+import { access } from "../../access/standing";
 import { api, type Check, ProblemError, type Session } from "../../api/client";
 import { NoteCard } from "../../shared/NoteCard";
-import { WhoField } from "../../shared/WhoField";
 import { CheckList } from "./CheckList";
 import { PainScale } from "./PainScale";
 
@@ -57,20 +58,8 @@ const type = (label: string, value: string) =>
 
 beforeEach(() => {
   vi.restoreAllMocks();
-  localStorage.setItem("kata.who", "Ito Mai");
 });
 afterEach(cleanup);
-
-describe("who works here", () => {
-  it("is typed with spaces, and remembered without those around it", () => {
-    localStorage.setItem("kata.who", "");
-    show(<WhoField />);
-    for (const text of ["Sato", "Sato ", "Sato J", "Sato Jun "]) type("Who is working here?", text);
-    const field = screen.getByRole<HTMLInputElement>("textbox", { name: "Who is working here?" });
-    expect(field.value).toBe("Sato Jun ");
-    expect(localStorage.getItem("kata.who")).toBe("Sato Jun");
-  });
-});
 
 describe("the checklist", () => {
   it("has a button for what somebody looks at, and none for what the apparatus sees", async () => {
@@ -100,13 +89,12 @@ describe("the checklist", () => {
     expect(screen.queryByText("About the side.")).toBeNull();
   });
 
-  it("is answered by nobody without a name", async () => {
-    localStorage.setItem("kata.who", "");
+  it("is not answered by somebody who only reads", async () => {
+    access.came(VIEWER);
     vi.spyOn(api, "checklist").mockResolvedValue({ checks: [check("belt", false)], complete: false });
     show(<CheckList sessionId="s" recordingId={null} />);
     await screen.findByText("About the belt.");
-    expect(button(/It is so/).hasAttribute("disabled")).toBe(true);
-    expect(screen.getByText("Say who is working here first.")).toBeTruthy();
+    expect(screen.queryByRole("button")).toBeNull();
   });
 });
 
@@ -170,6 +158,14 @@ describe("the note", () => {
     fireEvent.click(button("End the session"));
     expect((await screen.findByRole("alert")).textContent).toContain("Somebody else has changed");
     expect(screen.getByDisplayValue("Mine")).toBeTruthy();
+  });
+
+  it("is only read by somebody who may not write", () => {
+    access.came(VIEWER);
+    show(<NoteCard session={{ ...SESSION, note: "As it stands." }} />);
+    expect(screen.getByText("As it stands.")).toBeTruthy();
+    expect(screen.queryByRole("button")).toBeNull();
+    expect(screen.queryByRole("textbox")).toBeNull();
   });
 
   it("is not changed any more once it is signed, only added to", async () => {

@@ -1,0 +1,1 @@
+"""Backups: made each night, encrypted, tried; and how the clinic comes back from one."""

@@ -1,0 +1,102 @@
+"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each."""
+
+from datetime import datetime
+from typing import Final, Literal, get_args
+
+import pyotp
+import segno
+from sqlalchemy import delete, update
+from sqlalchemy.orm import Session
+
+from kata.access import secrets
+from kata.access.actor import Role
+from kata.access.tables import AccountRow, RecoveryCodeRow
+from kata.problems import ProblemError
+
+Asked = Literal["administrators", "everyone", "nobody"]
+_STEP_S: Final = 30
+_RECOVERY_CODES: Final = 10
+
+
+def asked_of(who: Asked) -> frozenset[Role]:
+    """Which roles have to have one."""
+    everyone: frozenset[Role] = frozenset(get_args(Role))
+    return {"everyone": everyone, "administrators": frozenset({"administrator"}), "nobody": frozenset()}[who]
+
+
+def begin(account: AccountRow) -> str:
+    """A new secret, which counts once a code of it was confirmed: the address that an app takes (``otpauth://``).
+
+    :raises ProblemError: 409 where there is one already.
+    """
+    if account.totp_confirmed_at:
+        raise ProblemError(
+            409, "second_factor_there", "There is a second factor already.", "Take it away first, to set up another."
+        )
+    account.totp_secret = pyotp.random_base32()
+    return pyotp.TOTP(account.totp_secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
+
+
+def drawn(address: str) -> str:
+    """The same as a QR code: SVG for an ``<img>``, black on white in every theme."""
+    return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
+
+
+def confirm(session: Session, account: AccountRow, code: str, now: datetime) -> list[str]:
+    """The app is set up: it counts from now on. Returns the recovery codes, which nobody can see again.
+
+    :raises ProblemError: 422 when the code is wrong; 409 when none was begun.
+    """
+    if account.totp_secret is None or account.totp_confirmed_at:
+        raise ProblemError(409, "nothing_begun", "No second factor is being set up.", "Begin anew.")
+    if not _takes(account, code, now):
+        raise ProblemError(
+            422,
+            "wrong_code",
+            "This is not the code of now.",
+            "Type the six digits that the app shows.",
+            [("#/code", "is not the code of now")],
+        )
+    account.totp_confirmed_at = now
+    session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
+    codes = [secrets.fresh_code() for _ in range(_RECOVERY_CODES)]
+    session.add_all(RecoveryCodeRow(account_id=account.id, code_hash=secrets.hashed(code)) for code in codes)
+    return codes
+
+
+def accepted(session: Session, account: AccountRow, code: str, now: datetime) -> Literal["totp", "recovery"] | None:
+    """Which of them this code is; it is taken, and good for nothing any more. None where it is neither."""
+    if _takes(account, code, now):
+        return "totp"
+    taken = session.execute(
+        update(RecoveryCodeRow)
+        .where(
+            RecoveryCodeRow.account_id == account.id,
+            RecoveryCodeRow.code_hash == secrets.hashed(secrets.as_typed(code)),
+            RecoveryCodeRow.used_at.is_(None),
+        )
+        .values(used_at=now)
+        .returning(RecoveryCodeRow.code_hash)
+    ).scalar_one_or_none()
+    return "recovery" if taken else None
+
+
+def remove(session: Session, account: AccountRow) -> None:
+    """There is none any more."""
+    account.totp_secret = account.totp_confirmed_at = account.totp_last_step = None
+    session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
+
+
+def _takes(account: AccountRow, code: str, now: datetime) -> bool:
+    """Of this step, or of the one before or after it, where clocks differ; never of one that was taken already."""
+    digits = code.replace(" ", "")
+    if account.totp_secret is None or not digits.isascii():
+        return False
+    totp = pyotp.TOTP(account.totp_secret, interval=_STEP_S)
+    present = int(now.timestamp()) // _STEP_S
+    for step in (present - 1, present, present + 1):
+        is_new = account.totp_last_step is None or step > account.totp_last_step
+        if is_new and pyotp.utils.strings_equal(digits, totp.generate_otp(step)):
+            account.totp_last_step = step
+            return True
+    return False

@@ -1,0 +1,358 @@
+"""What is done with runs. Commits nothing: the request does."""
+
+import logging
+from dataclasses import asdict, replace
+from datetime import timedelta
+from functools import cached_property
+from uuid import UUID, uuid4
+
+import numpy as np
+from sqlalchemy import update
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic import overview
+from kata.clinic.figures import RunParts, Window
+from kata.clinic.problems import ProblemError, not_found
+from kata.clinic.programmes import played as counting
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import learning, phases, plans
+from kata.clinic.sessions.schemas import (
+    Comparison,
+    MotionTracking,
+    MotorTracking,
+    Run,
+    RunStop,
+)
+from kata.clinic.sessions.tables import (
+    SAMPLE_COLUMNS,
+    SAMPLES,
+    MotionTrackingRow,
+    MotorTrackingRow,
+    RunRow,
+    SessionRow,
+    SessionStopRow,
+)
+from kata.database.base import utc_now
+from kata.database.series import Series, pack, unpack
+from kata.device.config import StationConfig
+from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, Journal
+from kata.device.messages import LOAD_LEVELS
+from kata.motion import edit
+from kata.motion.axes import Side
+from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.motion.method import Method
+from kata.motion.tracking import Tracking, compare, compare_motions
+
+log = logging.getLogger(__name__)
+
+
+def get(session: DatabaseSession, run_id: UUID) -> RunRow:
+    """One run.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(RunRow, run_id)
+    if row is None:
+        raise not_found("run")
+    return row
+
+
+def begin(
+    session: DatabaseSession,
+    session_id: UUID,
+    recording_id: UUID,
+    load_level: int = LOAD_LEVELS,
+    asked: edit.Asked = edit.AS_TAUGHT,
+    method: Method = "smooth",
+    station: str = "",
+    programme_position: int | None = None,
+) -> RunRow:
+    """Write down that a recording is about to be played; by the learned method, with what was learned on that station.
+
+    :raises ProblemError: as :func:`to_begin`.
+    """
+    row = to_begin(session, session_id, recording_id, load_level, asked, method, station, programme_position)
+    session.add(row)
+    _visit(session, row).run_count += 1
+    session.flush()
+    session.refresh(row)
+    return row
+
+
+def to_begin(
+    session: DatabaseSession,
+    session_id: UUID,
+    recording_id: UUID,
+    load_level: int = LOAD_LEVELS,
+    asked: edit.Asked = edit.AS_TAUGHT,
+    method: Method = "smooth",
+    station: str = "",
+    programme_position: int | None = None,
+) -> RunRow:
+    """A run as it would be written down now; nothing is yet.
+
+    :raises ProblemError: 404; 409 when the session has ended, the recording is another patient's or archived, or it is not at
+        that place of the session's programme.
+    """
+    visit = session.get(SessionRow, session_id)
+    if visit is None:
+        raise not_found("session")
+    recording = recordings.get(session, recording_id)
+    if visit.ended_at:
+        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+    if recording.patient_id != visit.patient_id:
+        raise ProblemError(
+            409, "other_patient", "This recording was taught to another patient.", "Choose one of this patient's own."
+        )
+    if recording.archived_at:
+        raise ProblemError(409, "archived", "This recording is archived.", "Restore it first, or choose another.")
+    if programme_position is not None:
+        plans.require(visit, programme_position, recording_id)
+    row = RunRow(
+        id=uuid4(),
+        session_id=session_id,
+        recording_id=recording_id,
+        programme_position=programme_position,
+        started_at=utc_now(),
+        ended_at=None,
+        outcome="loaded",
+        stop_code=None,
+        stop_message=None,
+        rate_hz=None,
+        load_level=load_level,
+        **asdict(asked),
+        method=method,
+        samples=None,
+    )
+    if method == "learned":
+        row.corrected_by = learning.newest(session, row, station)
+    return row
+
+
+class Made:
+    """A run's recording, and what is made of it: each read or worked out when it is first asked for, and only then."""
+
+    def __init__(self, session: DatabaseSession, row: RunRow) -> None:
+        self._session = session
+        self._row = row
+
+    @cached_property
+    def taught(self) -> edit.Motion:
+        """:raises ProblemError: 404; 410 when the recording's samples are damaged."""
+        return taught(self._session, self._row.recording_id)
+
+    @cached_property
+    def motion(self) -> edit.Motion:
+        """What the run asks of the motors.
+
+        :raises ProblemError: as ``taught``; 422 when it cannot be played like that.
+        """
+        return as_asked(self.taught, asked_of(self._row))
+
+
+def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
+    """What a run asks of the motors: its recording, with what is done to it.
+
+    :param once: one repetition of it, however many are asked for.
+    :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
+    """
+    asked = replace(asked_of(row), repetitions=1) if once else asked_of(row)
+    return as_asked(taught(session, row.recording_id), asked)
+
+
+def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
+    """A recording as a motion.
+
+    :raises ProblemError: 404; 410 when its samples are damaged.
+    """
+    samples = recordings.samples(session, recording_id)
+    return edit.Motion(samples.times_s, samples.angles_deg)
+
+
+def as_asked(taught: edit.Motion, asked: edit.Asked) -> edit.Motion:
+    """What is made of a recording for a run. Takes seconds for one of an hour.
+
+    :raises ProblemError: 422 when it cannot be played like that.
+    """
+    try:
+        return edit.as_asked(taught, asked)
+    except edit.EditError as error:
+        raise ProblemError(
+            422, "unplayable", f"This recording cannot be played like that: {error}.", "Choose other settings."
+        ) from error
+
+
+def asked_of(row: RunRow) -> edit.Asked:
+    """How a run's recording is played."""
+    return edit.Asked(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
+
+
+def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
+    """Complete a run from its journal, and learn from it; one that is complete already is left alone.
+
+    :returns: the run; None when nobody knows it.
+    """
+    row = session.get(RunRow, UUID(journal.id))
+    if row is None or row.ended_at:
+        return row
+    lasted_ns = int(journal.t_ns[-1]) - journal.started_ns if len(journal.t_ns) else 0
+    row.ended_at = journal.started_at + timedelta(seconds=lasted_ns / 1e9)
+    row.outcome = journal.end.reason if journal.end else "interrupted"
+    row.stop_code = journal.end.cause_code if journal.end else None
+    row.stop_message = journal.end.cause_message if journal.end else None
+    row.rate_hz = journal.rate_hz
+    made = Made(session, row)
+    counting.keep(row, journal, lambda: (made.taught, made.motion))
+    if len(journal.t_ns):
+        _keep_phases(row, journal, made)
+    seen: bytes | None = None
+    played = journal.phase == PHASE_PLAYING
+    if np.any(played):
+        motion = made.motion
+        path_s, measured_deg = journal.path_s[played], journal.measured_deg[played]
+        compared = compare(motion.times_s, motion.angles_deg, path_s, measured_deg, journal.torque_nm[played])
+        row.samples = compared.samples
+        seen = overview.of_run(motion, compared)
+        learning.keep(session, row, journal, motion, config)
+        row.motions = _compare_motions(row, motion, path_s, measured_deg)
+        row.tracking = [
+            MotorTrackingRow(motor=motor.motor, torque_peak_nm=motor.torque_peak_nm, **_columns(motor))
+            for motor in compared.motors
+        ]
+        phases.widen(
+            row.tracking, row.motions, journal.measured_deg[journal.phase == PHASE_LESSENED], row.recording.side
+        )
+        row.worst_rmse_deg = max(motor.rmse_deg for motor in compared.motors)
+        row.worst_peak_deg = max(abs(motor.peak_deg) for motor in compared.motors)
+    if len(journal.t_ns):
+        SAMPLES.keep(session, row.id, _series(journal), seen)
+    if row.outcome == "stopped":
+        _keep_stop(session, row)
+    session.flush()
+    return row
+
+
+def _keep_phases(row: RunRow, journal: Journal, made: Made) -> None:
+    row.reversals = phases.reversals(journal.phase)
+    if np.any(journal.phase == PHASE_LESSENED):
+        row.least_range_percent = phases.least_range_percent(
+            made.motion, journal.phase, journal.path_s, journal.measured_deg.astype(np.float64)
+        )
+
+
+def _series(journal: Journal) -> Series:
+    columns = {
+        name: getattr(journal, name) for name in ("phase", "path_s", "setpoint_deg", "measured_deg", "torque_nm")
+    }
+    return pack({"time_s": (journal.t_ns - journal.t_ns[0]) / 1e9, **columns}, SAMPLE_COLUMNS)
+
+
+def forget(session: DatabaseSession, run_id: UUID) -> None:
+    """The device refused it: it never began."""
+    row = session.get(RunRow, run_id)
+    if row and row.outcome == "loaded":
+        _visit(session, row).run_count -= 1
+        session.delete(row)
+
+
+def _visit(session: DatabaseSession, row: RunRow) -> SessionRow:
+    return session.get_one(SessionRow, row.session_id)
+
+
+def _keep_stop(session: DatabaseSession, row: RunRow) -> None:
+    visit = _visit(session, row)
+    visit.stop_count += 1
+    if row.stop_code and session.get(SessionStopRow, (visit.id, row.stop_code)) is None:
+        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, started_at=visit.started_at))
+
+
+def give_up_unended(session: DatabaseSession, run_id: UUID | None = None) -> int:
+    """At start, with every journal imported: a run that still has not ended has lost its journal too.
+
+    ``run_id``: at any time, for the one whose journal holds nothing.
+
+    :returns: how many there were.
+    """
+    lost = update(RunRow).where(RunRow.outcome == "loaded").values(outcome="interrupted", ended_at=RunRow.started_at)
+    if run_id:
+        lost = lost.where(RunRow.id == run_id)
+    return int(session.connection().execute(lost).rowcount)
+
+
+def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_deg: Floats) -> list[MotionTrackingRow]:
+    """None where the motors stood as no scapula can stand: what is known of them is kept all the same."""
+    side: Side = "left" if row.recording.side == "left" else "right"
+    try:
+        compared = compare_motions(
+            motion.times_s, motion.angles_deg, path_s, measured_deg, lambda angles: pose_deg(angles, side)
+        )
+    except OutOfReachError as error:
+        log.warning("run %s is compared by its motors only: %s", row.id, error)
+        return []
+    return [MotionTrackingRow(motion=one.motion.number, **_columns(one)) for one in compared]
+
+
+def _columns(tracking: Tracking) -> dict[str, float | None]:
+    return {
+        "peak_deg": tracking.peak_deg,
+        "peak_at_s": tracking.peak_at_s,
+        "rmse_deg": tracking.rmse_deg,
+        "start_deg": tracking.start_deg,
+        "lag_ms": tracking.lag_ms,
+        "taught_min_deg": tracking.taught.min_deg,
+        "taught_max_deg": tracking.taught.max_deg,
+        "played_min_deg": tracking.played.min_deg,
+        "played_max_deg": tracking.played.max_deg,
+        "taught_smoothness": tracking.taught_smoothness,
+        "played_smoothness": tracking.played_smoothness,
+    }
+
+
+def figure_parts(session: DatabaseSession, run_id: UUID, window: Window | None = None) -> RunParts:
+    """What the run's figures are drawn from; of a window of the path only, where one is given.
+
+    :raises ProblemError: 404; 409 when nothing was played; 410 when what says where the samples are is damaged.
+    """
+    row = get(session, run_id)
+    if row.samples is None:
+        raise ProblemError(409, "nothing_played", "Nothing was played in this run.", "There is nothing to compare.")
+    seen = None if window else SAMPLES.overview(session, run_id)
+    if seen is not None:
+        return RunParts(None, None, asked_of(row), seen, None)
+    taught = recordings.stored_samples(session, row.recording_id)
+    if window:
+        return RunParts(taught, SAMPLES.read_within(session, run_id, "path_s", *window), asked_of(row), None, window)
+    return RunParts(taught, SAMPLES.read(session, run_id), asked_of(row), None, None)
+
+
+def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
+    """What the run measured, the arrays of :data:`kata.clinic.sessions.tables.SAMPLE_COLUMNS` by name.
+
+    :raises UnreadableError: when they are damaged, or there are none.
+    """
+    return unpack(SAMPLES.read(session, run_id))
+
+
+def as_run(row: RunRow) -> Run:
+    """As it goes out."""
+    motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
+    motions = [MotionTracking.model_validate(motion) for motion in row.motions]
+    return Run(
+        id=row.id,
+        session_id=row.session_id,
+        recording_id=row.recording_id,
+        recording_name=row.recording.name,
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        outcome=row.outcome,
+        stop=RunStop(code=row.stop_code, message=row.stop_message or "") if row.stop_code else None,
+        rate_hz=row.rate_hz,
+        method=row.method,
+        load_level=row.load_level,
+        **asdict(asked_of(row)),
+        programme_position=row.programme_position,
+        repetitions_done=row.repetitions_done,
+        reversals=row.reversals,
+        least_range_percent=row.least_range_percent,
+        comparison=Comparison(samples=row.samples, motors=motors, motions=motions) if row.samples else None,
+    )

@@ -1,0 +1,21 @@
+"""PostgreSQL's own programs on this computer."""
+
+import shutil
+from pathlib import Path
+from typing import Final
+
+_DEBIAN: Final = Path("/usr/lib/postgresql")
+
+
+def postgresql_program(name: str) -> Path | None:
+    """Where ``name`` (``pg_dump``, say) is: on the path, or else the newest that Debian keeps beside it; None without."""
+    found = shutil.which(name)
+    candidates = [Path(found)] if found else sorted(_DEBIAN.glob(f"*/bin/{name}"), key=_newest, reverse=True)
+    return next(iter(candidates), None)
+
+
+def _newest(program: Path) -> float:
+    try:
+        return float(program.parents[1].name)
+    except ValueError:
+        return 0.0

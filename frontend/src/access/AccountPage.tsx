@@ -1,0 +1,146 @@
+import { Button, Card, Group, PasswordInput, Stack, Text, Title } from "@mantine/core";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, type Me, ProblemError } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import { Door } from "./Door";
+import { useMe } from "./hooks";
+import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { SecondFactor } from "./SecondFactor";
+import { access } from "./standing";
+import { ROLES } from "./words";
+
+/** One's own account: who one is here, password, second factor. */
+export function AccountPage() {
+  useTitle("My account");
+  const me = useMe();
+  if (!me) return null;
+  return (
+    <Stack maw={720} gap="lg">
+      <div>
+        <Title order={2}>{me.name}</Title>
+        <Text>
+          User name {me.username}. {ROLES[me.role].name}: {ROLES[me.role].may}
+        </Text>
+        {me.stations.length > 0 && <Text>Works at {me.stations.join(", ")}.</Text>}
+      </div>
+      {me.password && (
+        <Card withBorder component="section" aria-label="Password">
+          <Title order={3} mb="md">
+            Password
+          </Title>
+          <ChangePassword me={me} />
+        </Card>
+      )}
+      <Card withBorder component="section" aria-label="Second factor">
+        <Title order={3} mb="md">
+          Second factor
+        </Title>
+        <SecondFactor me={me} onChanged={() => void access.look()} />
+      </Card>
+      <Card withBorder component="section" aria-label="Where you are signed in">
+        <Title order={3} mb="md">
+          Where you are signed in
+        </Title>
+        <OwnSignIns />
+      </Card>
+    </Stack>
+  );
+}
+
+/** Of somebody who has to have a second factor and has none yet: nothing else is possible before. */
+export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
+  useTitle("Second factor");
+  return (
+    <Door title="A second factor is needed">
+      <Text>
+        {ROLES[me.role].name}s of this clinic sign in with a second factor. You have none yet, {me.name}.
+      </Text>
+      <SecondFactor me={me} onChanged={onDone} />
+      <Button variant="subtle" onClick={() => void access.signOut()}>
+        Sign out
+      </Button>
+    </Door>
+  );
+}
+
+function ChangePassword({ me }: { me: Me }) {
+  const [old, setOld] = useState("");
+  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
+  const change = useMutation({
+    mutationFn: () => api.changePassword({ old_password: old, password: chosen.password }),
+    onSuccess: () => {
+      setOld("");
+      setChosen(NOTHING_CHOSEN);
+    },
+  });
+  const fields = change.error instanceof ProblemError ? change.error.fields : {};
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    change.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <input type="text" autoComplete="username" value={me.username} readOnly hidden />
+        <PasswordInput
+          label="Present password"
+          autoComplete="current-password"
+          size="lg"
+          value={old}
+          error={fields.old_password}
+          onChange={(event) => setOld(event.currentTarget.value)}
+        />
+        <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
+        <ProblemNote error={change.error} />
+        <Group>
+          <Button type="submit" disabled={old === "" || !isChosen(chosen)} loading={change.isPending}>
+            Change the password
+          </Button>
+          {change.isSuccess && (
+            <Text role="status">It is changed. Whoever was signed in as you elsewhere is signed out.</Text>
+          )}
+        </Group>
+      </Stack>
+    </form>
+  );
+}
+
+/** The browsers that one is signed in at; one that was forgotten somewhere is signed out from here. */
+function OwnSignIns() {
+  const queries = useQueryClient();
+  const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
+  const end = useMutation({
+    mutationFn: api.endOwnSignIn,
+    onSettled: () => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] }),
+  });
+  return (
+    <Stack>
+      <ProblemNote error={found.error ?? end.error} />
+      {(found.data?.items ?? []).map((one) => (
+        <Group key={one.id} justify="space-between" wrap="nowrap">
+          <div>
+            <Text fw={600}>
+              {one.here ? "This browser" : `Another browser, at ${one.address}`}, since{" "}
+              {formatMoment(one.began_at)}
+            </Text>
+            <Text size="sm">
+              Last used {formatMoment(one.seen_at)}. {one.agent}
+            </Text>
+          </div>
+          {!one.here && (
+            <Button
+              variant="default"
+              loading={end.isPending && end.variables === one.id}
+              onClick={() => end.mutate(one.id)}
+            >
+              Sign it out
+            </Button>
+          )}
+        </Group>
+      ))}
+    </Stack>
+  );
+}

@@ -1,0 +1,75 @@
+import { Alert, Button, Card, Group, Stack, Text, Textarea, Title } from "@mantine/core";
+import { IconLockExclamation } from "@tabler/icons-react";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useRecordAccess } from "./RecordAccess";
+
+/** At least so much is asked for, so that whoever reads it later understands. */
+const REASON_MIN = 10;
+
+/** In place of a record that only its care team sees: how to get in when it has to be. */
+export function BreakGlass({ patientId }: { patientId: string }) {
+  const queries = useQueryClient();
+  const [reason, setReason] = useState("");
+  const open = useMutation({
+    mutationFn: () => api.breakGlass(patientId, { reason }),
+    onSuccess: () => queries.invalidateQueries(),
+  });
+  return (
+    <Card withBorder maw={720} p="xl" component="section" aria-label="Restricted record">
+      <Stack>
+        <Group gap="sm">
+          <IconLockExclamation size={28} />
+          <Title order={2}>This record is restricted</Title>
+        </Group>
+        <Text>
+          Only the patient&rsquo;s care team sees it. If care cannot wait, you can open it for four hours.
+          Administrators are told that you did, with your reason, and look at it.
+        </Text>
+        <Textarea
+          label="Why it has to be opened now"
+          description="Say what has happened. Do not name the patient."
+          autosize
+          minRows={3}
+          maxLength={1000}
+          value={reason}
+          onChange={(event) => setReason(event.currentTarget.value)}
+        />
+        <ProblemNote error={open.error} />
+        <Group>
+          <Button
+            size="lg"
+            color="grape"
+            disabled={reason.trim().length < REASON_MIN}
+            loading={open.isPending}
+            onClick={() => open.mutate()}
+          >
+            Open it in an emergency
+          </Button>
+          <PageLink to="/patients">Back to the patients</PageLink>
+        </Group>
+      </Stack>
+    </Card>
+  );
+}
+
+/** While somebody is in a record because they broke the glass, it says so. */
+export function GlassBanner({ patientId }: { patientId: string }) {
+  const told = useRecordAccess(patientId);
+  if (!told.data?.glass_until) return null;
+  return (
+    <Alert
+      color="grape"
+      variant="filled"
+      icon={<IconLockExclamation />}
+      title={`You opened this restricted record in an emergency. It is open to you until ${formatMoment(told.data.glass_until)}.`}
+      data-testid="glass"
+    >
+      What you read and change in it is written down, and an administrator looks at it.
+    </Alert>
+  );
+}

@@ -1,0 +1,20 @@
+import { Box, Card, Stack, Text, Title } from "@mantine/core";
+import type { ReactNode } from "react";
+import classes from "./access.module.css";
+
+/** What stands before the page: a card in the middle of an otherwise empty screen. */
+export function Door({ title, children }: { title: string; children: ReactNode }) {
+  return (
+    <Box className={classes.door ?? ""} component="main">
+      <Text fw={700} fz={28} c="indigo.9" mb="lg">
+        Kata <span lang="ja">肩型</span>
+      </Text>
+      <Card withBorder w="100%" maw={480} p="xl">
+        <Stack>
+          <Title order={2}>{title}</Title>
+          {children}
+        </Stack>
+      </Card>
+    </Box>
+  );
+}

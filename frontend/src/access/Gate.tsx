@@ -1,0 +1,43 @@
+import { Text } from "@mantine/core";
+import { Outlet, useRouterState } from "@tanstack/react-router";
+import { lazy, type ReactNode, Suspense, useState } from "react";
+import { Door } from "./Door";
+import { useStanding } from "./hooks";
+import { LockScreen } from "./LockScreen";
+import { SignInPage } from "./SignInPage";
+import { access } from "./standing";
+
+const EnrolPage = lazy(() => import("./AccountPage").then((page) => ({ default: page.EnrolPage })));
+
+/** Pages for somebody who cannot sign in yet. */
+const BEFORE = ["/sign-in", "/set-up", "/set-password"];
+
+/**
+ * What is shown depends on who is there. The address stays, so that after signing in or unlocking one is where one was; what
+ * it shows is taken away whole, and fetched anew.
+ */
+export function Gate({ children }: { children: ReactNode }) {
+  const standing = useStanding();
+  const [enrolling, setEnrolling] = useState<string | null>(null);
+  const path = useRouterState({ select: (state) => state.location.pathname });
+  if (standing.is === "locked") return <LockScreen me={standing.me} />;
+  if (BEFORE.includes(path)) return <Outlet />;
+  if (standing.is === "unknown") {
+    return (
+      <Door title="One moment">
+        <Text role="status">The page asks the service who is signed in here.</Text>
+      </Door>
+    );
+  }
+  if (standing.is === "out") return <SignInPage why={standing.why} />;
+  // Until they have seen their recovery codes, which are shown only once.
+  if (standing.me.enrolling && enrolling !== standing.me.account_id) setEnrolling(standing.me.account_id);
+  if (enrolling === standing.me.account_id) {
+    return (
+      <Suspense>
+        <EnrolPage me={standing.me} onDone={() => void access.look().then(() => setEnrolling(null))} />
+      </Suspense>
+    );
+  }
+  return children;
+}

@@ -1,0 +1,41 @@
+import { Button, Text } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { useNavigate } from "@tanstack/react-router";
+import { useEffect, useState } from "react";
+import { api } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import { Door } from "./Door";
+import { fromLink } from "./fromLink";
+import { access } from "./standing";
+
+/** Where the links of the demonstration clinic lead: one press signs in. */
+export function LinkPage() {
+  useTitle("Sign in");
+  const navigate = useNavigate();
+  const [secret] = useState(() => fromLink("link"));
+  const signIn = useMutation({
+    mutationFn: (link: string) => api.signInByLink(link),
+    onSuccess: (me) => {
+      access.came(me);
+      void navigate({ to: "/", replace: true });
+    },
+  });
+  const { mutate } = signIn;
+  useEffect(() => {
+    if (secret) mutate(secret);
+    else void navigate({ to: "/", replace: true });
+  }, [secret, mutate, navigate]);
+  return (
+    <Door title="Sign in">
+      {signIn.error ? (
+        <>
+          <ProblemNote error={signIn.error} />
+          <Button onClick={() => void navigate({ to: "/", replace: true })}>Sign in by name</Button>
+        </>
+      ) : (
+        <Text role="status">One moment.</Text>
+      )}
+    </Door>
+  );
+}

@@ -1,0 +1,53 @@
+import { Button, type ButtonProps, Group, PasswordInput, Stack } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { type ReactNode, useState } from "react";
+import { ProblemError } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+
+/** Something that a passer-by at an open screen must not do: where the service wants the password again, it is asked for. */
+export function Proving<Told>(
+  props: ButtonProps & {
+    act: (password: string | null) => Promise<Told>;
+    onDone: (told: Told) => void;
+    children: ReactNode;
+  },
+) {
+  const { act, onDone, children, ...look } = props;
+  const [password, setPassword] = useState("");
+  const [asked, setAsked] = useState(false);
+  const doing = useMutation({
+    mutationFn: () => act(asked ? password : null),
+    onSuccess: onDone,
+    onError: (error) => {
+      if (error instanceof ProblemError && error.code === "password_needed") setAsked(true);
+    },
+  });
+  const needed = doing.error instanceof ProblemError && doing.error.code === "password_needed";
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        doing.mutate();
+      }}
+      noValidate
+    >
+      <Stack>
+        {asked && (
+          <PasswordInput
+            label="Your password, once more"
+            autoComplete="current-password"
+            autoFocus
+            value={password}
+            onChange={(event) => setPassword(event.currentTarget.value)}
+          />
+        )}
+        {!needed && <ProblemNote error={doing.error} />}
+        <Group>
+          <Button type="submit" {...look} disabled={asked && password === ""} loading={doing.isPending}>
+            {children}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}

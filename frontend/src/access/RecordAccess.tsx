@@ -1,0 +1,87 @@
+import { Button, Group, Modal, MultiSelect, Stack, Switch, Text } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconLock } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import { useMay } from "./hooks";
+
+/** Who sees a patient's record. */
+export const useRecordAccess = (patientId: string) =>
+  useQuery({ queryKey: ["record-access", patientId], queryFn: () => api.recordAccess(patientId) });
+
+/** Who sees this record; an administrator can restrict it to a care team. */
+export function RecordAccess({ patientId }: { patientId: string }) {
+  const administers = useMay("administer");
+  const [changing, dialog] = useDisclosure(false);
+  const told = useRecordAccess(patientId);
+  if (!told.data) return <ProblemNote error={told.error} />;
+  const { restricted, team } = told.data;
+  if (!restricted && !administers) return null;
+  return (
+    <Group gap="sm" data-testid="record-access">
+      {restricted && (
+        <>
+          <IconLock size={20} />
+          <Text>
+            Restricted to its care team: {team.map((one) => one.name).join(", ") || "nobody is in it yet"}.
+          </Text>
+        </>
+      )}
+      {administers && (
+        <Button variant="default" onClick={dialog.open}>
+          {restricted ? "Change who sees it" : "Restrict to a care team"}
+        </Button>
+      )}
+      <Modal opened={changing} onClose={dialog.close} title="Who sees this record" size="lg">
+        <Change patientId={patientId} now={told.data} onDone={dialog.close} />
+      </Modal>
+    </Group>
+  );
+}
+
+function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone: () => void }) {
+  const queries = useQueryClient();
+  const [restricted, setRestricted] = useState(props.now.restricted || props.now.team.length === 0);
+  const [team, setTeam] = useState(props.now.team.map((one) => one.account_id));
+  const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
+  const save = useMutation({
+    mutationFn: () => api.changeRecordAccess(props.patientId, { restricted, account_ids: team }),
+    onSuccess: () => {
+      void queries.invalidateQueries();
+      props.onDone();
+    },
+  });
+  const reads = (accounts.data?.items ?? []).filter((one) => one.role !== "technician" && !one.disabled_at);
+  return (
+    <Stack>
+      <Switch
+        size="lg"
+        label="Only the care team sees it"
+        checked={restricted}
+        onChange={(event) => setRestricted(event.currentTarget.checked)}
+      />
+      {restricted && (
+        <MultiSelect
+          label="Care team"
+          description="Others, administrators too, can open it only in an emergency, and are seen doing so."
+          size="md"
+          searchable
+          data={reads.map((one) => ({ value: one.id, label: one.name }))}
+          value={team}
+          onChange={setTeam}
+        />
+      )}
+      <ProblemNote error={accounts.error ?? save.error} />
+      <Group justify="end">
+        <Button variant="default" onClick={props.onDone}>
+          Leave it as it is
+        </Button>
+        <Button loading={save.isPending} onClick={() => save.mutate()}>
+          Save
+        </Button>
+      </Group>
+    </Stack>
+  );
+}

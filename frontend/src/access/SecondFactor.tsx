@@ -1,0 +1,120 @@
+import { Button, Group, Stack, Text, TextInput } from "@mantine/core";
+import { IconCircleCheck, IconDeviceMobile, IconPrinter } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, type Me, ProblemError, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import classes from "./access.module.css";
+import { Proving } from "./Proving";
+
+/** The second factor of one's own account: whether there is one, how to get one, and how to be without. */
+export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void }) {
+  const [begun, setBegun] = useState<Schemas["SecondFactorBegun"] | null>(null);
+  const [codes, setCodes] = useState<string[] | null>(null);
+  if (codes) {
+    return (
+      <RecoveryCodes
+        codes={codes}
+        onDone={() => {
+          setCodes(null);
+          setBegun(null);
+          onChanged();
+        }}
+      />
+    );
+  }
+  if (begun) return <Enrol begun={begun} onCodes={setCodes} />;
+  return (
+    <Stack align="start">
+      {me.second_factor ? (
+        <Group gap="xs">
+          <IconCircleCheck size={22} />
+          <Text>There is one: signing in asks for a code of your authenticator app.</Text>
+        </Group>
+      ) : (
+        <Text>
+          With a second factor, a password that somebody has seen is not enough to sign in as you: an
+          authenticator app on your phone shows a code that is new every half minute.
+        </Text>
+      )}
+      {me.second_factor ? (
+        <Proving act={api.removeSecondFactor} onDone={onChanged} variant="default">
+          Take it away, to do without or to set up another
+        </Proving>
+      ) : (
+        <Proving act={api.beginSecondFactor} onDone={setBegun} leftSection={<IconDeviceMobile size={20} />}>
+          Set up a second factor
+        </Proving>
+      )}
+    </Stack>
+  );
+}
+
+/** A picture for the phone, and the code that shows that the phone has understood it. */
+function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: string[]) => void }) {
+  const { begun } = props;
+  const [code, setCode] = useState("");
+  const confirm = useMutation({
+    mutationFn: () => api.confirmSecondFactor(code),
+    onSuccess: (told) => props.onCodes(told.codes),
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    confirm.mutate();
+  };
+  return (
+    <Stack>
+      <Text>Open the authenticator app on your phone, and let it scan this picture.</Text>
+      {/* As an image, so that nothing in it could ever run. */}
+      <img className={classes.qr ?? ""} alt="QR code for the authenticator app" src={begun.picture} />
+      <Text>
+        If it cannot scan, type this key into it:{" "}
+        <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
+          {new URL(begun.address).searchParams.get("secret")}
+        </Text>
+      </Text>
+      <form onSubmit={submit} noValidate>
+        <Stack>
+          <TextInput
+            className={classes.code ?? ""}
+            label="The six digits that it shows now"
+            autoComplete="one-time-code"
+            inputMode="numeric"
+            maxLength={7}
+            size="lg"
+            value={code}
+            error={confirm.error instanceof ProblemError ? confirm.error.fields.code : undefined}
+            onChange={(event) => setCode(event.currentTarget.value)}
+          />
+          <ProblemNote error={confirm.error} />
+          <Button type="submit" size="lg" disabled={code.trim().length < 6} loading={confirm.isPending}>
+            Confirm
+          </Button>
+        </Stack>
+      </form>
+    </Stack>
+  );
+}
+
+/** They are shown once. */
+function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void }) {
+  return (
+    <Stack>
+      <Text fw={600}>
+        The second factor is set up. Keep these recovery codes where your phone is not: each of them signs you
+        in once without it. They are not shown again.
+      </Text>
+      <ul className={classes.codes ?? ""} data-testid="recovery-codes">
+        {codes.map((code) => (
+          <li key={code}>{code}</li>
+        ))}
+      </ul>
+      <Group>
+        <Button variant="default" leftSection={<IconPrinter size={20} />} onClick={() => window.print()}>
+          Print
+        </Button>
+        <Button onClick={onDone}>I have kept them</Button>
+      </Group>
+    </Stack>
+  );
+}

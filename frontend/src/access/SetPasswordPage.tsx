@@ -1,0 +1,162 @@
+import { Button, Stack, Text, TextInput } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { useNavigate } from "@tanstack/react-router";
+import { type FormEvent, type ReactNode, useState } from "react";
+import { api, type Me, ProblemError } from "../api/client";
+import { ButtonLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import classes from "./access.module.css";
+import { Door } from "./Door";
+import { fromLink } from "./fromLink";
+import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { access } from "./standing";
+
+/** The first administrator, by the link that the service printed. */
+export function SetUpPage() {
+  const [link] = useState(() => fromLink("secret"));
+  const [name, setName] = useState("");
+  const [username, setUsername] = useState("");
+  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
+  const done = useSignedIn();
+  const setUp = useMutation({
+    mutationFn: () => api.setUp({ secret: link, username, name, password: chosen.password }),
+    onSuccess: done,
+  });
+  const fields = setUp.error instanceof ProblemError ? setUp.error.fields : {};
+  useTitle("First administrator");
+  if (!link) {
+    return (
+      <Door title="First administrator">
+        <Text>
+          Open the whole link that the service printed when it was started. If it is lost, somebody at that
+          computer prints another one with “kata accounts link”.
+        </Text>
+      </Door>
+    );
+  }
+  return (
+    <Door title="First administrator">
+      <Text>This account keeps all others. More accounts are made once it has signed in.</Text>
+      <Form
+        label="Make the account"
+        ready={isChosen(chosen) && name.trim() !== "" && username.trim() !== ""}
+        pending={setUp.isPending}
+        onSubmit={() => setUp.mutate()}
+      >
+        <TextInput
+          label="Your name"
+          description="As it is to stand in records."
+          autoComplete="name"
+          size="lg"
+          value={name}
+          error={fields.name}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        <TextInput
+          label="User name"
+          description="For signing in."
+          autoComplete="username"
+          autoCapitalize="none"
+          spellCheck={false}
+          size="lg"
+          value={username}
+          error={fields.username}
+          onChange={(event) => setUsername(event.currentTarget.value)}
+        />
+        <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
+        <ProblemNote error={setUp.error} />
+      </Form>
+    </Door>
+  );
+}
+
+/** A password is set with the one-time code that an administrator gave: at the beginning, or when it was forgotten. */
+export function SetPasswordPage() {
+  const [code, setCode] = useState(() => fromLink("code"));
+  const [username, setUsername] = useState("");
+  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
+  const done = useSignedIn();
+  const navigate = useNavigate();
+  const set = useMutation({
+    mutationFn: async () => {
+      const { password } = chosen;
+      await api.setPassword({ username, code, password });
+      // With a second factor it takes its code, too, which is asked for where one signs in.
+      return api.signIn({ username, password }).catch(() => null);
+    },
+    onSuccess: (me) => (me ? done(me) : navigate({ to: "/", replace: true })),
+  });
+  const fields = set.error instanceof ProblemError ? set.error.fields : {};
+  useTitle("Set a password");
+  return (
+    <Door title="Set a password">
+      <Text>An administrator gives you a one-time code, at the beginning and when you have forgotten.</Text>
+      <Form
+        label="Set the password"
+        ready={isChosen(chosen) && code.trim() !== "" && username.trim() !== ""}
+        pending={set.isPending}
+        onSubmit={() => set.mutate()}
+      >
+        <TextInput
+          label="User name"
+          autoComplete="username"
+          autoCapitalize="none"
+          spellCheck={false}
+          size="lg"
+          value={username}
+          error={fields.username}
+          onChange={(event) => setUsername(event.currentTarget.value)}
+        />
+        <TextInput
+          className={classes.code ?? ""}
+          label="One-time code"
+          autoComplete="one-time-code"
+          autoCapitalize="none"
+          spellCheck={false}
+          size="lg"
+          value={code}
+          error={fields.code}
+          onChange={(event) => setCode(event.currentTarget.value)}
+        />
+        <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
+        <ProblemNote error={set.error} />
+      </Form>
+      <ButtonLink to="/" variant="subtle">
+        Back to signing in
+      </ButtonLink>
+    </Door>
+  );
+}
+
+/** Whoever has just set a password is signed in, and goes to the beginning. The code is in no address any more. */
+function useSignedIn() {
+  const navigate = useNavigate();
+  return (me: Me) => {
+    access.came(me);
+    void navigate({ to: "/", replace: true });
+  };
+}
+
+function Form(props: {
+  label: string;
+  ready: boolean;
+  pending: boolean;
+  onSubmit: () => void;
+  children: ReactNode;
+}) {
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    if (props.ready) props.onSubmit();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        {props.children}
+        <Button type="submit" size="lg" disabled={!props.ready} loading={props.pending}>
+          {props.label}
+        </Button>
+      </Stack>
+    </form>
+  );
+}

@@ -1,0 +1,121 @@
+import { Alert, Button, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
+import { IconInfoCircle, IconLogin } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, ProblemError } from "../api/client";
+import { ButtonLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import classes from "./access.module.css";
+import { Door } from "./Door";
+import { access, type Standing } from "./standing";
+
+type Why = Extract<Standing, { is: "out" }>["why"];
+
+const WHY: Record<Why, string | null> = {
+  never: null,
+  left: "You are signed out.",
+  ended:
+    "You have been signed out: it was long since you did something here, or somebody ended it. Sign in to go on where you were.",
+  unheard:
+    "The service has not confirmed the sign-out yet; the page tries again. Until it has, do not leave this browser to others.",
+};
+
+/** Who is there: name and password, then the second factor where there is one. Afterwards one is where one wanted to go. */
+export function SignInPage({ why }: { why: Why }) {
+  useTitle("Sign in");
+  const [username, setUsername] = useState("");
+  const [password, setPassword] = useState("");
+  const [code, setCode] = useState("");
+  const signIn = useMutation({
+    mutationFn: () => api.signIn({ username, password, code: code.trim() || null }),
+    onSuccess: (me) => access.came(me),
+  });
+  const refused = signIn.error instanceof ProblemError ? signIn.error.code : null;
+  // Asked for once, it stays: a code that was wrong is typed anew, the password is not.
+  const [second, setSecond] = useState(false);
+  if (refused === "second_factor_needed" && !second) setSecond(true);
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    signIn.mutate();
+  };
+  const told = WHY[why];
+  return (
+    <Door title="Sign in">
+      {told && (
+        <Alert color="indigo" variant="light" icon={<IconInfoCircle />} role="status">
+          {told}
+        </Alert>
+      )}
+      <form onSubmit={submit} noValidate>
+        <Stack>
+          {second ? (
+            <TextInput
+              className={classes.code ?? ""}
+              label="Code"
+              description="The six digits that your authenticator app shows now, or one of your recovery codes."
+              autoComplete="one-time-code"
+              inputMode="text"
+              autoCapitalize="none"
+              data-autofocus
+              autoFocus
+              size="lg"
+              value={code}
+              onChange={(event) => setCode(event.currentTarget.value)}
+            />
+          ) : (
+            <>
+              <TextInput
+                label="User name"
+                autoComplete="username"
+                autoCapitalize="none"
+                autoCorrect="off"
+                spellCheck={false}
+                autoFocus
+                size="lg"
+                value={username}
+                onChange={(event) => setUsername(event.currentTarget.value)}
+              />
+              <PasswordInput
+                label="Password"
+                autoComplete="current-password"
+                size="lg"
+                value={password}
+                onChange={(event) => setPassword(event.currentTarget.value)}
+              />
+            </>
+          )}
+          {refused !== "second_factor_needed" && <ProblemNote error={signIn.error} />}
+          <Button
+            type="submit"
+            size="lg"
+            leftSection={<IconLogin size={22} />}
+            loading={signIn.isPending}
+            disabled={username.trim() === "" || password === "" || (second && code.trim() === "")}
+          >
+            Sign in
+          </Button>
+          {second && (
+            <Button
+              variant="subtle"
+              onClick={() => {
+                setSecond(false);
+                setCode("");
+                setPassword("");
+                signIn.reset();
+              }}
+            >
+              Sign in as somebody else
+            </Button>
+          )}
+        </Stack>
+      </form>
+      <ButtonLink to="/set-password" variant="subtle">
+        I have a one-time code
+      </ButtonLink>
+      <Text size="sm">
+        Without a sign-in nothing here reaches the apparatus, Stop neither. Use the emergency stop.
+      </Text>
+    </Door>
+  );
+}

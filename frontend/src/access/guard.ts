@@ -1,0 +1,97 @@
+import type { QueryClient } from "@tanstack/react-query";
+import type { Middleware } from "openapi-fetch";
+import type { LiveStore } from "../live/store";
+import type { Access } from "./standing";
+
+/** How often the page asks whether it is still signed in; a sign-out elsewhere also closes its socket, which is sooner. */
+const LOOK_EVERY_MS = 5_000;
+/** Doing something counts for the next request that is made within this time. */
+const DOING_MS = 10_000;
+const CHANNEL = "kata.access";
+const ACTS = ["pointerdown", "keydown", "wheel", "touchmove"] as const;
+
+/** When somebody last did something at this page. What the page asks by itself never counts. */
+export class Doing {
+  #at: number;
+  #now: () => number;
+
+  constructor(now: () => number = () => performance.now()) {
+    this.#now = now;
+    this.#at = now();
+  }
+
+  did = () => {
+    this.#at = this.#now();
+  };
+
+  /** Milliseconds since then. */
+  idleMs = (): number => this.#now() - this.#at;
+}
+
+/** Tells the service of somebody's doing, and the page of an answer that says: not signed in, or locked. */
+export function minding(access: Access, doing: Doing): Middleware {
+  return {
+    onRequest({ request }) {
+      if (doing.idleMs() < DOING_MS) request.headers.set("X-Kata-Active", "1");
+      return request;
+    },
+    async onResponse({ response }) {
+      if (response.status !== 401 && response.status !== 423) return;
+      const problem: unknown = await response
+        .clone()
+        .json()
+        .catch(() => null);
+      const code = (problem as { code?: unknown } | null)?.code;
+      if (code === "not_signed_in") access.left();
+      else if (code === "locked") await access.look();
+    },
+  };
+}
+
+/**
+ * Keep what is shown and who is signed in together: ask again and again, lock after the time without doing, tell the other
+ * tabs of this browser, have the live connection only while somebody is signed in, and forget what was fetched when it
+ * changes hands. Returns how to end it.
+ */
+export function keepGuard(access: Access, doing: Doing, queries: QueryClient, store: LiveStore): () => void {
+  const others = new BroadcastChannel(CHANNEL);
+  others.onmessage = () => void access.look();
+  let hangUp: (() => void) | null = null;
+  let known = access.get().is;
+  const forget = () => {
+    void queries.cancelQueries();
+    queries.clear();
+  };
+  const changed = () => {
+    const { is } = access.get();
+    const listening = is === "in" || is === "locked";
+    if (listening && !hangUp) hangUp = store.start();
+    if (!listening && hangUp) {
+      hangUp();
+      hangUp = null;
+    }
+    if (is !== known && known !== "unknown") others.postMessage(is);
+    known = is;
+  };
+  const ends = [access.onLeaving(forget), access.subscribe(changed), store.onLost(() => void access.look())];
+  for (const act of ACTS) window.addEventListener(act, doing.did, { capture: true, passive: true });
+  const visible = () => {
+    if (document.visibilityState === "visible") void access.look();
+  };
+  document.addEventListener("visibilitychange", visible);
+  const looking = setInterval(() => {
+    const standing = access.get();
+    // Whoever has no password could not unlock it here; their sign-in ends at the service.
+    const idle = standing.is === "in" && standing.me.password && doing.idleMs() > 1000 * standing.me.idle_s;
+    void (idle ? access.lock() : access.look());
+  }, LOOK_EVERY_MS);
+  void access.look();
+  return () => {
+    clearInterval(looking);
+    document.removeEventListener("visibilitychange", visible);
+    for (const act of ACTS) window.removeEventListener(act, doing.did, { capture: true });
+    for (const end of ends) end();
+    others.close();
+    hangUp?.();
+  };
+}

@@ -1,0 +1,17 @@
+import type { Schemas } from "../api/client";
+
+export type Role = Schemas["Me"]["role"];
+
+/** What each role is called, and what it may do: as the service's table of permissions says. */
+export const ROLES: Record<Role, { name: string; may: string }> = {
+  therapist: { name: "Therapist", may: "Keeps patients' records and operates the apparatus." },
+  administrator: {
+    name: "Administrator",
+    may: "May do all that a therapist may, and keeps accounts, audit trail and backups.",
+  },
+  viewer: { name: "Viewer", may: "Reads patients' records and changes nothing." },
+  technician: {
+    name: "Technician",
+    may: "Looks after the apparatus and its state. Sees no patient's data.",
+  },
+};

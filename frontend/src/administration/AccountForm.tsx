@@ -1,0 +1,97 @@
+import { Button, Group, MultiSelect, Radio, Stack, TextInput } from "@mantine/core";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { ROLES, type Role } from "../access/words";
+import { type Account, api, ProblemError, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+
+type Props =
+  | { account: Account; onDone: () => void }
+  | { account?: never; onDone: (given: Schemas["OneTimeCode"]) => void };
+
+/** Makes an account, or changes one. Whoever it is for chooses the password; nobody else ever knows it. */
+export function AccountForm(props: Props) {
+  const { account } = props;
+  const queries = useQueryClient();
+  const [name, setName] = useState(account?.name ?? "");
+  const [username, setUsername] = useState(account?.username ?? "");
+  const [role, setRole] = useState<Role>(account?.role ?? "therapist");
+  const [stations, setStations] = useState(account?.stations ?? []);
+  const known = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const choices = [...new Set([...(known.data?.stations ?? []), ...stations])].sort();
+  const save = useMutation({
+    mutationFn: async () => {
+      if (props.account) {
+        const { id, updated_at } = props.account;
+        await api.updateAccount(id, { name, role, stations, updated_at });
+        return null;
+      }
+      return api.createAccount({ username, name, role, stations });
+    },
+    onSuccess: (made) => {
+      void queries.invalidateQueries({ queryKey: ["accounts"] });
+      if (props.account) props.onDone();
+      else if (made) props.onDone(made);
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <TextInput
+          label="Name"
+          description="As it is to stand in records."
+          required
+          data-autofocus
+          maxLength={100}
+          value={name}
+          error={fields.name}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        {!account && (
+          <TextInput
+            label="User name"
+            description="For signing in."
+            required
+            maxLength={64}
+            autoComplete="off"
+            autoCapitalize="none"
+            spellCheck={false}
+            value={username}
+            error={fields.username}
+            onChange={(event) => setUsername(event.currentTarget.value)}
+          />
+        )}
+        <Radio.Group label="Role" value={role} onChange={(chosen) => setRole(chosen as Role)}>
+          <Stack gap="xs" mt="xs">
+            {Object.entries(ROLES).map(([value, words]) => (
+              <Radio key={value} size="md" value={value} label={words.name} description={words.may} />
+            ))}
+          </Stack>
+        </Radio.Group>
+        <MultiSelect
+          label="Stations"
+          description="Where the apparatus may be operated with this account. None chosen: everywhere."
+          size="md"
+          data={choices}
+          value={stations}
+          onChange={setStations}
+        />
+        <ProblemNote error={known.error ?? save.error} />
+        <Group justify="end">
+          <Button
+            type="submit"
+            loading={save.isPending}
+            disabled={name.trim() === "" || username.trim() === ""}
+          >
+            {account ? "Save" : "Make the account"}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}

@@ -1,0 +1,62 @@
+import { Card, Group, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useMemo } from "react";
+import { api } from "../api/client";
+import { useAlive, useLive, useStation } from "../live/hooks";
+import { ProblemNote } from "../shared/problem";
+import { ApparatusView } from "./ApparatusView";
+import { GHOST } from "./colours";
+import { GhostPanel } from "./GhostPanel";
+import { Ghost } from "./ghost";
+import { leavings, limitsOf } from "./limits";
+import { liveAngles } from "./liveAngles";
+
+/** The station's apparatus as it stands now; over it, before it may touch the patient, what has been loaded. */
+export default function StationApparatus() {
+  const station = useStation();
+  const alive = useAlive();
+  const side = useLive("side");
+  const mode = useLive("mode");
+  const run = useLive("run");
+  const runId = run?.run_id ?? null;
+  const motion = useQuery({
+    queryKey: ["run-motion", runId],
+    queryFn: () => api.runMotion(runId ?? ""),
+    enabled: runId !== null,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  const axes = station?.axes;
+  const limits = useMemo(() => (axes ? limitsOf(axes) : []), [axes]);
+  const asked = motion.data;
+  const ghost = useMemo(() => (asked ? new Ghost(asked) : null), [asked]);
+  const leaving = useMemo(() => (asked ? leavings(asked, limits) : []), [asked, limits]);
+  if (!station || !side) return null;
+  // From the approach on, the arm itself is what is to be looked at.
+  const shown = mode === "ready" && alive ? ghost : null;
+  return (
+    <Card withBorder component="section" aria-label="Arm and apparatus">
+      <Group justify="space-between" mb="sm">
+        <Title order={3}>Arm and apparatus</Title>
+        {shown && (
+          <Text fw={600}>
+            <Text span c={GHOST} inherit aria-hidden>
+              ■{" "}
+            </Text>
+            The ghost shows what has been loaded; nothing moves yet.
+          </Text>
+        )}
+      </Group>
+      {shown && <GhostPanel ghost={shown} leaving={leaving} playsItself />}
+      {mode === "ready" && <ProblemNote error={motion.error} />}
+      <div className={alive ? "" : "stale"}>
+        <ApparatusView
+          side={side}
+          limits={limits}
+          real={liveAngles}
+          ghost={shown}
+          label="Patient, arm and apparatus, drawn from the five motors' angles. The same stands below in words."
+        />
+      </div>
+    </Card>
+  );
+}

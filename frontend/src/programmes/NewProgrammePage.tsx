@@ -1,0 +1,110 @@
+import { Radio, Stack, Text, TextInput, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useParams } from "@tanstack/react-router";
+import { useState } from "react";
+import { api, type Programme } from "../api/client";
+import { sideWord } from "../shared/format";
+import { PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import { EMPTY, type Wanted } from "./draft";
+import { useKeep } from "./keep";
+import { ProgrammeEditor } from "./ProgrammeEditor";
+
+/** A new programme of a patient. Where both shoulders are treated, it asks which of them it is for. */
+export function NewProgrammePage() {
+  const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
+  const navigate = useNavigate();
+  const keep = useKeep();
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  useTitle("New programme");
+  return (
+    <Stack>
+      <Title order={2}>
+        New programme for{" "}
+        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+          {patient.data?.name ?? "the patient"}
+        </PageLink>
+      </Title>
+      <ProblemNote error={patient.error} />
+      <NewProgramme
+        patientId={patientId}
+        onSaved={(made) => {
+          keep(made);
+          void navigate({ to: "/programmes/$programmeId", params: { programmeId: made.id } });
+        }}
+        onCancel={() => void navigate({ to: "/patients/$patientId", params: { patientId } })}
+      />
+    </Stack>
+  );
+}
+
+/** What a new programme says, once it is known which episode of care it is for. */
+export function NewProgramme(props: {
+  patientId: string;
+  onSaved: (made: Programme) => void;
+  onCancel: () => void;
+}) {
+  const { patientId } = props;
+  const [name, setName] = useState("");
+  const [chosen, setChosen] = useState<string | null>(null);
+  const episodes = useQuery({
+    queryKey: ["episodes", patientId],
+    queryFn: () => api.episodes(patientId),
+  });
+  const open = (episodes.data?.items ?? []).filter((one) => !one.closed_at);
+  const episode = open.length === 1 ? open[0] : open.find((one) => one.id === chosen);
+  const save = async (wanted: Wanted) =>
+    props.onSaved(await api.createProgramme(patientId, { ...wanted, name, episode_id: episode?.id ?? null }));
+  return (
+    <>
+      <ProblemNote error={episodes.error} />
+      {episodes.data && open.length === 0 && (
+        <Text>No episode of care is open. Open one on the patient&rsquo;s page first.</Text>
+      )}
+      {open.length > 1 && (
+        <Radio.Group
+          label="Which episode of care is it for?"
+          description="Only recordings of that shoulder can be prescribed in it."
+          size="md"
+          value={chosen}
+          onChange={setChosen}
+        >
+          <Stack gap="xs" mt="xs">
+            {open.map((one) => (
+              <Radio
+                key={one.id}
+                size="md"
+                value={one.id}
+                label={`${sideWord(one.side)} shoulder: ${one.diagnosis || "no diagnosis noted"}`}
+              />
+            ))}
+          </Stack>
+        </Radio.Group>
+      )}
+      {episode && (
+        // Of the other shoulder nothing of it can be meant: it begins anew.
+        <ProgrammeEditor
+          key={episode.id}
+          patientId={patientId}
+          episode={{ id: episode.id, side: episode.side }}
+          start={EMPTY}
+          saveLabel="Save the programme"
+          onSave={save}
+          onCancel={props.onCancel}
+        >
+          {(fields) => (
+            <TextInput
+              label="Name of the programme"
+              required
+              maw={600}
+              value={name}
+              error={fields.name}
+              onChange={(event) => setName(event.currentTarget.value)}
+            />
+          )}
+        </ProgrammeEditor>
+      )}
+    </>
+  );
+}

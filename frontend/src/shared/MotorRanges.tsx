@@ -1,0 +1,29 @@
+import { Table } from "@mantine/core";
+import type { Schemas } from "../api/client";
+import { formatDeg } from "./format";
+
+/** How far and how fast each motor goes in a motion. */
+export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
+  return (
+    <Table maw={640} withTableBorder verticalSpacing="xs">
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>Motor</Table.Th>
+          <Table.Th ta="right">From, deg</Table.Th>
+          <Table.Th ta="right">To, deg</Table.Th>
+          <Table.Th ta="right">Fastest, deg/s</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {ranges.map((range) => (
+          <Table.Tr key={range.motor}>
+            <Table.Td>{range.motor}</Table.Td>
+            <Table.Td ta="right">{formatDeg(range.min_deg)}</Table.Td>
+            <Table.Td ta="right">{formatDeg(range.max_deg)}</Table.Td>
+            <Table.Td ta="right">{formatDeg(range.max_speed_deg_s, 0)}</Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}
