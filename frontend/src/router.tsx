@@ -115,6 +115,12 @@ const emergencyAccess = createRoute({
   component: lazyRouteComponent(() => import("./administration/EmergencyAccessPage"), "EmergencyAccessPage"),
 });
 
+const backups = createRoute({
+  getParentRoute: () => administration,
+  path: "/backups",
+  component: lazyRouteComponent(() => import("./administration/BackupsPage"), "BackupsPage"),
+});
+
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
@@ -130,7 +136,7 @@ export const router = createRouter({
     signIn,
     setUp,
     setPassword,
-    administration.addChildren([accounts, audit, emergencyAccess]),
+    administration.addChildren([accounts, audit, emergencyAccess, backups]),
   ]),
   defaultNotFoundComponent: NotFound,
 });

@@ -237,3 +237,12 @@ def test_one_operates_and_the_other_watches_until_taking_over(
     expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
     page.get_by_role("button", name="Stop", exact=True).click()
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+
+
+def test_a_backup_is_made_and_its_trial_told(page: Page, artefacts: Path) -> None:
+    page.get_by_role("link", name="Administration").click()
+    page.get_by_role("link", name="Backups").click()
+    expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")
+    page.get_by_role("button", name="Back up now").click()
+    expect(page.get_by_test_id("last-good")).to_contain_text("came back whole and equal", timeout=LONG_MS)
+    page.screenshot(path=artefacts / "backups.png")

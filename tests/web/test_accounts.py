@@ -185,8 +185,8 @@ def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
 def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> None:
     username = shared.account()
     here, there = shared.sign_in(username), shared.sign_in(username)
-    items = here.get("/api/me/sign-ins").json()["items"]
-    other = next(item["id"] for item in items if not item["here"])
+    other = next(item["id"] for item in there.get("/api/me/sign-ins").json()["items"] if item["here"])
+    assert other in {item["id"] for item in here.get("/api/me/sign-ins").json()["items"] if not item["here"]}
     stranger = shared.sign_in(shared.account())
     assert stranger.delete(f"/api/me/sign-ins/{other}").status_code == 404
     assert there.get("/api/me").status_code == 200

@@ -26,11 +26,11 @@ from tests.clinic.treated import Texts, treat
 from tests.signed_in import signed_in
 from tests.web.conftest import running
 
-_EVERYBODY: Final = frozenset({"viewer", "technician", "therapist", "administrator"})
-_READ: Final = frozenset({"viewer", "therapist", "administrator"})
-_WRITE: Final = frozenset({"therapist", "administrator"})
-_DEVICE: Final = frozenset({"technician", "therapist", "administrator"})
-_ADMINISTER: Final = frozenset({"administrator"})
+_EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
+_READ: Final[frozenset[Role]] = frozenset({"viewer", "therapist", "administrator"})
+_WRITE: Final[frozenset[Role]] = frozenset({"therapist", "administrator"})
+_DEVICE: Final[frozenset[Role]] = frozenset({"technician", "therapist", "administrator"})
+_ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 
 # What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
 PUBLIC: Final = {
@@ -209,7 +209,7 @@ def sign_in_as(client: TestClient, asker: Asker) -> str:
     return cookie
 
 
-def roles_of(operation: Operation) -> frozenset[str]:
+def roles_of(operation: Operation) -> frozenset[Role]:
     """Who was promised it."""
     if operation.name in ADMINISTER:
         return _ADMINISTER

@@ -3,13 +3,13 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final, Literal
+from typing import Final, Literal, cast
 from uuid import UUID, uuid4
 
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session
 
-from kata.access import secrets
+from kata.access import audit, secrets
 from kata.access.actor import Actor, Role
 from kata.access.tables import AccountRow, AccountStationRow, SignInRow
 from kata.problems import ProblemError
@@ -38,10 +38,12 @@ class Limits:
 
 def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
     """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept."""
-    secret = secrets.fresh()
+    secret, id_ = secrets.fresh(), uuid4()
+    actor = Actor(account.id, id_, account.name, cast(Role, account.role), frozenset())
+    audit.note(session, "signed_in", detail={"method": method}, actor=actor)
     session.add(
         SignInRow(
-            id=uuid4(),
+            id=id_,
             account_id=account.id,
             secret_hash=secrets.hashed(secret),
             began_at=now,

@@ -7,6 +7,7 @@ const PARTS = [
   { to: "/administration/accounts", label: "Accounts" },
   { to: "/administration/audit", label: "Audit trail" },
   { to: "/administration/emergency-access", label: "Emergency access" },
+  { to: "/administration/backups", label: "Backups" },
 ] as const;
 
 /** What an administrator looks after: who may come in, what was done, and that nothing gets lost. */

@@ -196,6 +196,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/backups": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Backups
+         * @description Backups, each with its last restore test, newest first; and when the next one is made.
+         */
+        get: operations["list_backups"];
+        put?: never;
+        /**
+         * Make Backup
+         * @description Begin a backup; it is in the list when it has been made and tried.
+         */
+        post: operations["make_backup"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/audit": {
         parameters: {
             query?: never;
@@ -2214,15 +2238,15 @@ export interface components {
          * @description What was added, and when.
          */
         Addendum: {
-            /** Written By */
-            written_by: string;
-            /** Text */
-            text: string;
             /**
              * Id
              * Format: uuid
              */
             id: string;
+            /** Written By */
+            written_by: string;
+            /** Text */
+            text: string;
             /**
              * Written At
              * Format: date-time
@@ -2236,7 +2260,11 @@ export interface components {
          * @description What is added to a signed note.
          */
         AddendumCreate: {
-            /** Written By */
+            /**
+             * Written By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             written_by: string;
             /** Text */
             text: string;
@@ -2367,6 +2395,8 @@ export interface components {
             assessed_at: string;
             /**
              * Assessed By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Kimura Jun
              */
             assessed_by: string;
@@ -2607,6 +2637,98 @@ export interface components {
             age_ms: number | null;
         };
         /**
+         * Backup
+         * @description A backup that was made, or tried to be.
+         */
+        Backup: {
+            /**
+             * Id
+             * Format: uuid
+             */
+            id: string;
+            /**
+             * At
+             * Format: date-time
+             * @description UTC.
+             * @example 2026-11-21T09:30:00Z
+             */
+            at: string;
+            /**
+             * Kind
+             * @description nightly: by itself; asked: by somebody.
+             * @enum {string}
+             */
+            kind: "nightly" | "asked";
+            /** File */
+            file: string;
+            /**
+             * Bytes
+             * @description 0 where there is none.
+             */
+            bytes: number;
+            /**
+             * Problem
+             * @description Why there is none; empty when it was made.
+             */
+            problem: string;
+            /**
+             * Tested At
+             * @description When it was restored to see whether it can be.
+             */
+            tested_at: string | null;
+            /**
+             * Test Problem
+             * @description Why it is not known to be restorable; empty where it came back whole and equal.
+             */
+            test_problem: string;
+            /**
+             * There
+             * @description The file is still where it was made.
+             */
+            there: boolean;
+        };
+        /**
+         * BackupList
+         * @description Backups, newest first, and how they are made.
+         */
+        BackupList: {
+            /** Items */
+            items: components["schemas"]["Backup"][];
+            /** @description The newest that came back whole and equal when it was tried. */
+            last_good: components["schemas"]["Backup"] | null;
+            /**
+             * Running
+             * @description One is being made just now.
+             */
+            running: boolean;
+            /**
+             * Next At
+             * @description When the next one is made by itself; null: never.
+             */
+            next_at: string | null;
+            /**
+             * Folder
+             * @example /var/lib/kata/backups
+             */
+            folder: string;
+            /**
+             * Same Disk
+             * @description The folder is on the database's own disk, and is lost with it.
+             */
+            same_disk: boolean;
+            /**
+             * Key
+             * @description Where the key that opens them is: on this computer, taken away from it, or not made yet.
+             * @enum {string}
+             */
+            key: "here" | "elsewhere" | "nowhere";
+            /**
+             * Key File
+             * @example /var/lib/kata/backup-key.txt
+             */
+            key_file: string;
+        };
+        /**
          * BreakGlass
          * @description Why a restricted record has to be opened now.
          */
@@ -2763,7 +2885,11 @@ export interface components {
          * @description Somebody has looked.
          */
         CheckTick: {
-            /** Checked By */
+            /**
+             * Checked By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             checked_by: string;
             /**
              * Recording Id
@@ -3136,6 +3262,8 @@ export interface components {
             explanation: string;
             /**
              * Decided By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -3160,6 +3288,8 @@ export interface components {
             explanation: string;
             /**
              * Decided By
+             * @description You, unless somebody else is named.
+             * @default
              * @example Director Kobayashi
              */
             decided_by: string;
@@ -3176,7 +3306,8 @@ export interface components {
             reason: string;
             /**
              * Noted By
-             * @description Who noted it.
+             * @description Who noted it: you, unless somebody else is named.
+             * @default
              * @example Suzuki Aya
              */
             noted_by: string;
@@ -4597,7 +4728,8 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it.
+             * @description Who prescribes it: you, unless somebody else is named.
+             * @default
              * @example Aoki Rin
              */
             made_by: string;
@@ -5719,10 +5851,11 @@ export interface components {
             patient_id: string;
             /**
              * Therapist
-             * @description Who treats.
+             * @description Who treats: you, unless somebody else is named.
+             * @default
              * @example Ito Mai
              */
-            therapist?: string | null;
+            therapist: string;
             /**
              * Programme Version Id
              * @description What is planned; of the patient's open episode.
@@ -5900,7 +6033,11 @@ export interface components {
          * @description Who signs which note. ``updated_at`` as in a change: nobody signs what they have not seen.
          */
         SessionSign: {
-            /** Signed By */
+            /**
+             * Signed By
+             * @description You, unless somebody else is named.
+             * @default
+             */
             signed_by: string;
             /**
              * Note
@@ -6330,7 +6467,7 @@ export interface components {
             side?: ("left" | "right") | null;
             /**
              * Taught By
-             * @description Whose hands guide the arm.
+             * @description Whose hands guide the arm: yours, unless somebody else is named.
              * @default
              * @example Sato
              */
@@ -6502,7 +6639,8 @@ export interface components {
             items: components["schemas"]["ItemWanted"][];
             /**
              * Made By
-             * @description Who prescribes it.
+             * @description Who prescribes it: you, unless somebody else is named.
+             * @default
              * @example Aoki Rin
              */
             made_by: string;
@@ -7411,6 +7549,109 @@ export interface operations {
             };
             /** @description The request itself is wrong: see its errors. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_backups: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    make_backup: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BackupList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8929,7 +9170,7 @@ export interface operations {
                 name: string;
                 /** @description The shoulder that it is for. */
                 side: "left" | "right";
-                /** @description Who brings it; empty where nobody says. */
+                /** @description Who brings it: you, unless somebody else is named. */
                 taught_by?: string;
             };
             header?: never;

@@ -15,7 +15,7 @@ from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 
-_Owner = Select[tuple[UUID]]
+_Owner = Select[UUID]
 
 OF_A_PATIENT: Final[Mapping[str, Callable[[UUID], _Owner]]] = MappingProxyType(
     {

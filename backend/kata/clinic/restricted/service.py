@@ -141,13 +141,13 @@ def _told(row: BrokenGlassRow, name: str) -> BrokenGlass:
     )
 
 
-def _open_glass(actor: Actor) -> Select[tuple[datetime]]:
+def _open_glass(actor: Actor) -> Select[datetime]:
     return select(BrokenGlassRow.until).where(
         BrokenGlassRow.account_id == actor.account_id, BrokenGlassRow.until > utc_now()
     )
 
 
-def _hidden(actor: Actor) -> Select[tuple[UUID]]:
+def _hidden(actor: Actor) -> Select[UUID]:
     team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
     opened = _open_glass(actor).with_only_columns(BrokenGlassRow.patient_id)
     return select(PatientRow.id).where(
