@@ -157,7 +157,8 @@ def link(
 
     The service need not be stopped for it. A user name that exists is given the new password, and is an administrator from then on.
     """
-    settings = Settings(**({} if data is None else {"data": data}))
+    given: dict[str, Any] = {} if data is None else {"data": data}
+    settings = Settings(**given)
     try:
         secret = set_up.offer(settings.data, utc_now())
     except OSError as error:

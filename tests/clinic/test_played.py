@@ -120,10 +120,20 @@ def test_what_a_dead_process_left_is_counted_as_far_as_it_goes(clinic: Clinic) -
 def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
     clinic: Clinic, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read, made = [], []
+    read: list[object] = []
+    made: list[object] = []
     samples, as_asked = recordings.samples, edit.as_asked
-    monkeypatch.setattr(recordings, "samples", lambda *given: read.append(given) or samples(*given))
-    monkeypatch.setattr(edit, "as_asked", lambda motion, asked: made.append(asked) or as_asked(motion, asked))
+
+    def counted_samples(*given: Any) -> Any:
+        read.append(given)
+        return samples(*given)
+
+    def counted_as_asked(motion: Any, asked: Any) -> Any:
+        made.append(asked)
+        return as_asked(motion, asked)
+
+    monkeypatch.setattr(recordings, "samples", counted_samples)
+    monkeypatch.setattr(edit, "as_asked", counted_as_asked)
 
     # Counted, held against with less range, and compared.
     run = play(clinic, (PHASE_LESSENED, 0.0, 2.0), (PHASE_PLAYING, 2.0, ends_s(1)))

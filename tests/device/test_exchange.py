@@ -49,7 +49,12 @@ def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(
         service.sendall(frame(Request(id=1, command=Stop(because="browser_lost"))))
         until(lambda: len(read(writer.path).t_ns) == 3)
         reasons: list[object] = []
-        until(lambda: reasons.append(exchange.take_stop()) or reasons[-1])
+
+        def asked_to_stop() -> bool:
+            reasons.append(exchange.take_stop())
+            return bool(reasons[-1])
+
+        until(asked_to_stop)
         assert reasons[-1] == "browser_lost"
         assert exchange.take_stop() is None
         assert not may_end.is_set()

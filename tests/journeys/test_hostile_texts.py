@@ -75,11 +75,20 @@ def poisoned(tmp_path_factory: pytest.TempPathFactory, texts: list[str]) -> Iter
 def told(context: Any, poisoned: Poisoned) -> list[str]:
     """What scripts that ran, dialogs, and the browser's own reports of broken policy say; nothing, it is to be hoped."""
     said: list[str] = []
+
+    def note(one: Any) -> None:
+        if "Content Security Policy" in one.text:
+            said.append(one.text)
+
+    def dismissed(dialog: Any) -> None:
+        said.append(f"dialog {dialog.message}")
+        dialog.dismiss()
+
     context.add_cookies([{"name": COOKIE, "value": poisoned.cookie, "url": poisoned.url}])
     context.expose_function("kataTell", lambda what: said.append(what))  # Playwright wants to mark what it calls.
     context.add_init_script(_WATCH)
-    context.on("dialog", lambda dialog: (said.append(f"dialog {dialog.message}"), dialog.dismiss()))
-    context.on("console", lambda one: said.append(one.text) if "Content Security Policy" in one.text else None)
+    context.on("dialog", dismissed)
+    context.on("console", note)
     return said
 
 

@@ -95,7 +95,8 @@ class Passwords:
         """
         with self._turn():
             try:
-                return self._hasher.verify(kept or self._nobodys, given) and kept is not None
+                self._hasher.verify(kept or self._nobodys, given)
+                return kept is not None
             except (VerificationError, InvalidHashError):
                 return False
 

@@ -21,7 +21,12 @@ _RECOVERY_CODES: Final = 10
 def asked_of(who: Asked) -> frozenset[Role]:
     """Which roles have to have one."""
     everyone: frozenset[Role] = frozenset(get_args(Role))
-    return {"everyone": everyone, "administrators": frozenset({"administrator"}), "nobody": frozenset()}[who]
+    roles: dict[Asked, frozenset[Role]] = {
+        "everyone": everyone,
+        "administrators": frozenset({"administrator"}),
+        "nobody": frozenset(),
+    }
+    return roles[who]
 
 
 def begin(account: AccountRow) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final, Literal, cast
+from typing import Final, Literal
 from uuid import UUID, uuid4
 
 from sqlalchemy import ColumnElement, select, update
@@ -39,7 +39,7 @@ class Limits:
 def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
     """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept."""
     secret, id_ = secrets.fresh(), uuid4()
-    actor = Actor(account.id, id_, account.name, cast(Role, account.role), frozenset())
+    actor = Actor(account.id, id_, account.name, account.role, frozenset())
     audit.note(session, "signed_in", detail={"method": method}, actor=actor)
     session.add(
         SignInRow(

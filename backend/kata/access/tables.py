@@ -6,6 +6,7 @@ from uuid import UUID
 from sqlalchemy import BigInteger, ForeignKey, Index, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
+from kata.access.actor import Role
 from kata.database.base import Base, UtcDateTime
 
 
@@ -18,7 +19,7 @@ class AccountRow(Base):
     username: Mapped[str] = mapped_column(String(64), unique=True)
     """Folded (NFKC, lower case)."""
     name: Mapped[str] = mapped_column(String(100))
-    role: Mapped[str] = mapped_column(String(16))
+    role: Mapped[Role] = mapped_column(String(16))
     language: Mapped[str] = mapped_column(String(8), default="")
     """Of the page; empty: the browser's."""
     password_hash: Mapped[str | None] = mapped_column(String(200))

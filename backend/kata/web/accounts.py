@@ -144,7 +144,7 @@ def _told(row: AccountRow, stations: list[str]) -> Account:
         id=row.id,
         username=row.username,
         name=row.name,
-        role=row.role,  # type: ignore[arg-type]
+        role=row.role,
         stations=stations,
         password=row.password_hash is not None,
         second_factor=row.totp_confirmed_at is not None,

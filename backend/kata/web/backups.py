@@ -17,6 +17,7 @@ from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Request
 from pydantic import Field
+from sqlalchemy import func, select
 
 from kata.access.backups.book import Kind, Note, last_good, last_made, leave_note, newest, take_notes_in
 from kata.access.backups.key import whereabouts
@@ -181,6 +182,10 @@ class Backups:
                 ),
             )
             take_notes_in(self._settings, self._database)
+
+    def _count(self) -> int:
+        with self._database.read() as session:
+            return session.scalars(select(func.count()).select_from(BackupRow)).one()
 
     def _rows(self) -> tuple[list[Backup], Backup | None]:
         take_notes_in(self._settings, self._database)
