@@ -75,8 +75,8 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
   const [resetting, setResetting] = useState(false);
   const [lost, setLost] = useState(false);
   const disable = useMutation({
-    mutationFn: (disabled: boolean) =>
-      api.updateAccount(account.id, { disabled, updated_at: account.updated_at }),
+    // Whoever is to be shut out is shut out, whatever else has changed of the account meanwhile.
+    mutationFn: (disabled: boolean) => api.updateAccount(account.id, { disabled }),
     onSettled: () => void queries.invalidateQueries({ queryKey: ["accounts"] }),
   });
   const reset = useMutation({
