@@ -55,9 +55,11 @@ export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
   useTitle("Second factor");
   return (
     <Door title="A second factor is needed">
-      <Text>
-        {ROLES[me.role].name}s of this clinic sign in with a second factor. You have none yet, {me.name}.
-      </Text>
+      {me.enrolling && (
+        <Text>
+          {ROLES[me.role].name}s of this clinic sign in with a second factor. You have none yet, {me.name}.
+        </Text>
+      )}
       <SecondFactor me={me} onChanged={onDone} />
       <Button variant="subtle" onClick={() => void access.signOut()}>
         Sign out

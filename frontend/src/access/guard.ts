@@ -63,8 +63,10 @@ export function keepGuard(access: Access, doing: Doing, queries: QueryClient, st
     queries.clear();
   };
   const changed = () => {
-    const { is } = access.get();
-    const listening = is === "in" || is === "locked";
+    const standing = access.get();
+    const { is } = standing;
+    // Before they have their second factor, the service lets nobody listen.
+    const listening = is === "locked" || (is === "in" && !standing.me.enrolling);
     if (listening && !hangUp) hangUp = store.start();
     if (!listening && hangUp) {
       hangUp();

@@ -159,6 +159,6 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
 
 function signsInWith(account: Account): string {
   if (account.openid) return "The clinic's own sign-in";
-  if (!account.password) return "Nothing yet: a one-time code is needed";
+  if (!account.password) return "No password yet";
   return account.second_factor ? "Password and second factor" : "Password";
 }

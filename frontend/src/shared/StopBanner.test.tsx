@@ -2,6 +2,8 @@ import { MantineProvider } from "@mantine/core";
 import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { ME } from "../access/examples";
+import { access } from "../access/standing";
 import type { Live } from "../api/client";
 import { type LiveState, store } from "../live/store";
 import { StopBanner } from "./StopBanner";
@@ -49,6 +51,12 @@ describe("a stop", () => {
     expect(told).not.toContain("hold the arm");
     expect(told).toContain("This has cleared");
     expect(screen.getByRole("button").textContent).toBe("Acknowledge");
+  });
+
+  it("is acknowledged by whoever operates, and by nobody behind a locked screen", () => {
+    access.came({ ...ME, locked: true });
+    expect(show(false)).toContain("acknowledges it, signed in and with the screen unlocked");
+    expect(screen.queryByRole("button")).toBeNull();
   });
 
   it("of which nothing is heard any more promises no hold", () => {

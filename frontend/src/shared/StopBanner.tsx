@@ -1,6 +1,7 @@
 import { Alert, Button, Group, List, Text } from "@mantine/core";
 import { IconAlertOctagonFilled } from "@tabler/icons-react";
 import { useMutation } from "@tanstack/react-query";
+import { useOperates } from "../access/hooks";
 import { api } from "../api/client";
 import { useAlive, useLive, useRefusal } from "../live/hooks";
 import { ProblemNote } from "./problem";
@@ -10,6 +11,7 @@ const LETS_GO = "Support the arm first: it will sink. Pressing Stop lets it go, 
 /** A latched stop, on every page: why, what to do, and the acknowledgement once that is possible. */
 export function StopBanner() {
   const alive = useAlive();
+  const operates = useOperates();
   const stop = useLive("stop");
   const refusal = useRefusal("acknowledge");
   const acknowledge = useMutation({ mutationFn: api.acknowledge });
@@ -43,20 +45,26 @@ export function StopBanner() {
             </List.Item>
           ))}
         </List>
-        <div>
-          <Button
-            size="lg"
-            color="dark"
-            disabled={refusal !== null}
-            loading={acknowledge.isPending}
-            onClick={() => acknowledge.mutate()}
-          >
-            {held ? "Acknowledge and let the arm go" : "Acknowledge"}
-          </Button>
-          <Text size="sm" maw={320} mih={20} {...(held && { fw: 600 })}>
-            {refusal ? refusal.message : held ? LETS_GO : "It starts nothing by itself."}
+        {operates ? (
+          <div>
+            <Button
+              size="lg"
+              color="dark"
+              disabled={refusal !== null}
+              loading={acknowledge.isPending}
+              onClick={() => acknowledge.mutate()}
+            >
+              {held ? "Acknowledge and let the arm go" : "Acknowledge"}
+            </Button>
+            <Text size="sm" maw={320} mih={20} {...(held && { fw: 600 })}>
+              {refusal ? refusal.message : held ? LETS_GO : "It starts nothing by itself."}
+            </Text>
+          </div>
+        ) : (
+          <Text maw={320}>
+            Whoever operates the apparatus acknowledges it, signed in and with the screen unlocked.
           </Text>
-        </div>
+        )}
       </Group>
       <ProblemNote error={acknowledge.error} />
     </Alert>
