@@ -49,7 +49,7 @@ OPERATE: Final = {
 }  # fmt: skip
 ADMINISTER: Final = {
     "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",
-    "list_accounts", "create_account", "update_account", "reset_account",
+    "list_accounts", "create_account", "update_account", "reset_account", "list_backups", "make_backup",
 }  # fmt: skip
 AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check"}
 WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
@@ -290,8 +290,8 @@ def test_nobody_gets_further_than_they_may(
     assert cells > 100
 
 
-_SLOW: Final = {"get_session_pdf", "get_episode_pdf"}
-"""Let through, they take seconds; tests/web/test_reports.py asks for them."""
+_SLOW: Final = {"get_session_pdf", "get_episode_pdf", "make_backup"}
+"""Let through, they take seconds; tests/web/test_reports.py and test_backups.py ask for them."""
 
 
 @pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)

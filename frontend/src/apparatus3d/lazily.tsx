@@ -1,25 +1,59 @@
-import { Skeleton } from "@mantine/core";
-import { lazy, Suspense } from "react";
+import { Button, Card, Group, Skeleton, Text, Title } from "@mantine/core";
+import { IconCube } from "@tabler/icons-react";
+import { lazy, type ReactNode, Suspense, useState } from "react";
+import { useLive } from "../live/hooks";
 
-// Three dimensions weigh as much as half of the page. They come where they are looked at, after what is needed first.
+// Three dimensions weigh as much as half of the page. They come where they are asked for.
 const StationApparatus = lazy(() => import("./StationApparatus"));
 const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
 
 const HEIGHT = 560;
-const waiting = <Skeleton h={HEIGHT} aria-label="The apparatus is being drawn" />;
 
+/** On the station page. Opened only without torque: a first drawing can hold up the page, and Stop with it. */
 export function LiveApparatus() {
+  const torqueOn = useLive("torque_on");
   return (
-    <Suspense fallback={waiting}>
+    <Opened
+      title="Arm and apparatus"
+      notNow={torqueOn ? "To be opened while the motors have no torque." : ""}
+    >
       <StationApparatus />
-    </Suspense>
+    </Opened>
   );
 }
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {
   return (
-    <Suspense fallback={waiting}>
+    <Opened title="The motion" notNow="">
       <RecordingApparatus recordingId={recordingId} />
-    </Suspense>
+    </Opened>
+  );
+}
+
+function Opened({ title, notNow, children }: { title: string; notNow: string; children: ReactNode }) {
+  const [open, setOpen] = useState(false);
+  if (open) {
+    return (
+      <Suspense fallback={<Skeleton h={HEIGHT} aria-label="The apparatus is being drawn" />}>
+        {children}
+      </Suspense>
+    );
+  }
+  return (
+    <Card withBorder component="section" aria-label={title}>
+      <Group justify="space-between">
+        <Title order={3}>{title}</Title>
+        <Button
+          variant="default"
+          h={44}
+          leftSection={<IconCube size={20} />}
+          disabled={notNow !== ""}
+          onClick={() => setOpen(true)}
+        >
+          Show in three dimensions
+        </Button>
+      </Group>
+      {notNow && <Text>{notNow}</Text>}
+    </Card>
   );
 }

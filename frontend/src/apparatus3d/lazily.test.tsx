@@ -1,0 +1,37 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, render, screen } from "@testing-library/react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import type { Live } from "../api/client";
+import { type LiveState, store } from "../live/store";
+import { LiveApparatus } from "./lazily";
+
+function opener(torque_on: boolean) {
+  const state = {
+    connected: true,
+    heardAt: 0,
+    station: null,
+    live: { torque_on } as Partial<Live>,
+    events: [],
+  };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  render(
+    <MantineProvider>
+      <LiveApparatus />
+    </MantineProvider>,
+  );
+  return screen.getByRole("button", { name: "Show in three dimensions" }) as HTMLButtonElement;
+}
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+describe("the apparatus in three dimensions", () => {
+  it("is opened only while the motors have no torque: a first drawing can hold up Stop", () => {
+    expect(opener(true).disabled).toBe(true);
+    expect(screen.getByText("To be opened while the motors have no torque.")).toBeTruthy();
+    cleanup();
+    expect(opener(false).disabled).toBe(false);
+  });
+});
