@@ -53,7 +53,13 @@ def _licence(dist: Distribution) -> str:
     told = message_from_string(dist.read_text("METADATA") or "")
     classifiers = [line.rpartition("::")[2] for line in told.get_all("Classifier", []) if line.startswith("License")]
     first_line = told.get("License", "").strip().partition("\n")[0]
-    return " ".join([told.get("License-Expression", ""), first_line, *classifiers])
+    return " ".join([told.get("License-Expression", ""), first_line, *classifiers]).strip() or _of_its_file(dist)
+
+
+def _of_its_file(dist: Distribution) -> str:
+    """The title of the licence that lies in the package, of one whose metadata names none."""
+    files = [file for file in dist.files or [] if file.name.startswith("LICENSE")]
+    return files[0].read_text().strip().partition("\n")[0] if files else ""
 
 
 @pytest.mark.parametrize("folder", ["frontend", "tests/browser", "tests/judges"])
