@@ -18,7 +18,7 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.station.schemas import EventLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
+from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
@@ -26,10 +26,13 @@ PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()
 OCCUPATION = Occupation(str(RUN), PatientRef(id=PATIENT, name="N"), "Flexion", SESSION)
 
 
+NOBODY = LeaseLive(holder=None, mine=False, since=None, taken_from=None, away_since=None, paused=False)
+
+
 def state(**given: Any) -> Live:
     plain: dict[str, Any] = {
         "device": "running", "age_ms": 1.0, "side": "right", "mode": "idle", "torque_on": False, "estop": "closed",
-        "pedal": "up", "axes": [], "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": None,
+        "pedal": "up", "axes": [], "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": None, "lease": NOBODY,
     }  # fmt: skip
     return Live(**plain | given)
 

@@ -155,7 +155,8 @@ def test_the_page_is_served_for_every_screen_and_only_for_screens(client: TestCl
         answer = client.get(path)
         assert answer.status_code == 200
         assert '<div id="root">' in answer.text
-        assert answer.headers["cache-control"] == "no-cache"
+        # It names a nonce that is good once.
+        assert answer.headers["cache-control"] == "no-store"
     problem(client.get("/missing.js"), 404, "not_found")
     problem(client.get("/..%2f..%2fpyproject.toml"), 404, "not_found")
     problem(client.get("/api"), 404, "not_found")

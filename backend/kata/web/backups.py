@@ -7,6 +7,7 @@ import asyncio
 import logging
 import os
 import sys
+import threading
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from datetime import datetime, time, timedelta
@@ -81,6 +82,8 @@ class Backups:
         self._occupied = occupied
         self._running: asyncio.Task[None] | None = None
         self._tried_at: datetime | None = None
+        self._taking_in = threading.Lock()
+        """The page asks for the list while one comes to its end: no note is taken in twice."""
 
     @asynccontextmanager
     async def each_night(self, first_look_s: float = _FIRST_LOOK_S, look_s: float = _LOOK_S) -> AsyncIterator[None]:
@@ -108,6 +111,7 @@ class Backups:
             )
         self._tried_at = utc_now()
         self._running = asyncio.create_task(self._make(kind), name="backup")
+        self._running.add_done_callback(_say_why)
 
     async def state(self) -> BackupList:
         """What there is, and what comes next."""
@@ -130,7 +134,7 @@ class Backups:
             await asyncio.sleep(wait_s)
             wait_s = look_s
             try:
-                await asyncio.to_thread(take_notes_in, self._settings, self._database)
+                await asyncio.to_thread(self._take_notes_in)
                 if await asyncio.to_thread(self._due) and not self._occupied():
                     self.begin("nightly")
             except ProblemError:
@@ -148,6 +152,7 @@ class Backups:
         return due(utc_now(), self._settings.backup_at, _zone(self._settings), made_at, max(tried, default=None))
 
     async def _make(self, kind: Kind) -> None:
+        before = await asyncio.to_thread(self._count)
         command = [sys.executable, "-m", "kata.access.backups", *(["--nightly"] if kind == "nightly" else [])]
         process = await asyncio.create_subprocess_exec(
             *command,
@@ -164,11 +169,11 @@ class Backups:
             raise
         if process.returncode:
             log.error("the backup: %s", told.decode(errors="replace").strip())
-        await asyncio.to_thread(self._take_in, kind, process.returncode or 0)
+        await asyncio.to_thread(self._take_in, kind, process.returncode or 0, before)
 
-    def _take_in(self, kind: Kind, code: int) -> None:
-        before = self._count()
-        take_notes_in(self._settings, self._database)
+    def _take_in(self, kind: Kind, code: int, before: int) -> None:
+        """``before``: how many were known when it began; one at a time is made, so what has come since is of this one."""
+        self._take_notes_in()
         if code and self._count() == before:
             # It came to so little that it could not even say so.
             leave_note(
@@ -181,6 +186,10 @@ class Backups:
                     problem=f"It ended with status {code}; the log says more.",
                 ),
             )
+            self._take_notes_in()
+
+    def _take_notes_in(self) -> None:
+        with self._taking_in:
             take_notes_in(self._settings, self._database)
 
     def _count(self) -> int:
@@ -188,10 +197,15 @@ class Backups:
             return session.scalars(select(func.count()).select_from(BackupRow)).one()
 
     def _rows(self) -> tuple[list[Backup], Backup | None]:
-        take_notes_in(self._settings, self._database)
+        self._take_notes_in()
         with self._database.read() as session:
             good = last_good(session)
             return [_shown(row) for row in newest(session)], _shown(good) if good else None
+
+
+def _say_why(made: asyncio.Task[None]) -> None:
+    if not made.cancelled() and (error := made.exception()):
+        log.error("a backup came to nothing", exc_info=error)
 
 
 def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:
