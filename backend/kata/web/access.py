@@ -10,7 +10,6 @@ import logging
 import time
 from collections import OrderedDict
 from collections.abc import Iterator
-from hashlib import sha256
 from typing import Any, Final
 from uuid import UUID
 
@@ -20,7 +19,7 @@ from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.requests import HTTPConnection
 
-from kata.access import sign_in
+from kata.access import secrets, sign_in
 from kata.access.actor import ACTING, DOING, Actor, Doing
 from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
@@ -29,7 +28,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.web.signing import actor_at, cookie_of
+from kata.web.signing import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +57,7 @@ class Remembered:
 
     def put(self, cookie: str, actor: Actor) -> None:
         """Has been let in just now."""
-        key = _key(cookie)
+        key = secrets.hashed(cookie)
         self._actors[key] = actor, time.monotonic()
         self._actors.move_to_end(key)
         while len(self._actors) > self._MOST:
@@ -67,17 +66,18 @@ class Remembered:
 
     def forget(self, cookie: str) -> None:
         """Is not let in any more."""
-        self._actors.pop(_key(cookie), None)
-        self._seen_s.pop(_key(cookie), None)
+        key = secrets.hashed(cookie)
+        self._actors.pop(key, None)
+        self._seen_s.pop(key, None)
 
     def who_may_stop(self, cookie: str) -> Actor | None:
         """Who this was within the last hour; None: the database has to be asked."""
-        actor, at_s = self._actors.get(_key(cookie), (None, 0.0))
+        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
         return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
 
     def is_news(self, cookie: str) -> bool:
         """Whether that its user did something has to be written down: twice a minute is enough."""
-        key, now = _key(cookie), time.monotonic()
+        key, now = secrets.hashed(cookie), time.monotonic()
         if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
             return False
         self._seen_s[key] = now
@@ -135,7 +135,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     setattr(connection.state, _ASKED, True)
     state, action = connection.app.state, connection.scope["route"].name
     rule = RULES[action]
-    doing = Doing(action, permission=rule.needs, address=connection.client.host if connection.client else "")
+    doing = Doing(action, permission=rule.needs, address=address_of(connection))
     ACTING.set(None)
     DOING.set(doing)
     if rule.needs == "public":
@@ -247,7 +247,3 @@ async def _body(connection: HTTPConnection) -> Any:
         return json.loads(await connection.body() or b"null")
     except (ValueError, RecursionError):
         return None
-
-
-def _key(cookie: str) -> str:
-    return sha256(cookie.encode()).hexdigest()

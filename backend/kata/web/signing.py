@@ -170,9 +170,9 @@ class Me(Schema):
     )
 
 
-def address_of(request: Request) -> str:
+def address_of(connection: HTTPConnection) -> str:
     """Of the browser."""
-    return request.client.host if request.client else ""
+    return connection.client.host if connection.client else ""
 
 
 def let_in(

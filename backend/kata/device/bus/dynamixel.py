@@ -299,15 +299,12 @@ class DynamixelBus:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
         self._longer = 1 - self._longer
-        drives, missing, garbled = self.read_drives()
+        drives, garbled, silent = self.read_drives()
         status = self._read_status(next(self._next_status))
-        statuses = (status,) if status else ()
-        if garbled:
-            return Reading(drives, self._ask_inputs(), statuses, garbled=missing)
-        return Reading(drives, self._ask_inputs(), statuses, silent=missing)
+        return Reading(drives, self._ask_inputs(), (status,) if status else (), garbled, silent)
 
-    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int], bool]:
-        """Position, speed and torque of all five; the axes that were asked in vain; and whether something unsound came."""
+    def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int], frozenset[int]]:
+        """Position, speed and torque of all five; of those that were asked in vain, from which something unsound came, or nothing."""
         self._slack_left_ns = self._slack_ns
         asked = self._quiet.order()
         fast = self._fast and not self._plain_cycles
@@ -320,7 +317,7 @@ class DynamixelBus:
         self._quiet.answered(asked, found.keys())
         drives = tuple([found.get(drive_id) for drive_id in self._ids])
         missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in found])
-        return drives, missing, replies.garbled
+        return (drives, missing, frozenset()) if replies.garbled else (drives, frozenset(), missing)
 
     def read_inputs(self) -> InputReading | None:
         """See :class:`~kata.device.bus.port.Bus`."""
