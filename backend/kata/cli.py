@@ -27,7 +27,6 @@ from kata.access.backups.folder import UnfinishedRestoreError
 from kata.access.backups.key import BackupError
 from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
-from kata.clinic.problems import ProblemError
 from kata.clinic.reports.letterhead import LetterheadError
 from kata.database.base import utc_now
 from kata.database.engine import DatabaseError
@@ -36,6 +35,7 @@ from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
 from kata.evaluate.commands import evaluate
 from kata.motion.taught import TaughtError
+from kata.problems import ProblemError
 from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError

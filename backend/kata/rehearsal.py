@@ -18,7 +18,6 @@ from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import checks, runs
@@ -32,6 +31,7 @@ from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
 from kata.motion.taught import Taught
+from kata.problems import ProblemError
 from kata.settings import Settings
 from kata.simulator.apparatus import State
 from kata.station.lease import Browser

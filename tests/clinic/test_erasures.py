@@ -16,7 +16,6 @@ from kata.clinic.episodes.schemas import EpisodeUpdate
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.exchange import erasures
 from kata.clinic.exchange.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes import service as programmes
 from kata.clinic.programmes.schemas import ProgrammeUpdate
 from kata.clinic.programmes.tables import ProgrammeRow
@@ -25,6 +24,7 @@ from kata.clinic.recordings.schemas import RecordingUpdate
 from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
+from kata.problems import ProblemError
 from tests.clinic.exported import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")

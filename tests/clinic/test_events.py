@@ -15,9 +15,9 @@ from kata.clinic.events.tables import DeviceEventRow, StationRow
 from kata.clinic.events.writer import EventWriter
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
+from kata.problems import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
 

@@ -19,7 +19,6 @@ from kata.clinic import figures
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow, TeachingRow
 from kata.clinic.sessions import learning, runs
@@ -35,6 +34,7 @@ from kata.motion.edit import AS_TAUGHT, Asked
 from kata.motion.learning import Correction
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
+from kata.problems import ProblemError
 
 STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 

@@ -12,12 +12,12 @@ from kata.clinic.episodes import limits, service
 from kata.clinic.episodes.schemas import EpisodeCreate, EpisodeUpdate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
+from kata.problems import ProblemError
 
 TIMES_S = np.arange(0, 4.005, 0.01)
 

@@ -18,12 +18,12 @@ from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import search, service
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
-from kata.clinic.problems import ProblemError
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import Wanted
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
+from kata.problems import ProblemError
 
 MONDAY = datetime(2026, 11, 16, 9, tzinfo=UTC)
 

@@ -13,7 +13,6 @@ from sqlalchemy import event
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes import adherence, planned, service
 from kata.clinic.programmes.adherence import Said, Visit, by_week
 from kata.clinic.programmes.planned import Setting
@@ -23,6 +22,7 @@ from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.problems import ProblemError
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
 DAY = timedelta(days=1)

@@ -14,13 +14,13 @@ from kata.clinic.assessments import service as assessments
 from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress import figures, numbers, service
 from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Tracked
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.engine import Database
+from kata.problems import ProblemError
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}

@@ -16,7 +16,6 @@ import pytest
 from pypdf import PdfReader
 
 from kata.clinic.figures import RunParts
-from kata.clinic.problems import ProblemError
 from kata.clinic.reports import charts, episode, letterhead, paper, session
 from kata.clinic.reports.content import EpisodeContent, SessionContent
 from kata.clinic.reports.letterhead import Letterhead, LetterheadError
@@ -29,6 +28,7 @@ from kata.database.series import Series
 from kata.database.upgrade import upgrade
 from kata.device.faults import FAULTS
 from kata.motion.edit import AS_TAUGHT
+from kata.problems import ProblemError
 from tests.clinic.treated import PLAIN, Texts, treat
 from tests.conftest import ROOT
 

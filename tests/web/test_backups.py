@@ -12,9 +12,9 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.access.sign_in import COOKIE
-from kata.clinic.problems import ProblemError
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
+from kata.problems import ProblemError
 from kata.settings import Settings
 from kata.web.backups import Backups, due, next_at
 from tests.signed_in import signed_in

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from kata.access import demonstration, second_factor, secrets, sign_in
 from kata.access.actor import Role
 from kata.access.tables import AccountRow, AccountStationRow
-from kata.problems import ProblemError
+from kata.problems import ProblemError, not_found
 
 CODE_LASTS: Final = timedelta(hours=24)
 
@@ -36,7 +36,7 @@ def get(session: Session, account_id: UUID) -> AccountRow:
     """
     row = session.get(AccountRow, account_id, with_for_update=True)
     if row is None:
-        raise ProblemError(404, "not_found", "There is no such account.", "Go back to the list; it may have changed.")
+        raise not_found("account")
     return row
 
 

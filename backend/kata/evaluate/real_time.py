@@ -10,13 +10,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings.tables import RecordingRow
 from kata.device.journal import PHASE_PLAYING
 from kata.evaluate.outcome import Outcome, Played, Recording
 from kata.evaluate.run import Job
 from kata.motion.axes import Side
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
+from kata.problems import ProblemError
 from kata.rehearsal import Rehearsal, RehearsalError, Show, rehearsing
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError

@@ -23,11 +23,11 @@ from kata.access import secrets, sign_in
 from kata.access.actor import ACTING, DOING, Actor, Doing
 from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
-from kata.clinic.problems import ProblemError
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.problems import ProblemError
 from kata.web.signing import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)

@@ -11,8 +11,8 @@ from kata.access.actor import Role
 from kata.access.tables import AccountRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Moment, Name, Schema
-from kata.clinic.problems import check_version
 from kata.database.base import utc_now
+from kata.problems import check_version
 from kata.web.signing import StationName, TheAccess, Username
 
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])

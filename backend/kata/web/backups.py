@@ -25,9 +25,9 @@ from kata.access.backups.key import whereabouts
 from kata.access.tables import BackupRow
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.fields import Moment, Schema
-from kata.clinic.problems import ProblemError
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.problems import ProblemError
 from kata.settings import Settings
 
 log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from kata.access import accounts, second_factor, sign_in
 from kata.access.tables import AccountRow, SignInRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Moment, Schema
-from kata.problems import ProblemError
+from kata.problems import ProblemError, not_found
 from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, me
 
 router = APIRouter(prefix="/api/me", tags=["own account"])
@@ -151,9 +151,7 @@ def end_own_sign_in(database: TheDatabase, access: TheAccess, actor: TheActor, s
     with database.write() as session:
         row = session.get(SignInRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:
-            raise ProblemError(
-                404, "not_found", "There is no such sign-in.", "Go back to the list; it may have changed."
-            )
+            raise not_found("sign-in")
         sign_in.end(session, sign_in_id, "signed_out", access.now())
     access.endings.notice()
 

@@ -11,8 +11,8 @@ from starlette.exceptions import HTTPException
 
 from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
-from kata.clinic.problems import ProblemError
 from kata.device.messages import Refusal
+from kata.problems import ProblemError
 from kata.web import access, words
 
 log = logging.getLogger(__name__)

@@ -13,7 +13,6 @@ from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.fields import By, Name, Schema, Side
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes import planned
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Fixtures
@@ -28,6 +27,7 @@ from kata.motion import edit
 from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
+from kata.problems import ProblemError
 from kata.station.lease import Browser
 from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station

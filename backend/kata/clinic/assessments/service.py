@@ -23,8 +23,8 @@ from kata.clinic.assessments.schemas import (
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import ProblemError, check_version, not_found
 from kata.database.base import utc_now
+from kata.problems import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"}
 

@@ -11,9 +11,9 @@ from kata.clinic.episodes.schemas import EpisodeClose, EpisodeCreate, EpisodeUpd
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.problems import ProblemError, check_version, not_found
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
+from kata.problems import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level"}
 

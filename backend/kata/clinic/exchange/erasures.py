@@ -16,11 +16,11 @@ from kata.clinic.exchange import service
 from kata.clinic.exchange.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import ErasureRow, PatientRow
-from kata.clinic.problems import ProblemError, not_found
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
 from kata.database.base import utc_now
+from kata.problems import ProblemError, not_found
 
 ERASED_NAME: Final = "Erased"
 

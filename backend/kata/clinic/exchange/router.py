@@ -18,11 +18,11 @@ from kata.clinic.fields import By, Name, Side
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import Patient
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.database.series import Series, unpack
 from kata.motion.csv_table import TableError
+from kata.problems import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["exchange"])

@@ -9,7 +9,6 @@ from kata.clinic.exchange.patient_in import PatientIn
 from kata.clinic.exchange.samples import Origin
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import SAMPLES as RECORDING_SAMPLES
 from kata.clinic.recordings.tables import RecordingRow
@@ -19,6 +18,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.database.series import Series
 from kata.motion.axes import Side
+from kata.problems import ProblemError
 
 
 def person(session: Session, patient_id: UUID) -> PatientRow:

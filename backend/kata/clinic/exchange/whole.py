@@ -18,13 +18,13 @@ from kata.clinic.exchange import bundle, samples, service
 from kata.clinic.exchange.samples import Origin
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients.tables import ErasureRow, PatientRow
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.series import Series
+from kata.problems import ProblemError
 
 _PIECE: Final = 1 << 18
 _README: Final = """Everything that Kata keeps of one patient.

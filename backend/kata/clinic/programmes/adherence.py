@@ -13,11 +13,11 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.fields import Schema
-from kata.clinic.problems import not_found
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
+from kata.problems import not_found
 
 _WEEK: Final = timedelta(days=7)
 

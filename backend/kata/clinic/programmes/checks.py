@@ -12,7 +12,6 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.figures import FigureWorker
-from kata.clinic.problems import ProblemError, not_found
 from kata.clinic.programmes.schemas import ItemWanted
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
@@ -23,6 +22,7 @@ from kata.motion.edit import Asked, EditError, Motion, as_asked
 from kata.motion.method import Method, reference
 from kata.motion.repetitions import pace
 from kata.motion.trajectory import TrajectoryError
+from kata.problems import ProblemError, not_found
 
 
 @dataclass(frozen=True)

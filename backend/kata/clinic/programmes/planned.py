@@ -9,13 +9,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, lazyload
 
 from kata.clinic.fields import Moment, Schema
-from kata.clinic.problems import ProblemError, not_found
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import Asked, Outcome
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.motion.method import Method
+from kata.problems import ProblemError, not_found
 from kata.station.schemas import LoadLevel
 
 Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]

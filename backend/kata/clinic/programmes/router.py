@@ -8,7 +8,6 @@ from fastapi import APIRouter, Query
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.clinic.figures import FigureWorker
-from kata.clinic.problems import ProblemError
 from kata.clinic.programmes import adherence, checks, planned, service
 from kata.clinic.programmes.adherence import Adherence
 from kata.clinic.programmes.checks import Found
@@ -24,6 +23,7 @@ from kata.clinic.programmes.schemas import (
     ProgrammeUpdate,
     VersionCreate,
 )
+from kata.problems import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["programmes"])

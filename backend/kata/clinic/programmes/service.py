@@ -9,7 +9,6 @@ from sqlalchemy.orm import Session, aliased, contains_eager
 
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import ProblemError, check_version, edited_meanwhile, not_found
 from kata.clinic.programmes import checks
 from kata.clinic.programmes.schemas import (
     Programme,
@@ -24,6 +23,7 @@ from kata.clinic.programmes.schemas import (
 )
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.database.base import utc_now
+from kata.problems import ProblemError, check_version, edited_meanwhile, not_found
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:

@@ -13,7 +13,6 @@ from sqlalchemy.orm import Session
 from kata.clinic.assessments import rom, spadi
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.problems import not_found
 from kata.clinic.programmes import adherence
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
@@ -28,6 +27,7 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.problems import not_found
 
 _WEEK: Final = timedelta(weeks=1)
 

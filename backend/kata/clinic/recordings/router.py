@@ -9,7 +9,6 @@ from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service
 from kata.clinic.recordings.derive import Derived, Source, derive
 from kata.clinic.recordings.edits import Edit
@@ -25,6 +24,7 @@ from kata.clinic.recordings.shown import MotionShown, shown
 from kata.database.engine import Database
 from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
+from kata.problems import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["recordings"])

@@ -14,7 +14,6 @@ from kata.clinic import overview
 from kata.clinic.fields import LONGEST_NAME
 from kata.clinic.figures import RecordingParts, Window
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import ProblemError, check_version, not_found
 from kata.clinic.recordings.derive import Derived, Source
 from kata.clinic.recordings.schemas import MotorRange, RecordingUpdate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
@@ -23,6 +22,7 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.motion.axes import Side
+from kata.problems import ProblemError, check_version, not_found
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""

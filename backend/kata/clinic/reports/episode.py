@@ -11,7 +11,6 @@ from kata.clinic.assessments import rom
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import not_found
 from kata.clinic.programmes.tables import ProgrammeItemRow
 from kata.clinic.reports.content import (
     Course,
@@ -25,6 +24,7 @@ from kata.clinic.reports.content import (
 )
 from kata.clinic.reports.session import person
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.problems import not_found
 
 PAINS: Final = ("rest", "active", "passive", "average")
 

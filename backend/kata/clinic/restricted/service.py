@@ -13,9 +13,9 @@ from kata.access.actor import Actor
 from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
-from kata.clinic.problems import ProblemError, not_found
 from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
 from kata.database.base import utc_now
+from kata.problems import ProblemError, not_found
 
 log = logging.getLogger(__name__)
 

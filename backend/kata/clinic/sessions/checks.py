@@ -10,13 +10,13 @@ from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.events import service as events
 from kata.clinic.fields import Side
-from kata.clinic.problems import ProblemError
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import service
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
+from kata.problems import ProblemError
 from kata.station.schemas import Live
 
 _ROTATES_DEG: Final = 15.0

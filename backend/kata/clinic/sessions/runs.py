@@ -12,7 +12,6 @@ from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import overview
 from kata.clinic.figures import RunParts, Window
-from kata.clinic.problems import ProblemError, not_found
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import learning, phases, plans
@@ -42,6 +41,7 @@ from kata.motion.axes import Side
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Tracking, compare, compare_motions
+from kata.problems import ProblemError, not_found
 
 log = logging.getLogger(__name__)
 

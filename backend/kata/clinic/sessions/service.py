@@ -8,7 +8,6 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.patients import service as patients
-from kata.clinic.problems import ProblemError, check_version, not_found
 from kata.clinic.sessions import ending, plans, runs
 from kata.clinic.sessions.schemas import (
     Addendum,
@@ -22,6 +21,7 @@ from kata.clinic.sessions.tables import (
     SessionRow,
 )
 from kata.database.base import utc_now
+from kata.problems import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"pain_before", "pain_during", "pain_after"}
 

@@ -4,11 +4,11 @@ from uuid import UUID, uuid4
 
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic.problems import ProblemError
 from kata.clinic.sessions import service
 from kata.clinic.sessions.schemas import AddendumCreate, SessionSign
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
 from kata.database.base import utc_now
+from kata.problems import ProblemError
 
 
 def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:
