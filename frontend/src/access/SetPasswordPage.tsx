@@ -11,6 +11,7 @@ import { Door } from "./Door";
 import { fromLink } from "./fromLink";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
 import { access } from "./standing";
+import { UserNameField } from "./UserNameField";
 
 /** The first administrator, by the link that the service printed. */
 export function SetUpPage() {
@@ -53,16 +54,11 @@ export function SetUpPage() {
           error={fields.name}
           onChange={(event) => setName(event.currentTarget.value)}
         />
-        <TextInput
-          label="User name"
+        <UserNameField
           description="For signing in."
-          autoComplete="username"
-          autoCapitalize="none"
-          spellCheck={false}
-          size="lg"
           value={username}
           error={fields.username}
-          onChange={(event) => setUsername(event.currentTarget.value)}
+          onChange={setUsername}
         />
         <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
         <ProblemNote error={setUp.error} />
@@ -98,16 +94,7 @@ export function SetPasswordPage() {
         pending={set.isPending}
         onSubmit={() => set.mutate()}
       >
-        <TextInput
-          label="User name"
-          autoComplete="username"
-          autoCapitalize="none"
-          spellCheck={false}
-          size="lg"
-          value={username}
-          error={fields.username}
-          onChange={(event) => setUsername(event.currentTarget.value)}
-        />
+        <UserNameField value={username} error={fields.username} onChange={setUsername} />
         <TextInput
           className={classes.code ?? ""}
           label="One-time code"

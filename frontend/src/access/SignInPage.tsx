@@ -9,6 +9,7 @@ import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
 import { Door } from "./Door";
 import { access, type Standing } from "./standing";
+import { UserNameField } from "./UserNameField";
 
 type Why = Extract<Standing, { is: "out" }>["why"];
 
@@ -65,17 +66,7 @@ export function SignInPage({ why }: { why: Why }) {
             />
           ) : (
             <>
-              <TextInput
-                label="User name"
-                autoComplete="username"
-                autoCapitalize="none"
-                autoCorrect="off"
-                spellCheck={false}
-                autoFocus
-                size="lg"
-                value={username}
-                onChange={(event) => setUsername(event.currentTarget.value)}
-              />
+              <UserNameField autoFocus value={username} onChange={setUsername} />
               <PasswordInput
                 label="Password"
                 autoComplete="current-password"
