@@ -20,7 +20,7 @@ export function NewPassword(props: {
     <>
       <PasswordInput
         label="New password"
-        description="Twelve characters or more. A few words that do not belong together are easy to remember; common passwords are refused."
+        description="Ten characters or more. A few words that do not belong together are easy to remember; common passwords are refused."
         autoComplete="new-password"
         size="lg"
         value={value.password}
