@@ -10,6 +10,7 @@ import logging
 import time
 from collections import OrderedDict
 from collections.abc import Iterator
+from datetime import datetime
 from typing import Any, Final
 from uuid import UUID
 
@@ -25,7 +26,6 @@ from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
-from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.problems import ProblemError
 from kata.web.signing import actor_at, address_of, cookie_of
@@ -159,15 +159,17 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
         await run_in_threadpool(_check_records, state.database, actor, rule, doing, named)
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
     if did_something and rule.needs != "stop" and remembered.is_news(cookie):
-        task = asyncio.create_task(run_in_threadpool(_did_something, state.database, actor), name="did something")
+        task = asyncio.create_task(
+            run_in_threadpool(_did_something, state.database, actor, state.access.now()), name="did something"
+        )
         remembered.writing.add(task)
         task.add_done_callback(remembered.writing.discard)
 
 
-def _did_something(database: Database, actor: Actor) -> None:
+def _did_something(database: Database, actor: Actor, now: datetime) -> None:
     try:
         with database.write() as session:
-            sign_in.did_something(session, actor, utc_now())
+            sign_in.did_something(session, actor, now)
     except SQLAlchemyError as error:
         log.warning("that somebody did something is not written down: %s", error)
 
