@@ -140,21 +140,7 @@ function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
           positive lag is late. Smoothness is the spectral arc length: about −1.4 for one smooth movement,
           lower with every stop and with tremor.
         </Table.Caption>
-        <Head
-          first="Motor"
-          others={[
-            "Peak, deg",
-            "at, s",
-            "RMSE, deg",
-            "Start, deg",
-            "Lag, ms",
-            "Taught, deg",
-            "Reached, deg",
-            "Torque peak, Nm",
-            "Smoothness taught",
-            "played",
-          ]}
-        />
+        <Head first="Motor" others={[...ERROR_HEADS, "Torque peak, Nm", "Smoothness taught", "played"]} />
         <Table.Tbody>
           {comparison.motors.map((motor) => (
             <Row
@@ -181,20 +167,7 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
     <Table.ScrollContainer minWidth={860}>
       <Table withTableBorder verticalSpacing="xs" data-testid="motions">
         <Table.Caption>The same by the body's motions, in its own angles</Table.Caption>
-        <Head
-          first="Motion"
-          others={[
-            "Peak, deg",
-            "at, s",
-            "RMSE, deg",
-            "Start, deg",
-            "Lag, ms",
-            "Taught, deg",
-            "Reached, deg",
-            "Apparatus, deg",
-            "Healthy shoulder, deg",
-          ]}
-        />
+        <Head first="Motion" others={[...ERROR_HEADS, "Apparatus, deg", "Healthy shoulder, deg"]} />
         <Table.Tbody>
           {motions.map((motion) => (
             <Row
@@ -212,6 +185,17 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
     </Table.ScrollContainer>
   );
 }
+
+/** Over what errorCells says of a motor or a motion. */
+const ERROR_HEADS = [
+  "Peak, deg",
+  "at, s",
+  "RMSE, deg",
+  "Start, deg",
+  "Lag, ms",
+  "Taught, deg",
+  "Reached, deg",
+];
 
 function errorCells(it: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
   return [
