@@ -93,6 +93,12 @@ const setPassword = createRoute({
   component: SetPasswordPage,
 });
 
+const stations = createRoute({
+  getParentRoute: () => root,
+  path: "/stations",
+  component: lazyRouteComponent(() => import("./stations/StationsPage"), "StationsPage"),
+});
+
 const administration = createRoute({
   getParentRoute: () => root,
   path: "/administration",
@@ -124,6 +130,7 @@ const backups = createRoute({
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
+    stations,
     patients,
     patient,
     recording,
