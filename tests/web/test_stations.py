@@ -1,10 +1,11 @@
-"""The overview of all stations: two services on one PostgreSQL, and the one on SQLite."""
+"""The overview of all stations: two services' on one PostgreSQL, and what of it whom is told."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, Final
-from uuid import uuid4
+from uuid import UUID, uuid4
 
 import pytest
 from fastapi.testclient import TestClient
@@ -13,155 +14,185 @@ from sqlalchemy import text, update
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
 from kata.clinic.patients.tables import PatientRow
-from kata.device import config
+from kata.database.engine import Database
+from kata.device.config import StationConfig
+from kata.station.overview import StationShown, state_of
+from kata.station.schemas import Live, PatientRef
+from kata.station.station import Station
+from kata.web.overview import Overview
 from tests.signed_in import signed_in
 from tests.web.conftest import running
-from tests.web.test_station import accepted, until, until_mode
 
-_MESSAGES: Final = 300
-"""A minute of them and more, at least one a second: whatever is waited for has come by then, or never does."""
-Shown = dict[str, dict[str, Any]]
+_LIMIT_S: Final = 60.0
 
 
-@contextmanager
-def station(folder: Path, name: str, url: str) -> Iterator[TestClient]:
-    """A service with a simulated apparatus of this name."""
-    folder.mkdir()
-    config.write(config.StationConfig(name=name), folder / "station.toml")
-    with running(folder, station=folder / "station.toml", database_url=url) as client:
-        yield client
+class Acted(Station):
+    """A station without an apparatus, which does what the test says."""
+
+    def __init__(self, name: str) -> None:
+        nowhere = Path("/nowhere")
+        super().__init__(
+            StationConfig(name=name), nowhere, nowhere, simulated=True, real_time=False, on_journal=lambda path: None
+        )
+        self._acted = super().live().model_copy(update={"device": "running", "mode": "idle", "estop": "closed"})
+
+    def live(self) -> Live:
+        return self._acted
+
+    def act(self, **changes: Any) -> None:
+        self._acted = self._acted.model_copy(update=changes)
+        self._changed()
+
+
+def overview_of(name: str, database: Database) -> tuple[Acted, Overview]:
+    station = Acted(name)
+    return station, Overview(station, database, list)
+
+
+async def until(overview: Overview, wanted: Callable[[dict[str, StationShown]], object]) -> dict[str, StationShown]:
+    """The stations by name, once they are as wanted."""
+    async with asyncio.timeout(_LIMIT_S):
+        while True:
+            shown = {one.name: one for one in overview.shown()}
+            if wanted(shown):
+                return shown
+            await overview.changed(0.1)
+
+
+def known(shown: dict[str, StationShown], *names: str) -> bool:
+    return all(name in shown and shown[name].state for name in names)
+
+
+@asynccontextmanager
+async def two(url: str) -> AsyncIterator[tuple[Overview, Acted, Overview]]:
+    """Two services on one database, each hearing the other: the first's overview, and the second's apparatus and overview."""
+    databases = Database(url), Database(url)
+    _, first = overview_of("Station 1", databases[0])
+    station, second = overview_of("Station 2", databases[1])
+    try:
+        async with first.going_on(), second.going_on():
+            for overview in (first, second):
+                await until(overview, lambda shown: known(shown, "Station 1", "Station 2"))
+            yield first, station, second
+    finally:
+        for database in databases:
+            database.close()
+
+
+def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> None:
+    async def look() -> None:
+        async with two(postgresql_url) as (first, _, second):
+            assert [(one.name, one.here) for one in first.shown()] == [("Station 1", True), ("Station 2", False)]
+            assert [(one.name, one.here) for one in second.shown()] == [("Station 2", True), ("Station 1", False)]
+
+    asyncio.run(look())
+
+
+def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) -> None:
+    async def look() -> None:
+        async with two(postgresql_url) as (first, station, _):
+            station.act(estop="pressed", mode="stopped")
+
+            def pressed(shown: dict[str, StationShown]) -> object:
+                state = shown["Station 2"].state
+                return state and (state.estop, state.mode) == ("pressed", "stopped")
+
+            shown = await until(first, pressed)
+            assert shown["Station 1"].state
+            assert shown["Station 1"].state.estop == "closed"
+
+    asyncio.run(look())
+
+
+def test_a_connection_that_is_lost_is_made_anew_and_the_own_station_is_known_meanwhile(postgresql_url: str) -> None:
+    ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
+
+    async def look() -> None:
+        async with two(postgresql_url) as (first, station, _):
+            with first.database.read() as session:
+                assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
+            station.act(estop="pressed")
+            assert known({one.name: one for one in first.shown()}, "Station 1")
+            await until(
+                first,
+                lambda shown: known(shown, "Station 2") and shown["Station 2"].state.estop == "pressed",  # type: ignore[union-attr]
+            )
+
+    asyncio.run(look())
+
+
+def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> None:
+    async def look() -> None:
+        databases = Database(postgresql_url), Database(postgresql_url)
+        _, first = overview_of("Station 1", databases[0])
+        _, second = overview_of("Station 2", databases[1])
+        async with first.going_on():
+            async with second.going_on():
+                await until(first, lambda shown: known(shown, "Station 2"))
+            shown = await until(first, lambda shown: shown["Station 2"].silent)
+            assert (shown["Station 2"].state, shown["Station 2"].heard_at is None) == (None, False)
+            assert shown["Station 1"].silent is False
+        for database in databases:
+            database.close()
+
+    asyncio.run(look())
+
+
+# -- what a browser is told -----------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def first(tmp_path_factory: pytest.TempPathFactory, postgresql_url: str) -> Iterator[TestClient]:
-    with station(tmp_path_factory.mktemp("stations") / "1", "Station 1", postgresql_url) as client:
-        yield client
-        app: Any = client.app
-        database = app.state.database
-    with database.writer.begin() as connection:
-        connection.exec_driver_sql("DROP SCHEMA public CASCADE")
-        connection.exec_driver_sql("CREATE SCHEMA public")
-    database.close()
-
-
-@pytest.fixture(scope="module")
-def second(first: TestClient, tmp_path_factory: pytest.TempPathFactory, postgresql_url: str) -> Iterator[TestClient]:
-    with station(tmp_path_factory.mktemp("stations") / "2", "Station 2", postgresql_url) as client:
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """On SQLite, without an apparatus."""
+    with running(tmp_path_factory.mktemp("stations"), simulate=False) as client:
         yield client
 
 
-def at_rest(client: TestClient) -> None:
-    """Idle; on a computer that is so busy that the control loop was kept from its work, somebody has to acknowledge that first."""
-
-    def rests(live: dict[str, Any]) -> bool:
-        return live["mode"] == "idle" or (live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
-
-    while until(client, rests)["mode"] != "idle":
-        client.post("/api/station/acknowledge")
-
-
-def seen_by(client: TestClient, role: Role) -> TestClient:
-    app: Any = client.app
-    browser = TestClient(client.app)
+def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
+    """The stations as the WebSocket tells this role of them; the list says the same."""
+    app: Any = service.app
+    browser = TestClient(service.app)
     browser.cookies.set(COOKIE, signed_in(app.state.database, role))
-    return browser
-
-
-def until_shown(browser: TestClient, wanted: Callable[[Shown], bool]) -> Shown:
-    """The stations by name, as the page hears of them."""
+    listed = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
     with browser.websocket_connect("/api/stations/live") as socket:
-        for _ in range(_MESSAGES):
-            stations = {one["name"]: one for one in socket.receive_json()["stations"]}
-            if wanted(stations):
-                return stations
-    raise AssertionError(stations)
+        told = {one["name"]: one for one in socket.receive_json()["stations"]}
+    assert told.keys() == listed.keys()
+    for name, one in told.items():
+        assert (one["state"] or {}).get("patient") == (listed[name]["state"] or {}).get("patient")
+    return told
 
 
-def state(shown: Shown, name: str) -> dict[str, Any]:
-    return (shown.get(name) or {}).get("state") or {}
+def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestClient) -> None:
+    (one,) = service.get("/api/stations").json()["items"]
+    assert (one["shown"]["name"], one["shown"]["here"], one["version"]) == ("Station 1", True, 1)
+    (version,) = service.get("/api/station-versions", params={"station": "Station 1"}).json()["items"]
+    assert 'name = "Station 1"' in version["config"]
+    assert service.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404
 
 
-def test_on_sqlite_there_is_the_one_station(tmp_path: Path) -> None:
-    with running(tmp_path) as client:
-        until_mode(client, "idle")
-        shown = until_shown(client, lambda shown: state(shown, "Station 1").get("mode") == "idle")
-        assert list(shown) == ["Station 1"]
-        assert (shown["Station 1"]["here"], shown["Station 1"]["silent"]) == (True, False)
-
-
-def test_each_service_shows_both_stations_and_what_stops_one_of_them(first: TestClient, second: TestClient) -> None:
-    at_rest(first)
-    at_rest(second)
-    for client, own in ((first, "Station 1"), (second, "Station 2")):
-        shown = until_shown(client, lambda shown: len([one for one in shown.values() if one["state"]]) == 2)
-        assert [name for name, one in shown.items() if one["here"]] == [own]
-    second.post("/api/simulator/estop", json={"pressed": True})
-    shown = until_shown(first, lambda shown: state(shown, "Station 2").get("estop") == "pressed")
-    assert shown["Station 2"]["state"]["mode"] == "stopped"
-    assert [cause["code"] for cause in shown["Station 2"]["state"]["causes"]] == ["estop_pressed"]
-    assert state(shown, "Station 1")["estop"] == "closed"
-    second.post("/api/simulator/estop", json={"pressed": False})
-    until_shown(first, lambda shown: state(shown, "Station 2").get("estop") == "released")
-    accepted(second, "acknowledge")
-    until_shown(first, lambda shown: state(shown, "Station 2").get("mode") == "idle")
-
-
-def test_the_list_tells_who_is_registered_and_with_which_configuration(first: TestClient, second: TestClient) -> None:
-    items = {one["shown"]["name"]: one for one in first.get("/api/stations").json()["items"]}
-    assert {name: one["version"] for name, one in items.items()} == {"Station 1": 1, "Station 2": 1}
-    told = first.get("/api/station-versions", params={"station": "Station 2"}).json()["items"]
-    assert 'name = "Station 2"' in told[0]["config"]
-    assert first.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404
-
-
-def test_a_patient_at_another_station_is_named_to_whom_the_record_is_open(
-    first: TestClient, second: TestClient
-) -> None:
+def test_a_patient_at_another_station_is_named_to_whom_the_record_is_open(service: TestClient) -> None:
+    app: Any = service.app
     body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
-    patient = second.post("/api/patients", json=body).json()
-    at_rest(second)
-    accepted(second, "teach", {"patient_id": patient["id"]})
-
-    def teaching(shown: Shown) -> bool:
-        return state(shown, "Station 2").get("mode") == "teaching"
+    patient_id = UUID(service.post("/api/patients", json=body).json()["id"])
+    elsewhere = Acted("Station 2")
+    told = state_of(elsewhere.info, elsewhere.live(), uuid4())
+    told = told.model_copy(
+        update={"patient": PatientRef(id=patient_id, name="Yamada Hanako"), "recording_name": "Hers", "mode": "ready"}
+    )
 
     def named(role: Role) -> Any:
-        browser = seen_by(first, role)
-        live = until_shown(browser, teaching)["Station 2"]["state"]["patient"]
-        items = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
-        assert items["Station 2"]["state"]["patient"] == live
-        return live and live["name"]
+        assert service.portal
+        service.portal.call(app.state.overview.take, told)
+        state = seen_by(service, role)["Station 2"]["state"]
+        assert state["mode"] == "ready"
+        return (state["patient"] and state["patient"]["name"]), state["recording_name"]
 
+    hers = ("Yamada Hanako", "Hers")
     assert {role: named(role) for role in ("viewer", "therapist", "technician")} == {
-        "viewer": "Yamada Hanako",
-        "therapist": "Yamada Hanako",
-        "technician": None,
+        "viewer": hers,
+        "therapist": hers,
+        "technician": (None, None),
     }
-    app: Any = first.app
     with app.state.database.write() as session:
         session.execute(update(PatientRow).values(restricted=True))
-    assert named("therapist") is None
-    accepted(second, "finish-teaching")
-    until_shown(first, lambda shown: state(shown, "Station 2").get("mode") == "idle")
-
-
-def test_a_connection_that_is_lost_is_made_anew(first: TestClient, second: TestClient) -> None:
-    until_shown(first, lambda shown: bool(state(shown, "Station 2")))
-    app: Any = first.app
-    ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
-    with app.state.database.read() as session:
-        assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
-    shown = until_shown(first, lambda shown: shown["Station 2"]["silent"])
-    assert shown["Station 1"]["silent"] is False, "its own state needs no database"
-    until_shown(first, lambda shown: bool(state(shown, "Station 2")))
-
-
-def test_a_station_whose_service_has_gone_is_silent_since_then(
-    first: TestClient, tmp_path: Path, postgresql_url: str
-) -> None:
-    with station(tmp_path / "3", "Station 3", postgresql_url):
-        shown = until_shown(first, lambda shown: bool(state(shown, "Station 3")))
-        heard_at = shown["Station 3"]["heard_at"]
-    gone = until_shown(first, lambda shown: shown["Station 3"]["silent"])["Station 3"]
-    assert gone["state"] is None
-    assert gone["heard_at"] >= heard_at
+    assert named("therapist") == (None, None)

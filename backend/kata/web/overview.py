@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 _CHANNEL: Final = "kata_stations"
 _AT_LEAST_EVERY_S: Final = 1.0
 _AGAIN_S: Final = 1.0
-_LIMIT_S: Final = 2.0
+_LIMIT_S: Final = 3.0
 """So long the database may take for one word."""
 
 
@@ -95,7 +95,8 @@ class Overview:
     def _own(self) -> StationTold:
         return state_of(self.station.info, self.station.live(), self.service)
 
-    def _take(self, state: StationTold) -> None:
+    def take(self, state: StationTold) -> None:
+        """A station has said this, and it has arrived now; from the event loop."""
         self._roster.take(state, self.now())
         self.changes += 1
         for event in self._waiting:
@@ -103,7 +104,7 @@ class Overview:
 
     async def _watch_own(self) -> None:
         async for state in self._news():
-            self._take(state)
+            self.take(state)
 
     async def _news(self) -> AsyncIterator[StationTold]:
         """The own state: at once when more than its progress has changed, and at least every second."""
@@ -165,7 +166,7 @@ class Overview:
             log.warning("what a station says is not understood: %s", error.errors(include_input=False)[:1])
             return
         if state.service != self.service:
-            self._take(state)
+            self.take(state)
 
 
 async def _in_time(connection: Any, statement: str, values: tuple[str, ...]) -> None:

@@ -2559,10 +2559,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
         };
         /**
          * AssessmentUpdate
@@ -3213,10 +3213,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
             /** @description The first that was not withdrawn. */
             baseline: components["schemas"]["Assessment"] | null;
         };
@@ -6459,7 +6459,7 @@ export interface components {
          * @description One that is registered, or was heard.
          */
         Station: {
-            shown: components["schemas"]["StationShown-Output"];
+            shown: components["schemas"]["StationShown"];
             /** Registered At */
             registered_at: string | null;
             /**
@@ -6518,7 +6518,7 @@ export interface components {
          * StationShown
          * @description One station, as far as it is known here.
          */
-        "StationShown-Input": {
+        StationShown: {
             /** Name */
             name: string;
             /**
@@ -6542,43 +6542,21 @@ export interface components {
              */
             doubled: boolean;
             /** @description Null while it is silent. */
-            state: components["schemas"]["StationState-Input"] | null;
-        };
-        /**
-         * StationShown
-         * @description One station, as far as it is known here.
-         */
-        "StationShown-Output": {
-            /** Name */
-            name: string;
-            /**
-             * Here
-             * @description It is the one that this service belongs to.
-             */
-            here: boolean;
-            /**
-             * Heard At
-             * @description When it last said anything; null: not since this service began.
-             */
-            heard_at: string | null;
-            /**
-             * Silent
-             * @description It has said nothing for seconds: what it does is not known.
-             */
-            silent: boolean;
-            /**
-             * Doubled
-             * @description Two services call themselves so: one of them has to be given another name.
-             */
-            doubled: boolean;
-            /** @description Null while it is silent. */
-            state: components["schemas"]["kata__station__overview__StationState"] | null;
+            state: components["schemas"]["StationTold"] | null;
         };
         /**
          * StationState
+         * @description The station and its newest state.
+         */
+        StationState: {
+            station: components["schemas"]["StationInfo"];
+            live: components["schemas"]["Live"];
+        };
+        /**
+         * StationTold
          * @description What a station says of itself to all the others.
          */
-        "StationState-Input": {
+        StationTold: {
             /**
              * Station
              * @example Station 1
@@ -6680,7 +6658,7 @@ export interface components {
              */
             sent_at: string;
             /** Stations */
-            stations: components["schemas"]["StationShown-Input"][];
+            stations: components["schemas"]["StationShown"][];
         };
         /**
          * StopCauseLive
@@ -7031,72 +7009,6 @@ export interface components {
              * @example 2
              */
             pause_s: number;
-        };
-        /**
-         * StationState
-         * @description What a station says of itself to all the others.
-         */
-        kata__station__overview__StationState: {
-            /**
-             * Station
-             * @example Station 1
-             */
-            station: string;
-            /**
-             * Service
-             * Format: uuid
-             * @description Of this start of its service.
-             */
-            service: string;
-            /** Simulated */
-            simulated: boolean;
-            /**
-             * Device
-             * @enum {string}
-             */
-            device: "starting" | "running" | "restarting";
-            /**
-             * Mode
-             * @enum {string}
-             */
-            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /** Torque On */
-            torque_on: boolean;
-            /**
-             * Estop
-             * @enum {string}
-             */
-            estop: "closed" | "pressed" | "released" | "unknown";
-            /**
-             * Causes
-             * @description Of the stop that is latched, the first one first.
-             */
-            causes: components["schemas"]["StopCauseLive"][];
-            /** Arm Held */
-            arm_held: boolean;
-            /**
-             * Operator
-             * @description Who operates it.
-             */
-            operator: string | null;
-            /** @description Null too where the record is not for whoever asks. */
-            patient: components["schemas"]["PatientRef"] | null;
-            /** Recording Name */
-            recording_name: string | null;
-            progress: components["schemas"]["PlaybackProgress"] | null;
-            /**
-             * Take S
-             * @description While teaching: length of the present or last take, seconds.
-             */
-            take_s: number | null;
-        };
-        /**
-         * StationState
-         * @description The station and its newest state.
-         */
-        kata__web__station__StationState: {
-            station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live"];
         };
         /**
          * ProblemField
@@ -7591,8 +7503,10 @@ export interface operations {
     list_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -7741,8 +7655,10 @@ export interface operations {
     list_patient_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -13958,7 +13874,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["kata__web__station__StationState"];
+                    "application/json": components["schemas"]["StationState"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
