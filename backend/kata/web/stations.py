@@ -156,7 +156,11 @@ async def live_stations(socket: WebSocket) -> None:
     finally:
         for task in tasks | {ending}:
             task.cancel()
-        await asyncio.gather(*tasks, ending, return_exceptions=True)
+        # Not gather: it would swallow what we ourselves are cancelled by.
+        await asyncio.wait(tasks | {ending})
+        for task in tasks:
+            if not task.cancelled() and (error := task.exception()):
+                log.error("a listener could not be told any more", exc_info=error)
 
 
 async def _until_gone(socket: WebSocket) -> None:
