@@ -20,6 +20,7 @@ from kata.access.actor import by_program
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.openid import Provider
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.access.trail import Trail
@@ -52,7 +53,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import DeviceState
 from kata.station.station import Station
-from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
+from kata.web import access, accounts, hardening, live, openid, operating, own_account, page, problems, sign_in, signing
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
 from kata.web.backups import Backups
@@ -138,6 +139,7 @@ def create_app(settings: Settings) -> FastAPI:
         session_lists,
         sessions,
         own_account.router,
+        openid.router,
         sign_in.router,
         station_router,
         simulator,
@@ -260,6 +262,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
         limits=limits,
+        openid=Provider(settings) if settings.openid_issuer else None,
     )
 
 
