@@ -60,7 +60,7 @@ def test_whoever_is_linked_signs_in_by_the_provider_and_unlocks_by_it(
     expect(hers).to_have_url(f"{clinic.url}/patients")
 
     # Locked, she goes there and back in a tab of its own; Stop stays where it is.
-    menu(hers, "Lock")
+    menu(hers, "Lock the screen")
     expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
     hers.screenshot(path=artefacts / "locked-openid.png")
     with another.expect_page() as opened:

@@ -26,6 +26,8 @@ export function OpenIdPage() {
   useTitle("Sign in");
   const router = useRouter();
   const [back] = useState(cameWith);
+  // Only the links of openId.ts lead away: this screen is mounted anew while the one that was wanted is still being fetched.
+  const [leaving] = useState(() => location.hash !== "");
   const [to] = useState(() => fromLink("to"));
   const [code, setCode] = useState("");
   const [closing, setClosing] = useState(false);
@@ -47,8 +49,8 @@ export function OpenIdPage() {
     if (back) {
       history.replaceState(history.state, "", OPENID_PATH);
       come(back);
-    } else leave();
-  }, [back, come, leave]);
+    } else if (leaving) leave();
+  }, [back, leaving, come, leave]);
   const submit = (event: FormEvent) => {
     event.preventDefault();
     confirm.mutate();
@@ -88,8 +90,10 @@ export function OpenIdPage() {
             Sign in
           </Button>
         </form>
-      ) : (
+      ) : back || leaving ? (
         <Text role="status">One moment.</Text>
+      ) : (
+        <Button onClick={() => router.history.replace("/")}>Back to the page</Button>
       )}
     </Door>
   );
