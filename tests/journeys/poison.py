@@ -14,10 +14,11 @@ from kata.access import audit
 from kata.access.actor import Actor
 from kata.access.tables import AccountRow, AccountStationRow, BackupRow, BrokenGlassRow, SignInRow
 from kata.clinic import tables
-from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions.tables import AddendumRow, SessionStopRow
+from kata.clinic.stations.tables import StationRow
 from kata.database.base import Base, utc_now
 from tests.clinic.treated import treat
 
@@ -36,6 +37,7 @@ NOT_WRITTEN: Final = frozenset(
         "sign_ins.secret_hash", "accounts.oidc_subject",
         # Made by the program, of what stands elsewhere.
         "patients.search_text", "stations.config", "run_corrections.station",
+        "station_versions.software", "station_versions.station", "station_versions.config",
         # Only ever added to, each row at its beginning: fill() does.
         *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),
     }

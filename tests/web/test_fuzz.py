@@ -26,6 +26,7 @@ from schemathesis.specs.openapi.checks import (
     response_schema_conformance,
     status_code_conformance,
 )
+from schemathesis.specs.openapi.schemas import OpenApiSchema
 from sqlalchemy import select
 
 from kata.access.actor import Role
@@ -43,7 +44,7 @@ Case = Any  # schemathesis.Case: its type argument exists for type checkers only
 _DOCUMENT: Final = json.loads((ROOT / "frontend/openapi.json").read_text())
 
 
-def _schema(deterministic: bool) -> Any:
+def _schema(deterministic: bool) -> OpenApiSchema:
     config = {"generation": {"deterministic": deterministic, "database": "none"}}
     return schemathesis.openapi.from_dict(_DOCUMENT, config=SchemathesisConfig.from_dict(config))
 

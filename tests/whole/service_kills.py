@@ -24,7 +24,7 @@ from tests.conftest import free_port
 from tests.signed_in import signed_in_at
 
 _WRITERS: Final = 4
-_START_LIMIT_S: Final = 60.0
+_START_LIMIT_S: Final = 120.0
 _ACTIVE: Final = {"X-Kata-Active": "1"}
 
 
