@@ -96,6 +96,12 @@ const setPassword = createRoute({
   component: SetPasswordPage,
 });
 
+const stations = createRoute({
+  getParentRoute: () => root,
+  path: "/stations",
+  component: lazyRouteComponent(() => import("./stations/StationsPage"), "StationsPage"),
+});
+
 const administration = createRoute({
   getParentRoute: () => root,
   path: "/administration",
@@ -127,6 +133,7 @@ const backups = createRoute({
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
+    stations,
     patients,
     patient,
     recording,
