@@ -41,7 +41,7 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
-from kata.web import live, logs, tls
+from kata.web import live, logs, tls, watchdog
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
 
@@ -248,6 +248,7 @@ async def _serve(settings: Settings) -> None:
             if certificate:
                 await stack.enter_async_context(tls.kept(certificate))
                 _console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
+            await stack.enter_async_context(watchdog.watched())
             await _Server(_configured(application, settings, certificate)).serve([listening])
     except (
         AnchorError,
