@@ -298,7 +298,8 @@ def _document_problems(app: FastAPI) -> None:
             schemas = document["components"]["schemas"]
             schemas.pop("HTTPValidationError", None)
             schemas.pop("ValidationError", None)
-            document["webhooks"]["live"]["post"]["responses"].pop("422")
+            for told in document["webhooks"].values():
+                told["post"]["responses"].pop("422")
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described

@@ -1,7 +1,7 @@
 import { AppShell, Badge, Box, Group, Text } from "@mantine/core";
 import { IconPlugConnected, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
-import { useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
+import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
 import { EstopBadge } from "./EstopBadge";
 import { formatClock } from "./format";
 import { modeWords } from "./modes";
@@ -69,14 +69,29 @@ function ConnectionBadge() {
   const connected = useConnected();
   const station = useStation();
   return (
-    <Group gap={6} data-testid="connection" data-connected={connected} role="status">
+    <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
-      <Text size="sm">
+      <Text size="sm" role="status">
         {connected ? `Live${station?.simulated ? ", simulated apparatus" : ""}` : "Connection lost"}
       </Text>
+      <Age />
     </Group>
   );
 }
+
+/** Of what the device said last. No screen reader is told of it twice a second. */
+function Age() {
+  const age = useAge();
+  if (age === null) return null;
+  return (
+    <Text size="sm" className={classes.age ?? ""} data-testid="age">
+      {formatAge(age)}
+    </Text>
+  );
+}
+
+const formatAge = (tenths: number) =>
+  tenths < 600 ? `${(tenths / 10).toFixed(1)} s old` : `${Math.floor(tenths / 600)} min old`;
 
 function LostBanner() {
   const connected = useConnected();
