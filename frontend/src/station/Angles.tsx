@@ -1,7 +1,6 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { useAlive, useLive, useStation } from "../live/hooks";
 import { formatDeg } from "../shared/format";
-import { TRACES } from "../theme";
 import { Strip } from "./Strip";
 import classes from "./station.module.css";
 
@@ -23,11 +22,11 @@ export function Angles() {
         <Title order={3}>Angles</Title>
         <Group gap="lg">
           <Text size="sm">
-            <Text span c={TRACES.setpoint} fw={700}>
+            <Text span c="var(--kata-setpoint)" fw={700}>
               ━
             </Text>{" "}
             setpoint{" "}
-            <Text span c={TRACES.measured} fw={700}>
+            <Text span c="var(--kata-measured)" fw={700}>
               ━
             </Text>{" "}
             measured
