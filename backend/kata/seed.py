@@ -37,6 +37,7 @@ from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Asked, Motion, as_asked
 from kata.motion.linkage import motor_angles_deg
+from kata.motion.taught import Taught
 from kata.settings import Settings
 
 MARK: Final = "Invented for the demonstration: nobody's record."
@@ -70,6 +71,7 @@ class SeedError(Exception):
 def seed(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
     number: Annotated[int, typer.Option("--seed", help="The same number on the same day makes the same clinic.")] = 1,
+    patients: Annotated[int, typer.Option(min=1, max=len(_PEOPLE), help="How many of them.")] = len(_PEOPLE),
 ) -> None:
     """Fill an empty clinic with a dozen invented patients and months of their history. Stop the service first."""
     given: dict[str, Any] = {"data": data} if data else {}
@@ -79,7 +81,7 @@ def seed(
             database = Database(settings.effective_database_url)
             try:
                 upgrade(database)
-                made = fill(database, number, utc_now())
+                made = fill(database, number, utc_now(), patients)
             finally:
                 database.close()
     except (SeedError, DatabaseError, FolderInUseError, folder.UnfinishedRestoreError, OSError) as error:
@@ -90,7 +92,7 @@ def seed(
     )
 
 
-def fill(database: Database, number: int, now: datetime) -> int:
+def fill(database: Database, number: int, now: datetime, patients: int = len(_PEOPLE)) -> int:
     """Write it all down; how many patients. The same ``number`` on the same day makes the same clinic.
 
     :raises SeedError: when there is any patient in the database: nobody's record is to stand among invented ones.
@@ -98,10 +100,11 @@ def fill(database: Database, number: int, now: datetime) -> int:
     with by_program("seed", _STATION), database.write() as session:
         if session.scalar(select(func.count()).select_from(PatientRow)):
             raise SeedError("There are patients in this clinic already. Invented ones are only put into an empty one.")
-        for place, (name, kana, sex) in enumerate(_PEOPLE):
+        motions = built_in_motions()
+        for place, (name, kana, sex) in enumerate(_PEOPLE[:patients]):
             chance = random.Random(f"{number} {place}")  # noqa: S311 - nothing is kept secret by it
-            _Invented(session, chance, place, now).write(name, kana, sex)
-    return len(_PEOPLE)
+            _Invented(session, chance, place, now, motions).write(name, kana, sex)
+    return min(patients, len(_PEOPLE))
 
 
 @dataclass(frozen=True)
@@ -113,17 +116,20 @@ class _Taught:
 class _Invented:
     """One patient: how long treated, how stiff, how quickly better, is drawn by lot."""
 
-    def __init__(self, session: Session, chance: random.Random, place: int, now: datetime) -> None:
+    def __init__(
+        self, session: Session, chance: random.Random, place: int, now: datetime, motions: tuple[Taught, ...]
+    ) -> None:
         self._session = session
         self._chance = chance
+        self._motions = motions
         self._place = place
         self._noise = np.random.default_rng(chance.randrange(2**32))
         self._weeks = 6 + 2 * (place % 5)
         # The last visit was yesterday, or a few days ago.
         last_day = now.date() - timedelta(days=1 + (place % 3) * 2)
         self._visits = [
-            datetime.combine(last_day - timedelta(days=3 * n), time(1 + place % 7, 30), UTC)
-            for n in reversed(range(self._weeks * 2))
+            datetime.combine(last_day - timedelta(days=7 * n), time(1 + place % 7, 30), UTC)
+            for n in reversed(range(self._weeks))
         ]
         self._first = self._visits[0]
         self._therapist = _THERAPISTS[place % len(_THERAPISTS)]
@@ -137,7 +143,7 @@ class _Invented:
         )  # fmt: skip
         self._add(patient)
         episode = self._episode(patient.id)
-        taught = [self._teach(patient.id, motion) for motion in _MOTIONS[: 2 + self._place % 2]]
+        taught = [self._teach(patient.id, motion) for motion in _MOTIONS[:: 1 + self._place % 2][:2]]
         version = self._programme(episode.id, taught)
         for nth, at in enumerate(self._visits):
             self._visit(patient.id, episode.id, version, taught, nth, at)
@@ -166,7 +172,7 @@ class _Invented:
         return row
 
     def _teach(self, patient_id: UUID, number: int) -> _Taught:
-        built_in = built_in_motions()[number]
+        built_in = self._motions[number]
         at = self._first + timedelta(minutes=5 + 5 * number)
         row = TeachingRow(
             id=self._id(), patient_id=patient_id, name=built_in.name[2:], side=self._side, taught_by=self._therapist,
@@ -193,7 +199,7 @@ class _Invented:
         self._add(programme)
         version = ProgrammeVersionRow(
             id=self._id(), programme_id=programme.id, number=1, made_at=self._first, made_by=self._therapist,
-            note="", timer_minutes=30.0, sessions_per_week=2,
+            note="", timer_minutes=30.0, sessions_per_week=1,
         )  # fmt: skip
         self._add(version)
         for position, one in enumerate(taught, start=1):
@@ -215,7 +221,7 @@ class _Invented:
         nth: int,
         at: datetime,
     ) -> None:
-        better = self._better(nth / 2)
+        better = self._better(nth)
         before = max(1, round(7 - 6 * better + self._chance.uniform(-1, 1)))
         ended, signed = at + timedelta(minutes=35), at + timedelta(minutes=40)
         stopped = self._chance.random() < 0.06
