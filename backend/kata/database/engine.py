@@ -6,7 +6,8 @@ are the last to close.
 """
 
 import sqlite3
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -47,6 +48,8 @@ class Database:
         :raises DatabaseError: when it is none, or its driver is not installed.
         """
         self.witness: Witness | None = None
+        self.on_waited: Callable[[float], None] = lambda waited_s: None
+        """Called with the seconds that each writing session has waited for its turn; from any thread, never to fail."""
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
@@ -81,8 +84,12 @@ class Database:
         Rows stay readable after the commit.
         """
         witness = self.witness
+        asked_s = time.monotonic()
         with Session(self.writer, expire_on_commit=False) as session:
             with session.begin():
+                # Here one waits for the one writer, for a connection of the pool, for a server that is slow.
+                session.connection()
+                self.on_waited(time.monotonic() - asked_s)
                 if witness:
                     witness.began(session)
                 yield session

@@ -119,7 +119,8 @@ async def live(socket: WebSocket) -> None:
     endings: Endings = socket.app.state.access.endings
     ending = asyncio.create_task(endings.of(actor.sign_in_id))
     try:
-        with station.operating.listening(here), station.subscribed() as subscription:
+        listeners = socket.app.state.metrics.listeners
+        with station.operating.listening(here), station.subscribed() as subscription, listeners.track_inprogress():
             # Listening finds out that the other end has gone, even while nothing can be sent.
             listening = asyncio.create_task(_listen(socket, station, subscription))
             telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))

@@ -4,7 +4,7 @@
  */
 
 export interface paths {
-    "/api/health": {
+    "/health/live": {
         parameters: {
             query?: never;
             header?: never;
@@ -12,10 +12,51 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Health
-         * @description For whoever watches the service.
+         * Get Health Live
+         * @description The service is there: whoever gets no answer may start it anew. It is there without database and apparatus, too: a session that
+         *     goes on is not to be ended for want of them.
          */
-        get: operations["get_health"];
+        get: operations["get_health_live"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/health/ready": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Health Ready
+         * @description Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same.
+         */
+        get: operations["get_health_ready"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/metrics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Metrics
+         * @description For Prometheus: for technicians and administrators, and for a program that shows the token of ``KATA_METRICS_TOKEN``.
+         */
+        get: operations["get_metrics"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2346,6 +2387,18 @@ export interface components {
             password?: string | null;
         };
         /**
+         * Alive
+         * @description The service answers.
+         */
+        Alive: {
+            /**
+             * Status
+             * @default alive
+             * @constant
+             */
+            status: "alive";
+        };
+        /**
          * Assessment
          * @description What was found on a day.
          */
@@ -2466,10 +2519,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
         };
         /**
          * AssessmentUpdate
@@ -3120,10 +3173,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
             /** @description The first that was not withdrawn. */
             baseline: components["schemas"]["Assessment"] | null;
         };
@@ -3439,30 +3492,6 @@ export interface components {
              * @description Seconds until it has let go.
              */
             left_s: number;
-        };
-        /**
-         * Health
-         * @description Whether the service does its work.
-         */
-        Health: {
-            /**
-             * Status
-             * @description degraded: the device process is not running.
-             * @enum {string}
-             */
-            status: "ok" | "degraded";
-            /** Version */
-            version: string;
-            /**
-             * Database
-             * @enum {string}
-             */
-            database: "sqlite" | "postgresql";
-            /**
-             * Device
-             * @enum {string}
-             */
-            device: "starting" | "running" | "restarting";
         };
         /**
          * Hold
@@ -3924,6 +3953,11 @@ export interface components {
              */
             bus_errors: number;
             /**
+             * Drive Errors
+             * @description Axis order: cycles in which no sound answer of the drive came.
+             */
+            drive_errors: number[];
+            /**
              * Telemetry Dropped
              * @description Snapshots that never reached the service.
              */
@@ -3967,7 +4001,7 @@ export interface components {
              */
             language: string;
             /** Permissions */
-            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "read_records" | "write_records" | "administer")[];
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "see_operation" | "read_records" | "write_records" | "administer")[];
             /**
              * Stations
              * @description Names of the stations that this account works at; empty: all.
@@ -5028,6 +5062,25 @@ export interface components {
              * @description A value a column; null where there is none.
              */
             rows: (string | number | null)[][];
+        };
+        /**
+         * Ready
+         * @description A session can begin here.
+         */
+        Ready: {
+            /**
+             * Status
+             * @default ready
+             * @constant
+             */
+            status: "ready";
+            /** Version */
+            version: string;
+            /**
+             * Database
+             * @enum {string}
+             */
+            database: "sqlite" | "postgresql";
         };
         /**
          * RecordAccess
@@ -6863,7 +6916,7 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
-    get_health: {
+    get_health_live: {
         parameters: {
             query?: never;
             header?: never;
@@ -6878,7 +6931,83 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Health"];
+                    "application/json": components["schemas"]["Alive"];
+                };
+            };
+        };
+    };
+    get_health_ready: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Ready"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_metrics: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": unknown;
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -7200,8 +7329,10 @@ export interface operations {
     list_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -7350,8 +7481,10 @@ export interface operations {
     list_patient_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -13860,7 +13993,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13925,7 +14058,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14021,7 +14154,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14086,7 +14219,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14151,7 +14284,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14216,7 +14349,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14281,7 +14414,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14346,7 +14479,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14411,7 +14544,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14467,7 +14600,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14532,7 +14665,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
