@@ -1,9 +1,12 @@
 import { keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
 
-type Page<Item> = { items: Item[]; next: string | null };
+type Page = { items: unknown[]; next: string | null };
 
 /** A list that is fetched a page at a time, with what has come of it so far in one piece. */
-export function usePages<Item>(key: unknown[], fetchPage: (after: string | null) => Promise<Page<Item>>) {
+export function usePages<Found extends Page>(
+  key: unknown[],
+  fetchPage: (after: string | null) => Promise<Found>,
+) {
   const list = useInfiniteQuery({
     queryKey: key,
     queryFn: ({ pageParam }) => fetchPage(pageParam),
@@ -11,5 +14,6 @@ export function usePages<Item>(key: unknown[], fetchPage: (after: string | null)
     getNextPageParam: (page) => page.next,
     placeholderData: keepPreviousData,
   });
-  return { ...list, items: list.data?.pages.flatMap((page) => page.items) };
+  const items = list.data?.pages.flatMap((page): Found["items"][number][] => page.items);
+  return { ...list, items };
 }
