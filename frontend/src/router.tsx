@@ -8,6 +8,8 @@ import {
 } from "@tanstack/react-router";
 import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
+import { OpenIdPage } from "./access/OpenIdPage";
+import { OPENID_PATH } from "./access/openId";
 import { readAuditFilters } from "./administration/auditFilters";
 import { ProblemError } from "./api/client";
 import { readFilters } from "./sessions/filters";
@@ -86,6 +88,7 @@ const setUp = createRoute({
   path: "/set-up",
   component: lazyRouteComponent(() => import("./access/SetPasswordPage"), "SetUpPage"),
 });
+const openId = createRoute({ getParentRoute: () => root, path: OPENID_PATH, component: OpenIdPage });
 const setPassword = createRoute({
   getParentRoute: () => root,
   path: "/set-password",
@@ -133,6 +136,7 @@ export const router = createRouter({
     newProgramme,
     account,
     signIn,
+    openId,
     setUp,
     setPassword,
     administration.addChildren([accounts, audit, emergencyAccess, backups]),

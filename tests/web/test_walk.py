@@ -35,6 +35,7 @@ _ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 # What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
 PUBLIC: Final = {
     "get_health_live", "get_health_ready", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
+    "get_ways_in", "begin_openid", "sign_in_by_openid", "confirm_openid",
 }  # fmt: skip
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {"remove_second_factor", "change_password", "list_own_sign_ins", "end_own_sign_in"}

@@ -77,6 +77,10 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # Coming in and going out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
+        "get_ways_in": _PUBLIC,
+        "begin_openid": _PUBLIC,
+        "sign_in_by_openid": _PUBLIC,
+        "confirm_openid": _PUBLIC,
         "set_up_clinic": _PUBLIC,
         "set_password_by_code": _PUBLIC,
         "sign_out": _PUBLIC,

@@ -19,6 +19,7 @@ from kata.access.actor import by_program
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.openid import Provider
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.access.trail import Trail
@@ -56,6 +57,7 @@ from kata.web import (
     health,
     live,
     metrics,
+    openid,
     operating,
     own_account,
     page,
@@ -126,6 +128,7 @@ def create_app(settings: Settings) -> FastAPI:
         session_lists,
         sessions,
         own_account.router,
+        openid.router,
         sign_in.router,
         station_router,
         simulator,
@@ -256,6 +259,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
         limits=limits,
+        openid=Provider(settings) if settings.openid_issuer else None,
     )
 
 

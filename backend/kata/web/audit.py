@@ -105,7 +105,9 @@ class AuditEntry(Schema):
 
     number: int = Field(description="In the chain, from 1 without gaps.")
     at: datetime
-    account_id: UUID | None = Field(description="Null: nobody who was signed in, or the program by itself.")
+    account_id: UUID | None = Field(
+        description="Who did it; where nobody was signed in, whose account was tried. Null: neither."
+    )
     who: str = Field(description="The name as it was then; empty where nobody was signed in.")
     role: str
     address: str = Field(description="Of the browser.")

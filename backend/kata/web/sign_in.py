@@ -23,6 +23,7 @@ from kata.web.signing import (
     let_in,
     me,
     name_key,
+    whose,
 )
 
 router = APIRouter(tags=["sign-in"], dependencies=[Depends(refusals_counted)])
@@ -68,9 +69,11 @@ def sign_in_by_password(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
 ) -> Me:
     """Sign in with user name and password, and with the second factor where there is one."""
-    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     with database.read() as session:
         account = accounts.named(session, given.username)
+    if account:
+        whose(account.id)
+    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     fits = access.passwords.fits(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
         # One sentence for everything, so that nobody learns which user names there are.
@@ -172,6 +175,8 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
     )
     with database.read() as session:
         account = accounts.named(session, given.username)
+        if account:
+            whose(account.id)
         if account is None or not accounts.code_fits(account, given.code, access.now()):
             raise unfit
     access.throttle.was_no_failure(address)
@@ -202,7 +207,7 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
 def get_me(database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
     """Who is signed in at this browser."""
     with database.read() as session:
-        return me(session, actor, access.limits)
+        return me(session, actor, access)
 
 
 def _begin_try(request: Request, access: Access, username: str) -> str:

@@ -41,7 +41,7 @@ export function AccountMenu() {
         >
           {dark ? "Light page" : "Dark page, for a dim room"}
         </Menu.Item>
-        {me.password && (
+        {(me.password || me.openid) && (
           <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
             Lock the screen
           </Menu.Item>

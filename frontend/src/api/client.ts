@@ -100,6 +100,10 @@ export const api = {
   me: () => unwrap(client.GET("/api/me")),
   signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
   signInByLink: (secret: string) => unwrap(client.POST("/api/sign-in/link", { body: { secret } })),
+  waysIn: () => unwrap(client.GET("/api/sign-in")),
+  beginOpenId: (to: string) => unwrap(client.POST("/api/sign-in/openid/begin", { body: { to } })),
+  signInByOpenId: (body: Schemas["CameBack"]) => unwrap(client.POST("/api/sign-in/openid", { body })),
+  confirmOpenId: (code: string) => unwrap(client.POST("/api/sign-in/openid/code", { body: { code } })),
   signOut: () => done(client.POST("/api/sign-out")),
   setUp: (body: Schemas["SetUp"]) => unwrap(client.POST("/api/set-up", { body })),
   setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
@@ -251,8 +255,12 @@ export const api = {
         body,
       }),
     ),
-  draft: (key: string) =>
-    unwrap(client.GET("/api/sessions/{session_id}/draft", { params: { path: { session_id: key } } })),
+  draft: (key: string, language: "en" | "ja") =>
+    unwrap(
+      client.GET("/api/sessions/{session_id}/draft", {
+        params: { path: { session_id: key }, query: { language } },
+      }),
+    ),
   signSession: (key: string, body: Schemas["SessionSign"]) =>
     unwrap(client.POST("/api/sessions/{session_id}/sign", { params: { path: { session_id: key } }, body })),
   addAddendum: (key: string, body: Schemas["AddendumCreate"]) =>

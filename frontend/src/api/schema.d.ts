@@ -1598,13 +1598,77 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * Get Ways In
+         * @description How people sign in here.
+         */
+        get: operations["get_ways_in"];
         put?: never;
         /**
          * Sign In By Password
          * @description Sign in with user name and password, and with the second factor where there is one.
          */
         post: operations["sign_in_by_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid/begin": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Openid
+         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider: where to send the browser.
+         */
+        post: operations["begin_openid"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Openid
+         * @description Sign in, or unlock the screen, with what the provider has sent the browser back with.
+         */
+        post: operations["sign_in_by_openid"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid/code": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Openid
+         * @description Give the code of the account's second factor, where the provider has asked for none.
+         */
+        post: operations["confirm_openid"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2213,9 +2277,9 @@ export interface components {
             second_factor: boolean;
             /**
              * Openid
-             * @description Whether it signs in by OpenID Connect.
+             * @description Who this is at the clinic's OpenID provider (`sub`); null: nobody there.
              */
-            openid: boolean;
+            openid: string | null;
             /**
              * Created At
              * Format: date-time
@@ -2291,6 +2355,11 @@ export interface components {
              * @description True shuts it and signs every browser of it out, false opens it again.
              */
             disabled?: boolean | null;
+            /**
+             * Openid
+             * @description Who this is at the clinic's OpenID provider (`sub`); empty: no longer anybody. Another one than before signs every browser of the account out.
+             */
+            openid?: string | null;
             /** Updated At */
             updated_at?: string | null;
         };
@@ -2587,7 +2656,7 @@ export interface components {
             at: string;
             /**
              * Account Id
-             * @description Null: nobody who was signed in, or the program by itself.
+             * @description Who did it; where nobody was signed in, whose account was tried. Null: neither.
              */
             account_id: string | null;
             /**
@@ -2641,6 +2710,14 @@ export interface components {
              * @description Ask for the next page with this as `after`; null at the end of the list.
              */
             next: string | null;
+        };
+        /**
+         * Away
+         * @description To the provider.
+         */
+        Away: {
+            /** Address */
+            address: string;
         };
         /**
          * AxisInfo
@@ -2802,6 +2879,18 @@ export interface components {
             key_file: string;
         };
         /**
+         * BeginOpenId
+         * @description Where somebody wants to go.
+         */
+        BeginOpenId: {
+            /**
+             * To
+             * @description The screen to come back to; empty: to none, in a tab of its own.
+             * @default /
+             */
+            to: string;
+        };
+        /**
          * BreakGlass
          * @description Why a restricted record has to be opened now.
          */
@@ -2870,6 +2959,38 @@ export interface components {
         BrokenGlassList: {
             /** Items */
             items: components["schemas"]["BrokenGlass"][];
+        };
+        /**
+         * Came
+         * @description Whoever is there.
+         */
+        Came: {
+            /** @description Null: the code of the account's second factor is needed, too. */
+            me: components["schemas"]["Me"] | null;
+            /**
+             * To
+             * @description The screen that was wanted; empty: none, this tab can be closed.
+             */
+            to: string;
+        };
+        /**
+         * CameBack
+         * @description What the provider has sent the browser back with.
+         */
+        CameBack: {
+            /** State */
+            state: string;
+            /**
+             * Code
+             * @description Empty where the provider refused.
+             * @default
+             */
+            code: string;
+            /**
+             * Iss
+             * @description Who it is that answers, where it says so (RFC 9207).
+             */
+            iss?: string | null;
         };
         /**
          * ChangeMessage
@@ -4028,6 +4149,11 @@ export interface components {
              */
             password: boolean;
             /**
+             * Openid
+             * @description What the clinic's OpenID provider is called, where this account is linked with it.
+             */
+            openid: string | null;
+            /**
              * Demonstration
              * @description Signed in by a link of the demonstration clinic.
              */
@@ -4356,6 +4482,18 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             until: string;
+        };
+        /**
+         * OpenIdCode
+         * @description Of the account's own second factor.
+         */
+        OpenIdCode: {
+            /**
+             * Code
+             * @description Six digits, or a recovery code.
+             * @example 123456
+             */
+            code: string;
         };
         /**
          * OwnSignIn
@@ -6835,6 +6973,17 @@ export interface components {
              * @example 2
              */
             pause_s: number;
+        };
+        /**
+         * WaysIn
+         * @description How people sign in here, besides name and password.
+         */
+        WaysIn: {
+            /**
+             * Openid
+             * @description What the clinic's OpenID provider is called; null: there is none.
+             */
+            openid: string | null;
         };
         /**
          * ProblemField
@@ -12453,7 +12602,10 @@ export interface operations {
     };
     get_draft: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
             header?: never;
             path: {
                 session_id: string;
@@ -13418,6 +13570,26 @@ export interface operations {
             };
         };
     };
+    get_ways_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WaysIn"];
+                };
+            };
+        };
+    };
     sign_in_by_password: {
         parameters: {
             query?: never;
@@ -13451,6 +13623,195 @@ export interface operations {
             };
             /** @description Not from this page, or not for this account. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    begin_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BeginOpenId"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Away"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CameBack"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Came"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    confirm_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OpenIdCode"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Came"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };

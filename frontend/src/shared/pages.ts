@@ -1,11 +1,11 @@
 import { keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
 
-type Page = { items: unknown[]; next: string | null };
+type Page<Item> = { items: Item[]; next: string | null };
 
-/** A list that is fetched a page at a time, with what has come of it so far in one piece. */
-export function usePages<Found extends Page>(
+/** A list that is fetched a page at a time, with what has come of it so far in one piece; a page may tell more than its items. */
+export function usePages<Item, Fetched extends Page<Item> = Page<Item>>(
   key: unknown[],
-  fetchPage: (after: string | null) => Promise<Found>,
+  fetchPage: (after: string | null) => Promise<Fetched & Page<Item>>,
 ) {
   const list = useInfiniteQuery({
     queryKey: key,
@@ -14,6 +14,5 @@ export function usePages<Found extends Page>(
     getNextPageParam: (page) => page.next,
     placeholderData: keepPreviousData,
   });
-  const items = list.data?.pages.flatMap((page): Found["items"][number][] => page.items);
-  return { ...list, items };
+  return { ...list, items: list.data?.pages.flatMap((page): Item[] => page.items) };
 }
