@@ -95,6 +95,12 @@ const setPassword = createRoute({
   component: lazyRouteComponent(() => import("./access/SetPasswordPage"), "SetPasswordPage"),
 });
 
+const stations = createRoute({
+  getParentRoute: () => root,
+  path: "/stations",
+  component: lazyRouteComponent(() => import("./stations/StationsPage"), "StationsPage"),
+});
+
 const administration = createRoute({
   getParentRoute: () => root,
   path: "/administration",
@@ -126,6 +132,7 @@ const backups = createRoute({
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
+    stations,
     patients,
     patient,
     recording,

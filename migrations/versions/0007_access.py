@@ -1,4 +1,4 @@
-"""Accounts, sign-ins, audit, restricted records and backups
+"""Accounts, sign-ins, audit, restricted records, backups, and what stations run with
 
 Revision ID: 0007
 Revises: 0006
@@ -162,6 +162,16 @@ def upgrade() -> None:
         sa.UniqueConstraint("secret_hash", name="uq_sign_ins_secret_hash"),
     )
     op.create_index("ix_sign_ins_account_id", "sign_ins", ["account_id"], unique=False)
+    op.create_table(
+        "station_versions",
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.Column("number", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("config", sa.Text(), nullable=False),
+        sa.Column("software", sa.String(length=32), nullable=False),
+        sa.Column("since", sa.DateTime(timezone=True), nullable=False),
+        sa.ForeignKeyConstraint(["station"], ["stations.name"], name="fk_station_versions_station_stations"),
+        sa.PrimaryKeyConstraint("station", "number", name="pk_station_versions"),
+    )
     op.add_column("patients", sa.Column("restricted", sa.Boolean(), nullable=False, server_default=sa.false()))
     op.create_index(
         "ix_patients_restricted",
@@ -176,6 +186,7 @@ def upgrade() -> None:
 def downgrade() -> None:
     op.drop_index("ix_patients_restricted", table_name="patients")
     op.drop_column("patients", "restricted")
+    op.drop_table("station_versions")
     op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
     op.drop_table("sign_ins")
     op.drop_table("recovery_codes")

@@ -23,8 +23,8 @@ from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.trail import Chained, Trail
 from kata.access.verify import Verdict, verify
-from kata.clinic.events.tables import StationRow
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.stations.tables import StationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 

@@ -182,9 +182,12 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # The audit trail: who looked at a record has to be found without looking at it.
         "list_audit": Rule("administer", restricted=True),
         # How the service is doing.
+        "list_station_versions": Rule("see_operation"),
         "get_metrics": Rule("see_operation", token=True),
         # The apparatus.
         "live": _WATCH,
+        "live_stations": _WATCH,
+        "list_stations": _WATCH,
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
         "stop": Rule("stop", locked=True),

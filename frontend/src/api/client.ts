@@ -127,6 +127,8 @@ export const api = {
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
   audit: (wanted: AuditWanted, after: string | null = null) =>
     unwrap(client.GET("/api/audit", { params: { query: { ...wanted, ...behind(after) } } })),
+  stationVersions: (station: string) =>
+    unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
   backups: () => unwrap(client.GET("/api/backups")),
   makeBackup: () => unwrap(client.POST("/api/backups")),
   recordAccess: (patient_id: string) =>

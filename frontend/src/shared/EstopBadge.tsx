@@ -17,15 +17,21 @@ const LOOKS = {
   unknown: { text: "E-stop unknown", Icon: IconHelpHexagon },
 } as const;
 
+type Look = keyof typeof LOOKS;
+
 /** Of the five: a switch that the apparatus does not hear is missing; what nobody tells us of is unknown. */
-export function estopLook(alive: boolean, told: Live["estop"] | null): keyof typeof LOOKS {
+export function estopLook(alive: boolean, told: Live["estop"] | null): Look {
   if (!alive || told === null) return "unknown";
   return told === "unknown" ? "missing" : told;
 }
 
-/** The emergency stop's state, each of the five different in words, icon, colour and edge. */
+/** This station's emergency stop, each of the five different in words, icon, colour and edge. */
 export function EstopBadge() {
-  const look = estopLook(useAlive(), useLive("estop"));
+  return <EstopSign estop={estopLook(useAlive(), useLive("estop"))} />;
+}
+
+/** Of whichever station. */
+export function EstopSign({ estop: look }: { estop: Look }) {
   const { text, Icon } = LOOKS[look];
   return (
     <span className={classes.estop} data-testid="estop" data-state={look} role="status">
