@@ -2067,6 +2067,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/stations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Stations
+         * @description Every station with what it does now; a patient only to whom that record is open.
+         */
+        get: operations["list_stations"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station-versions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Station Versions
+         * @description What a station has run with, the newest first: configuration and calibration.
+         */
+        get: operations["list_station_versions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/simulator": {
         parameters: {
             query?: never;
@@ -2223,6 +2263,26 @@ export interface webhooks {
          * @description What a page may send on the WebSocket /api/live: the same as POST /api/station/stop. Anything else is left unread.
          */
         post: operations["live_stoplive_stop_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    live_stations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Live Stations
+         * @description What the service sends on the WebSocket /api/stations/live. It expects nothing back.
+         */
+        post: operations["live_stationslive_stations_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -4852,6 +4912,32 @@ export interface components {
             changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method")[];
         };
         /**
+         * PlaybackProgress
+         * @description How far a playback is.
+         */
+        PlaybackProgress: {
+            /**
+             * Position S
+             * @description Place on the recording, seconds.
+             */
+            position_s: number;
+            /**
+             * Duration S
+             * @description Its length as it is played, seconds.
+             */
+            duration_s: number;
+            /**
+             * Left S
+             * @description Of the approach or return while those go on, else of the recording; seconds.
+             */
+            left_s: number;
+            /**
+             * Reversing
+             * @description The arm is being taken back from resistance.
+             */
+            reversing: boolean;
+        };
+        /**
          * Preview
          * @description What would come of it, item by item.
          */
@@ -6527,6 +6613,25 @@ export interface components {
             since: string;
         };
         /**
+         * Station
+         * @description One that is registered, or was heard.
+         */
+        Station: {
+            shown: components["schemas"]["StationShown"];
+            /** Registered At */
+            registered_at: string | null;
+            /**
+             * Started At
+             * @description When its service last did.
+             */
+            started_at: string | null;
+            /**
+             * Version
+             * @description Of configuration and calibration; 0: not known.
+             */
+            version: number;
+        };
+        /**
          * StationInfo
          * @description What does not change while the service runs.
          */
@@ -6560,12 +6665,158 @@ export interface components {
             axes: components["schemas"]["AxisInfo"][];
         };
         /**
+         * StationList
+         * @description All of them, this service's own first.
+         */
+        StationList: {
+            /** Items */
+            items: components["schemas"]["Station"][];
+        };
+        /**
+         * StationShown
+         * @description One station, as far as it is known here.
+         */
+        StationShown: {
+            /** Name */
+            name: string;
+            /**
+             * Here
+             * @description It is the one that this service belongs to.
+             */
+            here: boolean;
+            /**
+             * Heard At
+             * @description When it last said anything; null: not since this service began.
+             */
+            heard_at: string | null;
+            /**
+             * Silent
+             * @description It has said nothing for seconds: what it does is not known.
+             */
+            silent: boolean;
+            /**
+             * Doubled
+             * @description Two services call themselves so: one of them has to be given another name.
+             */
+            doubled: boolean;
+            /** @description Null while it is silent. */
+            state: components["schemas"]["StationTold"] | null;
+        };
+        /**
          * StationState
          * @description The station and its newest state.
          */
         StationState: {
             station: components["schemas"]["StationInfo"];
             live: components["schemas"]["Live"];
+        };
+        /**
+         * StationTold
+         * @description What a station says of itself to all the others.
+         */
+        StationTold: {
+            /**
+             * Station
+             * @example Station 1
+             */
+            station: string;
+            /**
+             * Service
+             * Format: uuid
+             * @description Of this start of its service.
+             */
+            service: string;
+            /** Simulated */
+            simulated: boolean;
+            /**
+             * Device
+             * @enum {string}
+             */
+            device: "starting" | "running" | "restarting";
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
+            /** Torque On */
+            torque_on: boolean;
+            /**
+             * Estop
+             * @enum {string}
+             */
+            estop: "closed" | "pressed" | "released" | "unknown";
+            /**
+             * Causes
+             * @description Of the stop that is latched, the first one first.
+             */
+            causes: components["schemas"]["StopCauseLive"][];
+            /** Arm Held */
+            arm_held: boolean;
+            /**
+             * Operator
+             * @description Who operates it.
+             */
+            operator: string | null;
+            /** @description Null too where the record is not for whoever asks. */
+            patient: components["schemas"]["PatientRef"] | null;
+            /** Recording Name */
+            recording_name: string | null;
+            progress: components["schemas"]["PlaybackProgress"] | null;
+            /**
+             * Take S
+             * @description While teaching: length of the present or last take, seconds.
+             */
+            take_s: number | null;
+        };
+        /**
+         * StationVersion
+         * @description What a station's device ran with from a moment on.
+         */
+        StationVersion: {
+            /** Number */
+            number: number;
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /**
+             * Software
+             * @description Version of Kata that wrote it down.
+             * @example 0.1.0
+             */
+            software: string;
+            /**
+             * Config
+             * @description TOML: configuration and calibration.
+             */
+            config: string;
+        };
+        /**
+         * StationVersionList
+         * @description The newest first.
+         */
+        StationVersionList: {
+            /** Items */
+            items: components["schemas"]["StationVersion"][];
+        };
+        /**
+         * StationsMessage
+         * @description All stations: at the beginning, when one of them has said something, and at least every second.
+         */
+        StationsMessage: {
+            /**
+             * Sequence
+             * @description Without gaps on one connection.
+             */
+            sequence: number;
+            /**
+             * Sent At
+             * Format: date-time
+             */
+            sent_at: string;
+            /** Stations */
+            stations: components["schemas"]["StationShown"][];
         };
         /**
          * StopAnswerMessage
@@ -15037,6 +15288,112 @@ export interface operations {
             };
         };
     };
+    list_stations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StationList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_station_versions: {
+        parameters: {
+            query: {
+                /** @description Its name. */
+                station: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StationVersionList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_simulator: {
         parameters: {
             query?: never;
@@ -15471,6 +15828,30 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["StopMessage"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+        };
+    };
+    live_stationslive_stations_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StationsMessage"];
             };
         };
         responses: {
