@@ -38,6 +38,7 @@ from kata.evaluate.commands import evaluate
 from kata.motion.taught import TaughtError
 from kata.problems import ProblemError
 from kata.rehearsal import RehearsalError
+from kata.seed import seed
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
@@ -53,8 +54,9 @@ accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
 app.add_typer(accounts, name="accounts")
 app.command()(backup)
 app.command("restore")(restore_command)
+app.command()(seed)
 _LONGEST_MESSAGE = 64 * 1024
-"""Bytes of a WebSocket message; the page sends none."""
+"""Bytes of a WebSocket message; the page sends nothing but Stop."""
 _console = Console(stderr=True, highlight=False)
 
 

@@ -96,7 +96,6 @@ export function SimulatorPanel() {
           </Button>
           <Button
             variant={state?.estop_pressed ? "filled" : "default"}
-            color={state?.estop_pressed ? "red.8" : "indigo"}
             aria-pressed={state?.estop_pressed === true}
             onClick={() => estop.mutate(!state?.estop_pressed)}
           >
