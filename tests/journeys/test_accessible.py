@@ -117,7 +117,7 @@ def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic
     page.get_by_role("link", name="Patients").click()
     expect(page.get_by_role("heading", name="Patients")).to_be_visible()
     look("stopped-elsewhere")
-    page.get_by_role("link", name="Station").click()
+    page.get_by_role("link", name="Station", exact=True).click()
     page.get_by_role("button", name="Release the e-stop switch").click()
     expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
     look("released")

@@ -213,7 +213,7 @@ def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(
 
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
     expect(page.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
-    page.get_by_role("link", name="Station").click()
+    page.get_by_role("link", name="Station", exact=True).click()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
 
 
@@ -267,7 +267,7 @@ def test_bad_input_is_told_at_its_field_and_a_bad_file_by_its_line(page: Page, t
 
     bad = tmp_path / "bad.csv"
     bad.write_text("time_s,elbow\n0,1\n")
-    page.get_by_role("link", name="Station").click()
+    page.get_by_role("link", name="Station", exact=True).click()
     with page.expect_file_chooser() as choosing:
         page.get_by_role("button", name="CSV").click()
     choosing.value.set_files(bad)

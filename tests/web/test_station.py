@@ -228,7 +228,9 @@ def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left
             socket.send_text(nothing)
         socket.send_bytes(b'{"kind": "stop", "number": 6}')
         socket.send_json({"kind": "stop", "number": 7})
-        sequence, live, answers = 0, {"mode": ""}, []
+        sequence = 0
+        live: dict[str, Any] = {"mode": ""}
+        answers: list[dict[str, Any]] = []
         while not answers or live["mode"] != "stopped":
             message = socket.receive_json()
             assert message["sequence"] == sequence + 1
