@@ -99,8 +99,6 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     teach(page, taught_name)
     begin_session(page)
     load_and_play(page)
-    page.screenshot(path=artefacts / "playing.png")
-
     page.get_by_role("button", name="Press the e-stop switch").click()
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The emergency stop was pressed.")
@@ -126,6 +124,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 
     load_and_play(page)
     expect(page.get_by_test_id("left")).to_contain_text("left")
+    page.screenshot(path=artefacts / "playing.png")
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     page.get_by_role("link", name="Look at teaching against playback").click()
 

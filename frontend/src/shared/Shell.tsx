@@ -18,10 +18,11 @@ const PAGES = [
 /** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
 export function Shell() {
   useSavedRecords();
-  const path = useRouterState({ select: (state) => state.location.pathname });
+  // The page that stands there: the address is already the next one's while that is being fetched.
+  const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
     // On the station's own screen a stop stands in place of the work.
-    <StateBar top={<Top />} stopBanner={path !== "/"}>
+    <StateBar top={<Top />} stopBanner={page !== "/"}>
       <Box p="md" maw={1400} mx="auto">
         <Outlet />
       </Box>
