@@ -47,6 +47,7 @@ def test_people_have_months_of_history_and_are_marked_as_invented(databases: lis
         assert all(one.notes == MARK and one.clinic_number.startswith("DEMO-") for one in people)
         visits = session.scalars(select(SessionRow.started_at)).all()
         assert max(visits) < NOW
+        assert max(session.scalars(select(AssessmentRow.assessed_at))) < NOW
         assert (max(visits) - min(visits)).days > 80
         assert all(session.scalars(select(SessionRow.signed_at)).all())
         assert set(session.scalars(select(RunRow.outcome))) == {"completed", "stopped"}
@@ -69,7 +70,6 @@ def test_nobody_is_invented_among_patients(databases: list[Database]) -> None:
 
 
 def test_the_command_refuses_while_somebody_works_there(tmp_path: Path) -> None:
-
     with journal.claimed(tmp_path, 0.0):
         result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path)])
     assert result.exit_code == 1

@@ -147,7 +147,7 @@ class _Invented:
         version = self._programme(episode.id, taught)
         for nth, at in enumerate(self._visits):
             self._visit(patient.id, episode.id, version, taught, nth, at)
-        for nth in range(0, self._weeks + 1, 2):
+        for nth in (*range(0, self._weeks - 1, 2), self._weeks - 1):
             self._assess(episode.id, nth)
 
     def _better(self, week: float) -> float:

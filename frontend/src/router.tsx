@@ -171,7 +171,9 @@ function Page() {
 function NotFound() {
   return (
     <Stack>
-      <Title order={2}>There is no such page</Title>
+      <Title order={1} size="h2">
+        There is no such page
+      </Title>
       <Text>
         The address may be old. <PageLink to="/">Go to the station.</PageLink>
       </Text>
@@ -183,7 +185,9 @@ function NotFound() {
 function Broken({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">
-      <Title order={2}>This page cannot be shown</Title>
+      <Title order={1} size="h2">
+        This page cannot be shown
+      </Title>
       <Text>
         {error instanceof ProblemError
           ? `${error.message} ${error.nextStep}`

@@ -9,6 +9,8 @@ export const theme = createTheme({
   components: {
     // Below the header, which keeps Stop in reach.
     Modal: { defaultProps: { yOffset: 140 } },
+    // A link in a sentence is told by more than its colour (WCAG 1.4.1).
+    Anchor: { defaultProps: { underline: "always" } },
     Button: { defaultProps: { size: "md" } },
     TextInput: { defaultProps: { size: "md" } },
     Select: { defaultProps: { size: "md" } },

@@ -22,7 +22,9 @@ export function AccountMenu() {
           ml="auto"
           maw={260}
           leftSection={<IconUser size={20} />}
-          styles={{ label: { display: "block", overflow: "hidden", textOverflow: "ellipsis" } }}
+          styles={{
+            label: { display: "block", lineHeight: "44px", overflow: "hidden", textOverflow: "ellipsis" },
+          }}
           aria-label={`Signed in as ${me.name}`}
         >
           {me.name}

@@ -11,7 +11,9 @@ export function Door({ title, children }: { title: string; children: ReactNode }
       </Text>
       <Card withBorder w="100%" maw={480} p="xl">
         <Stack>
-          <Title order={2}>{title}</Title>
+          <Title order={1} size="h2">
+            {title}
+          </Title>
           {children}
         </Stack>
       </Card>

@@ -58,7 +58,7 @@ export function Plot({
   return (
     <div style={{ position: "relative", minHeight: height }}>
       {!drawn && <Skeleton pos="absolute" inset={0} aria-label="The figure is being drawn" />}
-      <div ref={place} role="img" aria-label={label} data-drawn={drawn} />
+      <div ref={place} role="figure" aria-label={label} data-drawn={drawn} />
     </div>
   );
 }

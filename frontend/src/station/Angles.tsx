@@ -22,7 +22,9 @@ export function Angles() {
   return (
     <Card withBorder component="section" aria-label="Angles">
       <Group justify="space-between" mb="sm">
-        <Title order={3}>Angles</Title>
+        <Title order={2} size="h3">
+          Angles
+        </Title>
         <Group gap="lg">
           <Text size="sm">
             <Text span c="var(--kata-setpoint)" fw={700}>

@@ -50,7 +50,9 @@ export function SimulatorPanel() {
   return (
     <Card withBorder className={classes.simulator ?? ""} component="section" aria-label="Simulated apparatus">
       <Stack className={connected ? "" : "stale"}>
-        <Title order={3}>Simulated apparatus</Title>
+        <Title order={2} size="h3">
+          Simulated apparatus
+        </Title>
         <Text size="sm">
           In place of hand, foot and the patient's switch. With a real apparatus this panel is not here.
         </Text>

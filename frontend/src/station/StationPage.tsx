@@ -43,7 +43,7 @@ export function StationPage() {
   });
   return (
     <Stack>
-      <Title order={2} style={{ position: "absolute", left: -9999 }}>
+      <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {station?.name ?? "Station"}
       </Title>
       <StopBanner whole />

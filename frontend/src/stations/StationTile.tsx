@@ -27,7 +27,9 @@ export function StationTile({ station, children }: { station: Shown; children?: 
     >
       <Stack gap="sm">
         <Group justify="space-between">
-          <Title order={3}>{name}</Title>
+          <Title order={2} size="h3">
+            {name}
+          </Title>
           <Group gap="xs">
             {station.here && <Badge variant="light">{STATIONS.here}</Badge>}
             {state?.simulated && (

@@ -16,7 +16,9 @@ export function StationsPage() {
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   return (
     <Stack>
-      <Title order={2}>{STATIONS.title}</Title>
+      <Title order={1} size="h2">
+        {STATIONS.title}
+      </Title>
       {known.stations === null && known.lost && <AlarmFrame priority="medium">{STATIONS.lost}</AlarmFrame>}
       {known.stations === null && !known.lost && (
         <>
