@@ -7,7 +7,7 @@ import { madeOf } from "../shared/madeOf";
 import { EditPanel } from "./EditPanel";
 
 vi.mock("../shared/Plot", () => ({
-  Plot: ({ label }: { label: string }) => <div role="figure" aria-label={label} />,
+  Plot: ({ label }: { label: string }) => <figure aria-label={label} />,
 }));
 
 const RECORDING: Recording = {

@@ -26,7 +26,7 @@ export function Plot({
   label: string;
   onWindow?: (window: PlotWindow | null) => void;
 }) {
-  const place = useRef<HTMLDivElement>(null);
+  const place = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
   const heard = useRef(onWindow);
   heard.current = onWindow;
@@ -58,7 +58,7 @@ export function Plot({
   return (
     <div style={{ position: "relative", minHeight: height }}>
       {!drawn && <Skeleton pos="absolute" inset={0} aria-label="The figure is being drawn" />}
-      <div ref={place} role="figure" aria-label={label} data-drawn={drawn} />
+      <figure ref={place} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );
 }
