@@ -36,7 +36,7 @@ TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix test
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(BIN)/python -m pytest tests/device --cov
-	@$(BIN)/python -m pytest -n 2 --dist loadfile $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
 	@$(BIN)/python -m pytest $(TIMED)
 	@$(BIN)/python -m pytest tests/journeys
 
