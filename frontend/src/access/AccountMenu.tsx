@@ -20,14 +20,15 @@ export function AccountMenu() {
           color="var(--mantine-color-text)"
           h={44}
           ml="auto"
+          px={8}
           maw={260}
-          leftSection={<IconUser size={20} />}
-          styles={{
-            label: { display: "block", lineHeight: "44px", overflow: "hidden", textOverflow: "ellipsis" },
-          }}
+          leftSection={<IconUser size={28} />}
+          styles={{ section: { marginInlineEnd: 0 } }}
           aria-label={`Signed in as ${me.name}`}
         >
-          {me.name}
+          <Text span inherit truncate visibleFrom="md" ml={8}>
+            {me.name}
+          </Text>
         </Button>
       </Menu.Target>
       <Menu.Dropdown>

@@ -20,7 +20,7 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box flex={1} miw={0}>
-            <Group gap="lg" mb={8} wrap="nowrap">
+            <Group gap="sm" mb={8} wrap="nowrap">
               {top ?? (
                 <Text fw={700} fz={22} c="var(--kata-brand)">
                   Kata <span lang="ja">肩型</span>
