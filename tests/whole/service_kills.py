@@ -120,7 +120,7 @@ def _wait_for(url: str, service: "subprocess.Popen[bytes]") -> None:
 
 def _answers(url: str) -> bool:
     try:
-        return httpx2.get(f"{url}/api/health", timeout=2).status_code == 200
+        return httpx2.get(f"{url}/health/live", timeout=2).status_code == 200
     except httpx2.TransportError:
         return False
 
