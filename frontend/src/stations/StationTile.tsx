@@ -23,7 +23,7 @@ export function StationTile({ station, children }: { station: Shown; children?: 
       aria-label={name}
       data-testid="station"
       data-silent={station.silent}
-      bg={state ? "white" : "gray.1"}
+      {...(!state && { bg: "var(--kata-quiet)" })}
     >
       <Stack gap="sm">
         <Group justify="space-between">
