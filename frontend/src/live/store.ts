@@ -1,4 +1,5 @@
 import type { Live, Schemas, StationInfo } from "../api/client";
+import { socketTo } from "./socket";
 
 export type LiveMessage =
   | Schemas["SnapshotMessage"]
@@ -243,7 +244,4 @@ export function ageTenths({ heardAt, live }: LiveState, now: number): number | n
   return Math.round((Math.max(0, now - heardAt) + live.age_ms) / 100);
 }
 
-export const store = new LiveStore(() => {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  return new WebSocket(`${scheme}://${location.host}/api/live`);
-});
+export const store = new LiveStore(() => socketTo("/api/live"));
