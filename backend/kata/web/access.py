@@ -69,15 +69,16 @@ class Remembered:
 
     def forget(self, cookie: str) -> None:
         """Is not let in any more."""
-        key = secrets.hashed(cookie)
-        self._actors.pop(key, None)
-        self._seen_s.pop(key, None)
+        self._drop(secrets.hashed(cookie))
 
     def forget_account(self, account_id: UUID) -> None:
         """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
-            self._actors.pop(key, None)
-            self._seen_s.pop(key, None)
+            self._drop(key)
+
+    def _drop(self, key: str) -> None:
+        self._actors.pop(key, None)
+        self._seen_s.pop(key, None)
 
     def who_may_stop(self, cookie: str) -> Actor | None:
         """Who this was within the last hour; None: the database has to be asked."""

@@ -1,7 +1,6 @@
 """The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not. It takes one thing: Stop."""
 
 import asyncio
-import logging
 import time
 from dataclasses import dataclass
 from datetime import datetime
@@ -19,10 +18,9 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
-from kata.web.signing import Endings
+from kata.web.sockets import until_gone
 from kata.web.view import View
 
-log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
@@ -116,26 +114,13 @@ async def live(socket: WebSocket) -> None:
     assert actor is not None
     view = View(actor, socket.app.state.database)
     await socket.accept()
-    endings: Endings = socket.app.state.access.endings
-    ending = asyncio.create_task(endings.of(actor.sign_in_id))
-    try:
-        listeners = socket.app.state.metrics.listeners
-        with station.operating.listening(here), station.subscribed() as subscription, listeners.track_inprogress():
-            # Listening finds out that the other end has gone, even while nothing can be sent.
-            listening = asyncio.create_task(_listen(socket, station, subscription))
-            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
-            first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
-            for task in pending:
-                task.cancel()
-            if pending:
-                # Not gather: it would swallow what we ourselves are cancelled by.
-                await asyncio.wait(pending)
-            if not telling.cancelled() and (error := telling.exception()):
-                log.error("a listener could not be told any more", exc_info=error)
-            if ending in first and listening not in first:
-                await socket.close(1008, "signed out")
-    finally:
-        ending.cancel()
+    with station.operating.listening(here), station.subscribed() as subscription:
+        await until_gone(
+            socket,
+            actor,
+            _listen(socket, station, subscription),
+            _tell(socket, station.info, board, here, subscription, view),
+        )
 
 
 async def _listen(socket: WebSocket, station: Station, subscription: Subscription) -> None:
