@@ -25,7 +25,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.schemas import CheckTick, Run
 from kata.database.base import utc_now
-from kata.device.journal import Journal, JournalEnd
+from kata.device.journal import Journal, JournalEnd, not_written
 from kata.device.messages import Mode
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
@@ -223,25 +223,17 @@ class Rehearsal:
         self._show(what, total, 0.0)
 
     def _as_journal(self, teaching_id: UUID, times_s: Floats, angles_deg: Floats) -> Journal:
-        count = len(times_s)
-        angles = angles_deg.astype(np.float32)
-        return Journal(
-            kind="teaching",
-            id=str(teaching_id),
-            recording_id=None,
-            station=self.station.info.name,
-            rate_hz=round((count - 1) / (times_s[-1] - times_s[0])),
-            started_at=datetime.now(UTC),
-            started_ns=0,
-            t_ns=np.round(times_s * 1e9).astype(np.int64),
-            take=np.ones(count, dtype=np.uint32),
-            phase=np.zeros(count, dtype=np.uint8),
-            path_s=times_s,
-            setpoint_deg=angles,
-            measured_deg=angles,
-            torque_nm=np.zeros_like(angles),
-            end=JournalEnd(reason="finished"),
-            truncated=False,
+        return not_written(
+            "teaching",
+            teaching_id,
+            self.station.info.name,
+            round((len(times_s) - 1) / (times_s[-1] - times_s[0])),
+            datetime.now(UTC),
+            times_s,
+            angles_deg,
+            angles_deg,
+            np.zeros_like(angles_deg),
+            JournalEnd(reason="finished"),
         )
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 from uuid import UUID
 
 import numpy as np
@@ -32,7 +32,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import upgrade
 from kata.device.config import StationConfig
-from kata.device.journal import PHASE_PLAYING, FolderInUseError, Journal, JournalEnd
+from kata.device.journal import FolderInUseError, JournalEnd, not_written
 from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.edit import Asked, Motion, as_asked
@@ -184,8 +184,9 @@ class _Invented:
         poses = rest + (0.45 + 0.1 * self._chance.random()) * (built_in.poses_deg - rest)
         angles = motor_angles_deg(poses, self._side)
         nothing = np.zeros_like(angles)
-        journal = _journal(
-            "teaching", row.id, at, built_in.times_s, _counts(angles), nothing, nothing, "finished", None
+        end = JournalEnd(reason="finished")
+        journal = not_written(
+            "teaching", row.id, _STATION, _RATE_HZ, at, built_in.times_s, _counts(angles), nothing, nothing, end
         )
         kept = recordings.keep_teaching(self._session, journal)
         if not kept:
@@ -267,13 +268,11 @@ class _Invented:
         shaking = self._noise.normal(0, 0.05, setpoints.shape)
         measured = _counts(wanted.at(np.maximum(times_s - _LAG_S, 0.0)) + np.array(_NOISE_DEG) * pull + shaking)
         torque = 0.6 + 0.4 * pull + 4 * shaking
-        reason = "stopped" if stopped else "completed"
-        cause = ("operator_stop", "Stopped by the operator.") if stopped else None
-        runs.keep(
-            self._session,
-            _journal("run", row.id, at, times_s, measured, setpoints, torque, reason, cause),
-            StationConfig(name=_STATION),
-        )
+        end = JournalEnd(reason="completed")
+        if stopped:
+            end = JournalEnd(reason="stopped", cause_code="operator_stop", cause_message="Stopped by the operator.")
+        journal = not_written("run", row.id, _STATION, _RATE_HZ, at, times_s, measured, setpoints, torque, end)
+        runs.keep(self._session, journal, StationConfig(name=_STATION))
 
     def _assess(self, episode_id: UUID, week: int) -> None:
         at = self._first + timedelta(days=7 * week, minutes=-20)
@@ -317,35 +316,3 @@ def _note(better: float, stopped: bool) -> str:
 def _counts(angles_deg: Any) -> Any:
     """As a drive's encoder tells them."""
     return np.rint(np.asarray(angles_deg) / _COUNT_DEG) * _COUNT_DEG
-
-
-def _journal(
-    kind: Literal["teaching", "run"],
-    identity: UUID,
-    began: datetime,
-    times_s: Any,
-    measured: Any,
-    setpoint: Any,
-    torque: Any,
-    reason: Any,
-    cause: tuple[str, str] | None,
-) -> Journal:
-    count = len(times_s)
-    return Journal(
-        kind=kind,
-        id=str(identity),
-        recording_id=None,
-        station=_STATION,
-        rate_hz=_RATE_HZ,
-        started_at=began,
-        started_ns=0,
-        t_ns=np.round(times_s * 1e9).astype(np.int64),
-        take=np.ones(count, dtype=np.uint32),
-        phase=np.full(count, PHASE_PLAYING if kind == "run" else 0, dtype=np.uint8),
-        path_s=np.asarray(times_s),
-        setpoint_deg=np.asarray(setpoint).astype(np.float32),
-        measured_deg=np.asarray(measured).astype(np.float32),
-        torque_nm=np.asarray(torque).astype(np.float32),
-        end=JournalEnd(reason=reason, cause_code=cause and cause[0], cause_message=cause and cause[1]),
-        truncated=False,
-    )

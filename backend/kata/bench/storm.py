@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
+from kata.bench.beside import beside
 from kata.bench.clinic import BenchError, Clinic
 
 Kind = Literal["one", "many"]
@@ -75,19 +75,11 @@ def guess(url: str, username: str, password: str, address: str) -> Try:
 @contextmanager
 def storming(guessed: Guessed, per_minute: int, kind: Kind, clinic: Clinic) -> Iterator[None]:
     """A storm on the service while the block lasts; then ``guessed`` is told what came of it."""
-    command = [sys.executable, "-m", "kata.bench.storm", "--url", clinic.url]
-    command += ["--per-minute", str(per_minute), "--kind", kind]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as storm:
-        assert storm.stdin is not None and storm.stdout is not None
-        try:
-            if storm.stdout.readline() != "ready\n":
-                raise BenchError("the storm could not begin")
-            yield
-        finally:
-            storm.stdin.close()
-            last = storm.stdout.read()
+    arguments = ["--url", clinic.url, "--per-minute", str(per_minute), "--kind", kind]
+    with beside("kata.bench.storm", *arguments, sorry="the storm could not begin") as said:
+        yield
     try:
-        told = msgspec.json.decode(last, type=Guessed)
+        told = msgspec.json.decode(said.last, type=Guessed)
     except msgspec.DecodeError as error:
         raise BenchError("the storm has told nothing") from error
     for name, value in msgspec.structs.asdict(told).items():
