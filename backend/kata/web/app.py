@@ -44,13 +44,14 @@ from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
+from kata.database.away import Watch
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import config
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
-from kata.station.schemas import DeviceState
+from kata.station.schemas import DeviceState, Kept
 from kata.station.station import Station
 from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
 from kata.web.audit import Audited
@@ -73,6 +74,9 @@ _NEW_KEY: Final = (
     "when this computer is lost, the backups are worth nothing without it"
 )
 _FOREIGN: Final = "The request came from another site's page."
+
+_ANSWER_S: Final = 4.0
+"""So long a request waits for an answer of the database; then the page says that it is away."""
 
 health = APIRouter(prefix="/api/health", tags=["health"])
 
@@ -163,9 +167,10 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     settings.journal.mkdir(parents=True, exist_ok=True)
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
-    database = Database(settings.effective_database_url)
+    await asyncio.to_thread(_upgrade, settings.effective_database_url)
+    database = Database(settings.effective_database_url, answer_s=_ANSWER_S)
     stack.callback(database.close)
-    await asyncio.to_thread(upgrade, database)
+    database.watch = Watch(database.writer)
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
     app.state.access = await _opened(settings, database)
@@ -217,9 +222,9 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
-        on_due=operating.noting(database, station_config.name, importing),
+        on_due=operating.noting(trail, station_config.name),
     )
-    app.state.board = operating.Board(station)
+    app.state.board = operating.Board(station, lambda: Kept(away_since=database.away_since))
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -261,6 +266,15 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         folder=settings.data,
         limits=limits,
     )
+
+
+def _upgrade(url: str) -> None:
+    """As long as it takes."""
+    database = Database(url)
+    try:
+        upgrade(database)
+    finally:
+        database.close()
 
 
 def _register(database: Database, name: str, station_file: Path) -> None:

@@ -2,7 +2,7 @@
 
 import logging
 from http import HTTPStatus
-from typing import Any
+from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -11,11 +11,23 @@ from starlette.exceptions import HTTPException
 
 from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
+from kata.database.away import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.problems import ProblemError
 from kata.web import access, words
 
 log = logging.getLogger(__name__)
+
+DATABASE_AWAY: Final = Refusal(
+    code="database_away",
+    message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
+    next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
+)
+_DATABASE_AWAY_JA: Final = (
+    "データベースが応答しません。装置で起きたことはこのコンピューターに保存され、失われることはありません。",
+    "しばらくしてからもう一度お試しください。進行中の操作は続けられ、停止もいつでもできます。",
+)
+_AGAIN_IN_S: Final = 5
 
 
 def refused(refusal: Refusal) -> ProblemError:
@@ -63,6 +75,13 @@ def install(app: FastAPI) -> None:
             what = "; ".join(f"{field.field} {field.detail}" for field in fields)
             sentence = f"Please check what was entered: {what}."
         return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
+
+    @app.exception_handler(DatabaseAwayError)
+    def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
+        language = words.preferred(request.headers.get("accept-language", ""))
+        told = _DATABASE_AWAY_JA if language == "ja" else (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        headers = {"content-language": language, "retry-after": str(_AGAIN_IN_S)}
+        return document(503, DATABASE_AWAY.code, *told, headers=headers)
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:

@@ -8,6 +8,7 @@ from kata.access.sign_in import Method
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Name, Schema
+from kata.database.away import DatabaseAwayError
 from kata.problems import ProblemError
 from kata.web.signing import (
     Access,
@@ -18,6 +19,7 @@ from kata.web.signing import (
     TheActor,
     Username,
     address_of,
+    cookie_of,
     end_here,
     let_in,
     me,
@@ -198,10 +200,19 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
 
 
 @router.get("/api/me", responses=PROBLEMS.of(401))
-def get_me(database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
-    """Who is signed in at this browser."""
-    with database.read() as session:
-        return me(session, actor, access.limits)
+def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
+    """Who is signed in at this browser; while the database does not answer, who it was."""
+    cookie, remembered = cookie_of(request) or "", request.app.state.remembered
+    try:
+        with database.read() as session:
+            told = me(session, actor, access.limits)
+    except DatabaseAwayError:
+        known: Me | None = remembered.told(cookie)
+        if known is None:
+            raise
+        return known
+    remembered.tell(cookie, told)
+    return told
 
 
 def _begin_try(request: Request, access: Access, username: str) -> str:

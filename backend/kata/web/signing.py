@@ -25,6 +25,7 @@ from kata.access.sign_in import Limits, Method
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, Throttle
 from kata.clinic.fields import LONGEST_NAME, NO_NUL, Schema
+from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.problems import ProblemError
@@ -91,8 +92,10 @@ class Endings:
                 continue
             try:
                 still = await asyncio.to_thread(self._still, asked)
-            except SQLAlchemyError:
+            except DatabaseAwayError:
                 # Treating goes on without a database; nobody new is let in without one.
+                continue
+            except SQLAlchemyError:
                 log.exception("which sign-ins have ended could not be looked up")
                 continue
             for sign_in_id in asked - still:

@@ -3,7 +3,7 @@
 from typing import Any, Final
 from uuid import UUID, uuid4
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 
@@ -117,7 +117,7 @@ async def get_station(
 
 
 @router.post("/lease", responses=PROBLEMS.of(409, 422))
-async def take_lease(station: TheStation, database: TheDatabase, here: Watching, wanted: LeaseRequest) -> LeaseLive:
+async def take_lease(request: Request, station: TheStation, here: Watching, wanted: LeaseRequest) -> LeaseLive:
     """Operate the apparatus from this browser; the first command does the same while nobody operates it.
 
     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
@@ -127,7 +127,7 @@ async def take_lease(station: TheStation, database: TheDatabase, here: Watching,
     if refusal:
         raise refused(refusal)
     if before and before.id != here.id:
-        await run_in_threadpool(taken_over, database, before)
+        taken_over(request.app.state.trail, before)
     return station.operating.told(here)
 
 

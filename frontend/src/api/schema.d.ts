@@ -1659,7 +1659,7 @@ export interface paths {
         };
         /**
          * Get Me
-         * @description Who is signed in at this browser.
+         * @description Who is signed in at this browser; while the database does not answer, who it was.
          */
         get: operations["get_me"];
         put?: never;
@@ -3683,6 +3683,28 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * Kept
+         * @description What happens at the station while the database does not answer: kept on this computer, and written there when it does.
+         */
+        Kept: {
+            /**
+             * Away Since
+             * @description Since then the database does not answer; null while it does.
+             */
+            away_since?: string | null;
+            /**
+             * Waiting
+             * @description How much of what happened is kept here and not yet written there.
+             * @default 0
+             */
+            waiting: number;
+            /**
+             * Not Kept Since
+             * @description Since then this computer's disk takes nothing either; null while it does.
+             */
+            not_kept_since?: string | null;
+        };
+        /**
          * LeaseLive
          * @description Who operates the apparatus; everybody else watches, and may stop it.
          */
@@ -3792,6 +3814,12 @@ export interface components {
             };
             lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
+            /**
+             * @default {
+             *       "waiting": 0
+             *     }
+             */
+            kept: components["schemas"]["Kept"];
         };
         /**
          * LoadRequest
@@ -6851,6 +6879,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     create_account: {
@@ -6913,6 +6950,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7000,6 +7046,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     reset_account: {
@@ -7071,6 +7126,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_assessment_form: {
@@ -7111,6 +7175,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7181,6 +7254,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7268,6 +7350,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_patient_assessments: {
@@ -7338,6 +7429,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_assessment: {
@@ -7398,6 +7498,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7485,6 +7594,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     withdraw_assessment: {
@@ -7565,6 +7683,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_backups: {
@@ -7605,6 +7732,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7661,6 +7797,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7738,6 +7883,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_episodes: {
@@ -7798,6 +7952,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7885,6 +8048,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_episode: {
@@ -7945,6 +8117,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8032,6 +8213,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     close_episode: {
@@ -8112,6 +8302,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     reopen_episode: {
@@ -8181,6 +8380,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8268,6 +8476,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     remove_stage: {
@@ -8345,6 +8562,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_events: {
@@ -8411,6 +8637,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_erasures: {
@@ -8451,6 +8686,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8518,6 +8762,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8605,6 +8858,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     refuse_erasure: {
@@ -8678,6 +8940,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8765,6 +9036,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_samples: {
@@ -8841,6 +9121,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_parquet: {
@@ -8910,6 +9199,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9002,6 +9300,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run_parquet: {
@@ -9087,6 +9394,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_imported_motion: {
@@ -9154,6 +9470,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9248,6 +9573,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_patient_fhir: {
@@ -9324,6 +9658,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     import_fhir_patients: {
@@ -9391,6 +9734,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9474,6 +9826,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_patients: {
@@ -9532,6 +9893,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9608,6 +9978,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_patient: {
@@ -9668,6 +10047,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9755,6 +10143,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_programmes: {
@@ -9815,6 +10212,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9902,6 +10308,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_programme: {
@@ -9982,6 +10397,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_programme: {
@@ -10042,6 +10466,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10129,6 +10562,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     create_programme_version: {
@@ -10209,6 +10651,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session_plan: {
@@ -10269,6 +10720,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10346,6 +10806,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_progress: {
@@ -10407,6 +10876,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10481,6 +10959,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording: {
@@ -10541,6 +11028,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10628,6 +11124,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     derive_recording: {
@@ -10708,6 +11213,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_derived_recording: {
@@ -10781,6 +11295,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10869,6 +11392,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_motion: {
@@ -10938,6 +11470,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11015,6 +11556,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session_pdf: {
@@ -11078,6 +11628,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11155,6 +11714,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_episode_pdf: {
@@ -11218,6 +11786,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11292,6 +11869,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_record_access: {
@@ -11356,6 +11942,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11443,6 +12038,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_broken_glass: {
@@ -11483,6 +12087,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11566,6 +12179,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_sessions: {
@@ -11630,6 +12252,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11715,6 +12346,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_session_choices: {
@@ -11764,6 +12404,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11843,6 +12492,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session: {
@@ -11903,6 +12561,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11990,6 +12657,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_checklist: {
@@ -12062,6 +12738,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12159,6 +12844,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     end_session: {
@@ -12239,6 +12933,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_draft: {
@@ -12299,6 +13002,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12386,6 +13098,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     add_addendum: {
@@ -12466,6 +13187,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run: {
@@ -12526,6 +13256,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12602,6 +13341,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12699,6 +13447,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     lock_screen: {
@@ -12737,6 +13494,15 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12804,6 +13570,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_password: {
@@ -12864,6 +13639,15 @@ export interface operations {
             };
             /** @description Too many tries: wait for as many seconds as Retry-After says. */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12949,6 +13733,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     begin_second_factor: {
@@ -13027,6 +13820,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     remove_second_factor: {
@@ -13094,6 +13896,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_own_sign_ins: {
@@ -13134,6 +13945,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13199,6 +14019,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13473,6 +14302,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_station: {
@@ -13504,6 +14342,15 @@ export interface operations {
             };
             /** @description Not from this page, or not for this account. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13580,6 +14427,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_lease: {
@@ -13629,6 +14485,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13698,6 +14563,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13783,7 +14657,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13848,7 +14722,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13944,7 +14818,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14009,7 +14883,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14074,7 +14948,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14139,7 +15013,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14204,7 +15078,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14269,7 +15143,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14334,7 +15208,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14390,7 +15264,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14455,7 +15329,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The apparatus' control program is not running. */
+            /** @description The database does not answer, or the apparatus' control program is not running. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14513,6 +15387,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14589,6 +15472,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     set_estop: {
@@ -14651,6 +15543,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14736,6 +15637,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_arm: {
@@ -14785,6 +15695,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14857,6 +15776,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The database does not answer, or the apparatus' control program is not running. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

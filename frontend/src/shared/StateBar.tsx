@@ -4,6 +4,7 @@ import type { ReactNode } from "react";
 import { useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
 import { EstopBadge } from "./EstopBadge";
 import { formatClock } from "./format";
+import { KeptBanner } from "./KeptBanner";
 import { modeWords } from "./modes";
 import classes from "./Shell.module.css";
 import { StopBanner } from "./StopBanner";
@@ -39,6 +40,7 @@ export function StateBar({ children, top }: { children: ReactNode; top?: ReactNo
         <div className={classes.banners ?? ""}>
           <StopBanner />
           <LostBanner />
+          <KeptBanner />
         </div>
         {children}
       </AppShell.Main>
