@@ -103,8 +103,8 @@ class Watch:
                 self._lost[engine] = utc_now()
                 self._changed.notify_all()
             since = self._lost[engine]
-        if engine.dialect.name == "postgresql":
-            # What is still open may be dead without anybody having said so.
+        if _code(error) == _STANDBY:
+            # Those that are open are open to the wrong server.
             engine.dispose()
         return since
 
