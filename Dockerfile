@@ -22,6 +22,6 @@ EXPOSE 8000
 # A stop needs time: ramp down, journal, import.
 STOPSIGNAL SIGINT
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
-    CMD ["python", "-c", "import ssl, urllib.request as r; r.urlopen('https://127.0.0.1:8000/api/health', timeout=2, context=ssl._create_unverified_context())"]
+    CMD ["python", "-c", "import ssl, urllib.request as r; r.urlopen('https://127.0.0.1:8000/health/live', timeout=2, context=ssl._create_unverified_context())"]
 ENTRYPOINT ["kata"]
 CMD ["serve"]

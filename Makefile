@@ -26,13 +26,16 @@ run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127
 	@$(BIN)/kata serve --simulate --data .data
 
 # The device's tests go first and by themselves, with coverage counted: nothing else is to be slowed down by that. What
-# never looks at a clock goes two by two; the rest has the computer to itself.
-CLOCKLESS := tests/campaign tests/clinic tests/database tests/house tests/motion
+# moves in real time has the computer to itself; all else goes two by two. The journeys' browser keeps an event loop
+# running in its process, where no other test could start one.
+TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix tests/web/test_,crash.py derived.py episodes.py \
+	lease.py station.py visit.py)
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(BIN)/python -m pytest tests/device --cov
-	@$(BIN)/python -m pytest -n 2 --dist loadfile $(CLOCKLESS)
-	@$(BIN)/python -m pytest $(addprefix --ignore=,tests/device $(CLOCKLESS))
+	@$(BIN)/python -m pytest -n 2 --dist loadfile $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
+	@$(BIN)/python -m pytest $(TIMED)
+	@$(BIN)/python -m pytest tests/journeys
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \

@@ -40,7 +40,7 @@ from kata.rehearsal import RehearsalError
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
-from kata.web import live, tls
+from kata.web import live, logs, tls
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
 
@@ -90,10 +90,7 @@ def serve(
     settings = Settings(**{name: value for name, value in given.items() if value is not None})
     if not settings.simulate and not settings.station:
         _fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
-    logging.basicConfig(
-        level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%Y-%m-%dT%H:%M:%S%z"
-    )
-    logging.getLogger("alembic").setLevel(logging.WARNING)
+    logs.begin(settings.log_format)
     if reload:
         _serve_reloading(settings)
     else:

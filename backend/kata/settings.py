@@ -60,6 +60,10 @@ class Settings(BaseSettings):
     """The clinic's certificate with its chain (PEM); one of its own is made where others can reach the service and none is given."""
     tls_key: Path | None = None
     """The certificate's private key (PEM, without a password), readable by the service's user alone."""
+    metrics_token: Path | None = None
+    """File with the token by which a program may read /metrics, 20 characters or more; without it only people may, signed in."""
+    log_format: Literal["plain", "json"] = "plain"
+    """json: an object a line, for a program that collects logs."""
     plain_http: bool = False
     """Serve without encryption where others can reach the service: only behind a proxy that encrypts."""
     trusted_proxies: str = ""

@@ -40,7 +40,7 @@ class Clinic:
         limit = time.monotonic() + START_LIMIT_S
         while True:
             try:
-                with urllib.request.urlopen(f"{self.url}/api/health", timeout=2):
+                with urllib.request.urlopen(f"{self.url}/health/live", timeout=2):
                     return
             except (urllib.error.URLError, OSError):
                 told = self._log.read_text(errors="replace")

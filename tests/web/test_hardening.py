@@ -27,7 +27,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     "host", ["evil.example", "testserver.evil.example", "localhost.", "192.0.2.1", "", "a b", "[::2]"]
 )
 def test_a_host_that_is_not_ours_is_refused(client: TestClient, host: str) -> None:
-    answer = client.get("/api/health", headers={"host": host})
+    answer = client.get("/health/live", headers={"host": host})
     assert (answer.status_code, answer.json()["code"]) == (400, "unknown_host")
     with pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live", headers={"host": host}):
         pass
@@ -35,12 +35,12 @@ def test_a_host_that_is_not_ours_is_refused(client: TestClient, host: str) -> No
 
 @pytest.mark.parametrize("host", ["testserver", "TESTSERVER:8000", "localhost:8000", "127.0.0.1", "[::1]:8000"])
 def test_loopback_and_named_hosts_are_served(client: TestClient, host: str) -> None:
-    assert client.get("/api/health", headers={"host": host}).status_code == 200
+    assert client.get("/health/live", headers={"host": host}).status_code == 200
 
 
 def test_a_host_said_twice_is_refused(client: TestClient) -> None:
     twice: Any = [("host", "testserver"), ("host", "evil.example")]
-    assert client.get("/api/health", headers=twice).status_code == 400
+    assert client.get("/health/live", headers=twice).status_code == 400
 
 
 def test_the_address_that_a_connection_came_to_is_served_and_no_other() -> None:
@@ -87,21 +87,21 @@ def test_what_its_own_page_asks_for_is_not(client: TestClient, headers: dict[str
 def test_another_sites_page_may_link_here_but_neither_embed_nor_read(client: TestClient) -> None:
     foreign = {"sec-fetch-site": "cross-site"}
     linked = foreign | {"sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
-    assert client.get("/api/health", headers=linked).status_code == 200
+    assert client.get("/health/live", headers=linked).status_code == 200
     for embedded in ({"sec-fetch-mode": "no-cors", "sec-fetch-dest": "image"}, {"sec-fetch-mode": "cors"}):
-        assert client.get("/api/health", headers=foreign | embedded).status_code == 403
+        assert client.get("/health/live", headers=foreign | embedded).status_code == 403
     framed = {"sec-fetch-mode": "navigate", "sec-fetch-dest": "iframe"}
-    assert client.get("/api/health", headers=foreign | framed).status_code == 403
+    assert client.get("/health/live", headers=foreign | framed).status_code == 403
 
 
 @pytest.mark.parametrize(
     ("path", "headers", "status"),
     [
         ("/", {}, None),
-        ("/api/health", {}, 200),
+        ("/health/live", {}, 200),
         ("/api/nowhere", {}, 404),
-        ("/api/health", {"host": "evil.example"}, 400),
-        ("/api/health?broken", {}, 500),
+        ("/health/live", {"host": "evil.example"}, 400),
+        ("/health/ready?broken", {}, 500),
     ],
 )
 def test_every_answer_carries_the_headers(
@@ -129,11 +129,11 @@ def test_every_answer_carries_the_headers(
 
 @pytest.mark.parametrize("method", ["TRACE", "CONNECT", "OPTIONS"])
 def test_a_method_that_nobody_needs_is_refused(client: TestClient, method: str) -> None:
-    assert client.request(method, "/api/health").status_code == 405
+    assert client.request(method, "/health/live").status_code == 405
 
 
 def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> None:
-    answer = TestClient(client.app, base_url="https://testserver").get("/api/health")
+    answer = TestClient(client.app, base_url="https://testserver").get("/health/live")
     assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
 
 

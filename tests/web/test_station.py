@@ -475,12 +475,6 @@ def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
         assert kept["comparison"]["samples"] > 20
 
 
-def test_health_tells_whether_the_work_is_done(client: TestClient) -> None:
-    until_mode(client, "idle")
-    told = client.get("/api/health").json()
-    assert (told["status"], told["database"], told["device"]) == ("ok", "sqlite", "running")
-
-
 def test_a_refused_load_does_not_change_whose_run_is_shown(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
 ) -> None:

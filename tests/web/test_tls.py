@@ -135,7 +135,7 @@ def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[i
 def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
     port, context, told = on_the_network
     asking = http.client.HTTPSConnection("localhost", port, context=context, timeout=20)
-    asking.request("GET", "/api/health")
+    asking.request("GET", "/health/live")
     answer = asking.getresponse()
     assert answer.status == 200
     assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
@@ -143,7 +143,7 @@ def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int,
     assert isinstance(asking.sock, ssl.SSLSocket) and asking.sock.version() in ("TLSv1.2", "TLSv1.3")
     asking.close()
     plain = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
-    plain.request("GET", "/api/health")
+    plain.request("GET", "/health/live")
     with pytest.raises((http.client.HTTPException, OSError)):
         plain.getresponse()
     assert re.search(rf"https://localhost:{port}\b", told.read_text())

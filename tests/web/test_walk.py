@@ -34,7 +34,7 @@ _ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 
 # What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
 PUBLIC: Final = {
-    "get_health", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
+    "get_health_live", "get_health_ready", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
 }  # fmt: skip
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {"remove_second_factor", "change_password", "list_own_sign_ins", "end_own_sign_in"}
@@ -51,6 +51,8 @@ ADMINISTER: Final = {
     "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",
     "list_accounts", "create_account", "update_account", "reset_account", "list_backups", "make_backup",
 }  # fmt: skip
+OPERATION: Final = {"get_metrics"}
+"""How the service is doing: nothing of anybody."""
 AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check"}
 WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
 LOOKS_BY_POST: Final = {"break_glass"}
@@ -213,6 +215,8 @@ def roles_of(operation: Operation) -> frozenset[Role]:
     """Who was promised it."""
     if operation.name in ADMINISTER:
         return _ADMINISTER
+    if operation.name in OPERATION:
+        return frozenset({"technician", "administrator"})
     if operation.name in OWN | STATION:
         return _EVERYBODY
     if operation.name in DEVICE:

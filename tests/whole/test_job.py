@@ -57,12 +57,18 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
         taught = teach(rig, motion)
 
         assert set(taught.take) == {1}
-        assert len(taught.t_ns) == pytest.approx(motion.duration_s * rate_hz, rel=0.1)
-        assert np.median(np.diff(taught.t_ns)) == pytest.approx(1e9 / rate_hz, rel=0.02)
+        # A busy computer misses cycles, on a bus with little to spare most of all: never more samples are missing than it
+        # says that it has missed, and those that are there lie on the loop's own beat.
+        missed = rig.snapshot.loop.overruns
+        wanted = motion.duration_s * rate_hz
+        assert wanted * 0.9 - missed <= len(taught.t_ns) <= wanted * 1.1
+        beats = np.diff(taught.t_ns) * (rate_hz / 1e9)
+        assert np.median(np.abs(beats - np.round(beats))) <= 0.02
+        assert np.round(beats).sum() == pytest.approx(wanted, rel=0.1)
         # What was recorded is what the hand did: the same extremes, in motor angles.
-        wanted = motor_angles_deg(motion.poses_deg)
-        assert taught.measured_deg.min(axis=0) == pytest.approx(wanted.min(axis=0), abs=1.5)
-        assert taught.measured_deg.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=1.5)
+        motors_deg = motor_angles_deg(motion.poses_deg)
+        assert taught.measured_deg.min(axis=0) == pytest.approx(motors_deg.min(axis=0), abs=1.5)
+        assert taught.measured_deg.max(axis=0) == pytest.approx(motors_deg.max(axis=0), abs=1.5)
 
         load(rig, taught)
         assert rig.send(Play()) is None

@@ -18,12 +18,13 @@ Permission = Literal[
     "stop",
     "operate",
     "diagnose",
+    "see_operation",
     "read_records",
     "write_records",
     "administer",
 ]
 """``public``: whoever reaches the service. ``own_account``: whoever has signed in. ``diagnose``: the device apart from whoever is
-treated with it, and the simulated hand, pedal and switch."""
+treated with it, and the simulated hand, pedal and switch. ``see_operation``: how service and device are doing, and nobody treated."""
 
 _EVERYBODY: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
 """Whoever sees the apparatus may stop it."""
@@ -31,9 +32,9 @@ _THERAPIST: Final[frozenset[Permission]] = _EVERYBODY | {"read_records", "write_
 OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
     {
         "viewer": _EVERYBODY | {"read_records"},
-        "technician": _EVERYBODY | {"diagnose"},
+        "technician": _EVERYBODY | {"diagnose", "see_operation"},
         "therapist": _THERAPIST,
-        "administrator": _THERAPIST | {"administer"},
+        "administrator": _THERAPIST | {"administer", "see_operation"},
     }
 )
 
@@ -53,6 +54,8 @@ class Rule:
     """Also while a second factor is still to be set up."""
     away: bool = False
     """Also while the database does not answer, for whoever was let in when it last did. Names no record: those cannot be looked up."""
+    token: bool = False
+    """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
 
 
 _PUBLIC: Final = Rule("public")
@@ -71,7 +74,9 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # The page itself, and the description of the interface.
         "page": _PUBLIC,
         "openapi": _PUBLIC,
-        "get_health": _PUBLIC,
+        # A watchdog, a proxy and a browser that cannot sign in ask; they are told nothing of anybody.
+        "get_health_live": _PUBLIC,
+        "get_health_ready": _PUBLIC,
         # Coming in and going out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
@@ -175,6 +180,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "make_backup": _ADMINISTER,
         # The audit trail: who looked at a record has to be found without looking at it.
         "list_audit": Rule("administer", restricted=True),
+        # How the service is doing.
+        "get_metrics": Rule("see_operation", token=True),
         # The apparatus.
         "live": _WATCH,
         "get_station": _WATCH,

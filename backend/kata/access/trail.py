@@ -138,6 +138,11 @@ class Trail(Chained):
         with self._something:
             self._put(one, repeats=False)
 
+    @property
+    def waiting(self) -> int:
+        """Rows that are not in the database yet."""
+        return len(self._waiting)
+
     def until_written(self, limit_s: float = 10.0) -> bool:
         """Whether all that was told so far stands in the database, and in the anchor, within so many seconds."""
         with self._something:

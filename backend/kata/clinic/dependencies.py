@@ -53,7 +53,7 @@ class _Problems:
         422: "The request itself is wrong: see its errors.",
         423: "The screen is locked: give the password first. Stop works all the same.",
         429: "Too many tries: wait for as many seconds as Retry-After says.",
-        503: "The database does not answer, or the apparatus' control program is not running.",
+        503: "What this takes does not answer: the apparatus' control program, or the database.",
     }
 
     def of(self, *statuses: int) -> dict[int | str, dict[str, Any]]:

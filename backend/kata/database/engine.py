@@ -6,7 +6,8 @@ are the last to close.
 """
 
 import sqlite3
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from pathlib import Path
@@ -65,6 +66,8 @@ class Database:
         self.witness: Witness | None = None
         self.watch: Watch | None = None
         """Of a service: whether it answers. Without one, every failure is the caller's."""
+        self.on_waited: Callable[[float], None] = lambda waited_s: None
+        """Called with the seconds that each writing session has waited for its turn; from any thread, never to fail."""
         try:
             self.url = make_url(url)
             if self.url.get_backend_name() == "sqlite":
@@ -109,9 +112,13 @@ class Database:
         :raises DatabaseAwayError: as :meth:`read`. Where that shows in the commit itself, it may stand all the same.
         """
         witness = self.witness
+        asked_s = time.monotonic()
         asking = self.watch.asking(self.writer) if self.watch else nullcontext()
         with asking, Session(self.writer, expire_on_commit=False) as session:
             with session.begin():
+                # Here one waits for the one writer, for a connection of the pool, for a server that is slow.
+                session.connection()
+                self.on_waited(time.monotonic() - asked_s)
                 if witness:
                     witness.began(session)
                 yield session

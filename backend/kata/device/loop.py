@@ -68,6 +68,7 @@ class ControlLoop:
         self._cycles = 0
         self._overruns = 0
         self._lateness = Lateness()
+        self._drive_errors = [0] * len(config.axes)
         self._heard = 0
         self._disagreements = 0
         self._sent_deg: list[tuple[float, ...]] = []
@@ -202,7 +203,10 @@ class ControlLoop:
         if not self._connected:
             return None
         try:
-            return self._with_pedal(self._bus.read())
+            reading = self._bus.read()
+            for axis in reading.garbled | reading.silent:
+                self._drive_errors[axis] += 1
+            return self._with_pedal(reading)
         except BusError as error:
             self._lost(error)
             return None
@@ -302,6 +306,7 @@ class ControlLoop:
                 lateness_p999_ms=p999_ms,
                 lateness_max_ms=self._lateness.max_ns / 1e6,
                 bus_errors=self._bus.errors,
+                drive_errors=tuple(self._drive_errors),
                 telemetry_dropped=self._exchange.dropped,
                 real_time=self._real_time,
                 memory_locked=self._memory_locked,

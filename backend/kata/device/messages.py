@@ -242,6 +242,8 @@ class LoopState(_Message, frozen=True, kw_only=True, tag="loop"):
     lateness_p999_ms: float
     lateness_max_ms: float
     bus_errors: int
+    drive_errors: tuple[int, ...]
+    """Of each axis: cycles in which its drive was asked and no sound answer came."""
     telemetry_dropped: int
     real_time: bool
     """SCHED_FIFO was granted."""

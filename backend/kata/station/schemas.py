@@ -145,6 +145,9 @@ class LoopLive(_Schema):
     lateness_p999_ms: float = Field(ge=0, description="99.9 % of the cycles began no later than this, milliseconds.")
     lateness_max_ms: float = Field(ge=0, description="Latest start of a cycle, milliseconds.")
     bus_errors: int = Field(ge=0, description="Replies that stayed away or came damaged.")
+    drive_errors: list[int] = Field(
+        min_length=5, max_length=5, description="Axis order: cycles in which no sound answer of the drive came."
+    )
     telemetry_dropped: int = Field(ge=0, description="Snapshots that never reached the service.")
     real_time: bool = Field(description="SCHED_FIFO was granted.")
     memory_locked: bool = Field(

@@ -11,6 +11,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator
 from datetime import datetime
+from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
 
@@ -40,6 +41,8 @@ _ASKED: Final = "asked"
 _READING: Final = ("GET", "HEAD")
 _PATIENCE_S: Final = 0.5
 """So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
+_SHORTEST_TOKEN: Final = 20
+"""Characters: 100 bits and more by chance."""
 
 
 class Remembered:
@@ -164,6 +167,8 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     DOING.set(doing)
     if rule.needs == "public":
         return
+    if rule.token and await run_in_threadpool(_shows_token, connection):
+        return
     # A benchmark of lists has no station.
     doing.station = state.station.info.name if hasattr(state, "station") else ""
     named = list(_named(connection, body))
@@ -216,6 +221,21 @@ async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
         raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
     remembered.put(cookie, actor)
     return actor
+
+
+def _shows_token(connection: HTTPConnection) -> bool:
+    """Whether a program asks that knows what is in the file; read anew each time, so that a new token needs no restart."""
+    file: Path | None = connection.app.state.metrics_token
+    scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
+    if file is None or scheme.lower() != "bearer":
+        return False
+    try:
+        token = file.read_text().strip()
+    except (OSError, UnicodeDecodeError) as error:
+        log.error("the token that /metrics is read by cannot be read: %s", error)
+        return False
+    # A short one, and that of an empty file above all, is none.
+    return len(token) >= _SHORTEST_TOKEN and secrets.fits(shown.strip(), secrets.hashed(token))
 
 
 def _did_something(database: Database, actor: Actor, now: datetime) -> None:

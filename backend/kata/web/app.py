@@ -7,11 +7,10 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import timedelta
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
-from fastapi import APIRouter, Depends, FastAPI
-from pydantic import Field
+from fastapi import Depends, FastAPI
 from starlette.types import ASGIApp
 
 from kata.access import demonstration, second_factor, set_up
@@ -24,7 +23,7 @@ from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
-from kata.clinic.dependencies import Problem, TheDatabase, TheStation
+from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes
 from kata.clinic.events import service as event_service
 from kata.clinic.events.recording import recording as events_recorded
@@ -32,7 +31,6 @@ from kata.clinic.events.router import router as events
 from kata.clinic.events.writer import EventWriter
 from kata.clinic.exchange.erasure_router import router as erasures
 from kata.clinic.exchange.router import router as exchange
-from kata.clinic.fields import Schema
 from kata.clinic.figures import FigureWorker
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients.router import router as patients
@@ -51,9 +49,22 @@ from kata.database.upgrade import upgrade
 from kata.device import config
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
-from kata.station.schemas import DeviceState, Kept
+from kata.station.schemas import Kept
 from kata.station.station import Station
-from kata.web import access, accounts, hardening, live, operating, own_account, page, problems, sign_in, signing
+from kata.web import (
+    access,
+    accounts,
+    hardening,
+    health,
+    live,
+    metrics,
+    operating,
+    own_account,
+    page,
+    problems,
+    sign_in,
+    signing,
+)
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
 from kata.web.backups import Backups
@@ -78,29 +89,6 @@ _FOREIGN: Final = "The request came from another site's page."
 _ANSWER_S: Final = 4.0
 """So long a request waits for an answer of the database; then the page says that it is away."""
 
-health = APIRouter(prefix="/api/health", tags=["health"])
-
-
-class Health(Schema):
-    """Whether the service does its work."""
-
-    status: Literal["ok", "degraded"] = Field(description="degraded: the device process is not running.")
-    version: str
-    database: Literal["sqlite", "postgresql"]
-    device: DeviceState
-
-
-@health.get("")
-async def get_health(database: TheDatabase, station: TheStation) -> Health:
-    """For whoever watches the service."""
-    device = station.live().device
-    return Health(
-        status="ok" if device == "running" else "degraded",
-        version=version("kata"),
-        database="sqlite" if database.file else "postgresql",
-        device=device,
-    )
-
 
 def create_app(settings: Settings) -> FastAPI:
     """The service, not started yet."""
@@ -124,7 +112,8 @@ def create_app(settings: Settings) -> FastAPI:
         openapi_url="/api/openapi.json",
     )
     for router in (
-        health,
+        health.router,
+        metrics.router,
         accounts.router,
         assessments,
         backups,
@@ -162,7 +151,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     app.state.letterhead = letterhead.read(
         settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
     )
-    app.state.clinic_zone = settings.clinic_zone
+    app.state.clinic_zone, app.state.metrics_token = settings.clinic_zone, settings.metrics_token
     await asyncio.to_thread(stack.enter_context, served(settings))
     settings.journal.mkdir(parents=True, exist_ok=True)
     if await asyncio.to_thread(make_key, settings):
@@ -234,6 +223,14 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await asyncio.to_thread(importer.run_at_start)
     writer = EventWriter(database)
     stack.push_async_callback(asyncio.to_thread, writer.close)
+    app.state.probe = health.Probe(database)
+    app.state.metrics = measured = metrics.Metrics(station)
+    database.on_waited = measured.write_waited_s.observe
+    measured.ask_for("kata_events_waiting", "Device events that are not in the database yet.", lambda: writer.waiting)
+    measured.ask_for(
+        "kata_audit_waiting", "Rows of the audit trail that are not in the database yet.", lambda: trail.waiting
+    )
+    await stack.enter_async_context(measured.counting_stops(station))
     await stack.enter_async_context(events_recorded(station, writer))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)

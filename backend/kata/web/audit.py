@@ -28,6 +28,8 @@ _LOOKS: Final = frozenset({"read_records", "administer"})
 """Permissions of which a mere look is worth a row."""
 _COMMANDS: Final = frozenset({"stop", "operate"})
 _READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_WATCHED: Final = frozenset({"get_health_live", "get_health_ready"})
+"""Programs ask every few seconds, without a database, too: nothing of it is written down."""
 _DOOR: Final = "at_the_door"
 """The action of what was refused before anybody knew what it was."""
 _STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
@@ -90,8 +92,8 @@ async def _tell(trail: Trail, scope: Scope, status: int) -> None:
 
 
 def _is_worth_a_row(doing: Doing, method: str, status: int) -> bool:
-    if doing.why == DATABASE_AWAY.code:
-        # Nobody was refused anything; the outage has a row of its own.
+    # While the database is away nobody is refused anything: the outage has a row of its own.
+    if doing.why == DATABASE_AWAY.code or doing.action in _WATCHED:
         return False
     if status >= 500:
         return True

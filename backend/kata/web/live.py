@@ -93,7 +93,8 @@ async def live(socket: WebSocket) -> None:
     endings: Endings = socket.app.state.access.endings
     ending = asyncio.create_task(endings.of(actor.sign_in_id))
     try:
-        with station.operating.listening(here), station.subscribed() as subscription:
+        listeners = socket.app.state.metrics.listeners
+        with station.operating.listening(here), station.subscribed() as subscription, listeners.track_inprogress():
             telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
             first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
             for task in pending:

@@ -1,6 +1,6 @@
 """REST for signing in and out: with a password, by a link, for the first time."""
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Depends, Request, Response
 from pydantic import Field
 
 from kata.access import accounts, audit, demonstration, second_factor, set_up, sign_in
@@ -10,6 +10,7 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Name, Schema
 from kata.database.away import DatabaseAwayError
 from kata.problems import ProblemError
+from kata.web.metrics import refusals_counted
 from kata.web.signing import (
     Access,
     Me,
@@ -26,7 +27,7 @@ from kata.web.signing import (
     name_key,
 )
 
-router = APIRouter(tags=["sign-in"])
+router = APIRouter(tags=["sign-in"], dependencies=[Depends(refusals_counted)])
 
 
 class SignIn(Schema):

@@ -4,7 +4,7 @@
  */
 
 export interface paths {
-    "/api/health": {
+    "/health/live": {
         parameters: {
             query?: never;
             header?: never;
@@ -12,10 +12,51 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Health
-         * @description For whoever watches the service.
+         * Get Health Live
+         * @description The service is there: whoever gets no answer may start it anew. It is there without database and apparatus, too: a session that
+         *     goes on is not to be ended for want of them.
          */
-        get: operations["get_health"];
+        get: operations["get_health_live"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/health/ready": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Health Ready
+         * @description Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same.
+         */
+        get: operations["get_health_ready"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/metrics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Metrics
+         * @description For Prometheus: for technicians and administrators, and for a program that shows the token of ``KATA_METRICS_TOKEN``.
+         */
+        get: operations["get_metrics"];
         put?: never;
         post?: never;
         delete?: never;
@@ -2326,6 +2367,18 @@ export interface components {
             password?: string | null;
         };
         /**
+         * Alive
+         * @description The service answers.
+         */
+        Alive: {
+            /**
+             * Status
+             * @default alive
+             * @constant
+             */
+            status: "alive";
+        };
+        /**
          * Assessment
          * @description What was found on a day.
          */
@@ -3421,30 +3474,6 @@ export interface components {
             left_s: number;
         };
         /**
-         * Health
-         * @description Whether the service does its work.
-         */
-        Health: {
-            /**
-             * Status
-             * @description degraded: the device process is not running.
-             * @enum {string}
-             */
-            status: "ok" | "degraded";
-            /** Version */
-            version: string;
-            /**
-             * Database
-             * @enum {string}
-             */
-            database: "sqlite" | "postgresql";
-            /**
-             * Device
-             * @enum {string}
-             */
-            device: "starting" | "running" | "restarting";
-        };
-        /**
          * Hold
          * @description Stand at one point for a while.
          */
@@ -3932,6 +3961,11 @@ export interface components {
              */
             bus_errors: number;
             /**
+             * Drive Errors
+             * @description Axis order: cycles in which no sound answer of the drive came.
+             */
+            drive_errors: number[];
+            /**
              * Telemetry Dropped
              * @description Snapshots that never reached the service.
              */
@@ -3975,7 +4009,7 @@ export interface components {
              */
             language: string;
             /** Permissions */
-            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "read_records" | "write_records" | "administer")[];
+            permissions: ("public" | "own_account" | "see_station" | "stop" | "operate" | "diagnose" | "see_operation" | "read_records" | "write_records" | "administer")[];
             /**
              * Stations
              * @description Names of the stations that this account works at; empty: all.
@@ -5036,6 +5070,25 @@ export interface components {
              * @description A value a column; null where there is none.
              */
             rows: (string | number | null)[][];
+        };
+        /**
+         * Ready
+         * @description A session can begin here.
+         */
+        Ready: {
+            /**
+             * Status
+             * @default ready
+             * @constant
+             */
+            status: "ready";
+            /** Version */
+            version: string;
+            /**
+             * Database
+             * @enum {string}
+             */
+            database: "sqlite" | "postgresql";
         };
         /**
          * RecordAccess
@@ -6814,7 +6867,7 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
-    get_health: {
+    get_health_live: {
         parameters: {
             query?: never;
             header?: never;
@@ -6829,7 +6882,92 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Health"];
+                    "application/json": components["schemas"]["Alive"];
+                };
+            };
+        };
+    };
+    get_health_ready: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Ready"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_metrics: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/plain": unknown;
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
                 };
             };
         };
@@ -6879,7 +7017,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -6957,7 +7095,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7046,7 +7184,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7126,7 +7264,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7182,7 +7320,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7261,7 +7399,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7350,7 +7488,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7429,7 +7567,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7505,7 +7643,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7594,7 +7732,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7683,7 +7821,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7739,7 +7877,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7804,7 +7942,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7883,7 +8021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -7959,7 +8097,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8048,7 +8186,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8124,7 +8262,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8213,7 +8351,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8302,7 +8440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8387,7 +8525,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8476,7 +8614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8562,7 +8700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8637,7 +8775,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8693,7 +8831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8769,7 +8907,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8858,7 +8996,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8947,7 +9085,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9036,7 +9174,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9121,7 +9259,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9206,7 +9344,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9300,7 +9438,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9394,7 +9532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9477,7 +9615,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9573,7 +9711,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9658,7 +9796,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9741,7 +9879,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9826,7 +9964,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9900,7 +10038,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9978,7 +10116,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10054,7 +10192,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10143,7 +10281,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10219,7 +10357,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10308,7 +10446,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10397,7 +10535,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10473,7 +10611,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10562,7 +10700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10651,7 +10789,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10727,7 +10865,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10806,7 +10944,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10883,7 +11021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10959,7 +11097,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11035,7 +11173,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11124,7 +11262,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11213,7 +11351,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11302,7 +11440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11392,7 +11530,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11477,7 +11615,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11556,7 +11694,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11635,7 +11773,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11714,7 +11852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11793,7 +11931,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11869,7 +12007,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11949,7 +12087,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12038,7 +12176,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12094,7 +12232,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12179,7 +12317,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12259,7 +12397,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12346,7 +12484,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12411,7 +12549,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12492,7 +12630,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12568,7 +12706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12657,7 +12795,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12745,7 +12883,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12844,7 +12982,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12933,7 +13071,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13009,7 +13147,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13098,7 +13236,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13187,7 +13325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13263,7 +13401,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13348,7 +13486,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13447,7 +13585,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13501,7 +13639,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13570,7 +13708,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13646,7 +13784,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13733,7 +13871,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13820,7 +13958,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13896,7 +14034,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13952,7 +14090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14026,7 +14164,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14302,7 +14440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14349,7 +14487,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14427,7 +14565,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14492,7 +14630,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14570,7 +14708,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14657,7 +14795,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14722,7 +14860,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14818,7 +14956,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14883,7 +15021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14948,7 +15086,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15013,7 +15151,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15078,7 +15216,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15143,7 +15281,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15208,7 +15346,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15264,7 +15402,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15329,7 +15467,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15394,7 +15532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15472,7 +15610,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15550,7 +15688,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15637,7 +15775,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15702,7 +15840,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15783,7 +15921,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The database does not answer, or the apparatus' control program is not running. */
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
             503: {
                 headers: {
                     [name: string]: unknown;

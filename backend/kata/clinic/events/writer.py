@@ -55,6 +55,11 @@ class EventWriter:
             log.error("%d device events were dropped; they are written down again from now on", self._dropped)
             self._dropped = 0
 
+    @property
+    def waiting(self) -> int:
+        """Events that are not in the database yet, besides those that are just being written."""
+        return self._queue.qsize()
+
     def close(self) -> None:
         """Write down what waits, as far as the database takes it in time, and end the thread."""
         self._until_s = time.monotonic() + _LAST_S
