@@ -155,6 +155,11 @@ class Settings(BaseSettings):
         return self.data / "journal"
 
     @property
+    def spool(self) -> Path:
+        """Folder of what happened at the station, until the database has it."""
+        return self.data / "spool"
+
+    @property
     def backup_folder(self) -> Path:
         """Where backups are kept."""
         return (self.backups or self.data / "backups").absolute()

@@ -161,11 +161,28 @@ def upgrade() -> None:
         sa.UniqueConstraint("secret_hash", name="uq_sign_ins_secret_hash"),
     )
     op.create_index("ix_sign_ins_account_id", "sign_ins", ["account_id"], unique=False)
+    schemas = op.create_table(
+        "schemas",
+        sa.Column("revision", sa.String(length=32), nullable=False),
+        sa.Column("oldest", sa.String(length=32), nullable=False),
+        sa.PrimaryKeyConstraint("revision", name="pk_schemas"),
+    )
+    op.bulk_insert(schemas, [{"revision": revision, "oldest": "0007"}])
+    op.create_table(
+        "spools",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.Column("taken", sa.BigInteger(), nullable=False),
+        sa.Column("at", sa.DateTime(timezone=True), nullable=False),
+        sa.PrimaryKeyConstraint("id", name="pk_spools"),
+    )
     op.add_column("patients", sa.Column("restricted", sa.Boolean(), nullable=False, server_default=sa.false()))
 
 
 def downgrade() -> None:
     op.drop_column("patients", "restricted")
+    op.drop_table("spools")
+    op.drop_table("schemas")
     op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
     op.drop_table("sign_ins")
     op.drop_table("recovery_codes")

@@ -143,7 +143,7 @@ def test_metrics_tell_how_loop_and_database_are_doing(client: TestClient) -> Non
     assert told["kata_database_write_wait_seconds_count", ""] > 0
     for name in ("kata_loop_overruns_total", "kata_bus_errors_total", "kata_telemetry_dropped_total"):
         assert (name, "") in told
-    for name in ("kata_events_waiting", "kata_audit_waiting", "process_resident_memory_bytes"):
+    for name in ("kata_spool_waiting", "process_resident_memory_bytes"):
         assert told[name, ""] >= 0
 
 

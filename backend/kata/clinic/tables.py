@@ -26,6 +26,8 @@ from kata.clinic.sessions.tables import (
     SessionRow,
     SessionStopRow,
 )
+from kata.database.delivery import SpoolRow
+from kata.database.upgrade import SchemaRow
 
 __all__ = [
     "AccountRow",
@@ -52,9 +54,11 @@ __all__ = [
     "RunCorrectionRow",
     "RunRow",
     "RunSamplesRow",
+    "SchemaRow",
     "SessionRow",
     "SessionStopRow",
     "SignInRow",
+    "SpoolRow",
     "StageRow",
     "StationRow",
     "TeachingRow",
