@@ -134,6 +134,7 @@ def upgrade() -> None:
         sa.ForeignKeyConstraint(["patient_id"], ["patients.id"], name="fk_care_team_patient_id_patients"),
         sa.PrimaryKeyConstraint("patient_id", "account_id", name="pk_care_team"),
     )
+    op.create_index("ix_care_team_account_id_patient_id", "care_team", ["account_id", "patient_id"], unique=False)
     op.create_table(
         "recovery_codes",
         sa.Column("account_id", sa.Uuid(), nullable=False),
@@ -177,15 +178,25 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name="pk_spools"),
     )
     op.add_column("patients", sa.Column("restricted", sa.Boolean(), nullable=False, server_default=sa.false()))
+    op.create_index(
+        "ix_patients_restricted",
+        "patients",
+        ["id"],
+        unique=False,
+        sqlite_where=sa.text("restricted = 1"),
+        postgresql_where=sa.text("restricted"),
+    )
 
 
 def downgrade() -> None:
+    op.drop_index("ix_patients_restricted", table_name="patients")
     op.drop_column("patients", "restricted")
     op.drop_table("spools")
     op.drop_table("schemas")
     op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
     op.drop_table("sign_ins")
     op.drop_table("recovery_codes")
+    op.drop_index("ix_care_team_account_id_patient_id", table_name="care_team")
     op.drop_table("care_team")
     op.drop_index("ix_broken_glass_patient_id", table_name="broken_glass")
     op.drop_index("ix_broken_glass_account_id", table_name="broken_glass")

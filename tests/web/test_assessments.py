@@ -41,13 +41,33 @@ def test_an_assessment_is_entered_changed_and_withdrawn(client: TestClient, pati
     assert later["assessed_at"] == "2026-03-09T09:30:00Z"
     listed = client.get(url).json()
     assert [item["id"] for item in listed["items"]] == [later["id"], one["id"]]
-    assert (listed["total"], listed["baseline"]["id"]) == (2, one["id"])
-    assert client.get(f"/api/patients/{patient['id']}/assessments").json()["total"] == 2
+    assert (listed["next"], listed["baseline"]["id"]) == (None, one["id"])
+    assert client.get(f"/api/patients/{patient['id']}/assessments").json()["items"] == listed["items"]
 
     seen = {"updated_at": changed["updated_at"]}
     assert client.post(f"/api/assessments/{one['id']}/withdraw", json=seen).json()["withdrawn_at"]
     listed = client.get(url).json()
-    assert (listed["total"], listed["baseline"]["id"]) == (2, later["id"])
+    assert (len(listed["items"]), listed["baseline"]["id"]) == (2, later["id"])
+
+
+@pytest.mark.parametrize("whose", ["episode", "patient"])
+def test_assessments_are_leafed_through_newest_first_also_those_of_one_moment(
+    client: TestClient, patient: dict[str, Any], url: str, whose: str
+) -> None:
+    days = ("02", "03", "03", "03", "04")
+    made = [client.post(url, json=found(assessed_at=f"2026-03-{day}T09:30:00Z")).json()["id"] for day in days]
+    url = url if whose == "episode" else f"/api/patients/{patient['id']}/assessments"
+    leafed: list[str] = []
+    after: dict[str, str] = {}
+    while True:
+        page = client.get(url, params={"limit": 2} | after).json()
+        leafed += [one["id"] for one in page["items"]]
+        assert len(page["items"]) <= 2
+        if page["next"] is None:
+            break
+        after = {"after": page["next"]}
+    assert (leafed[0], set(leafed[1:4]), leafed[4]) == (made[4], set(made[1:4]), made[0])
+    problem(client.get(url, params={"after": "damaged"}), 422, "damaged_cursor")
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,7 @@ class CareTeamRow(Base):
     """Of a patient whose record is restricted: who may see it without breaking the glass."""
 
     __tablename__ = "care_team"
+    __table_args__ = (Index("ix_care_team_account_id_patient_id", "account_id", "patient_id"),)
 
     patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), primary_key=True)
     account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)

@@ -77,6 +77,8 @@ LISTS: Final = (
     Ask("/api/sessions", {"station": "{station}"}),
     Ask("/api/sessions", {"stop": "{stop}"}),
     Ask("/api/sessions", {"therapist": "{therapist}", "stop": "{stop}"}),
+    Ask("/api/sessions", {"therapist": "Nobody", "stop": "{stop}"}),
+    Ask("/api/patients", {"search": "Nobody"}),
     Ask("/api/sessions/{session_id}"),
     Ask("/api/events"),
     Ask("/api/events", {"station": "{station}"}),

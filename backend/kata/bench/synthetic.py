@@ -48,6 +48,8 @@ _ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 4
 _BATCH: Final = 20_000
 _PIECE: Final = 200
 _ASKED: Final = 50
+_RESTRICTED: Final = 50
+"""One record in so many is for a care team alone, and whoever asks is in none."""
 _RATE_HZ: Final = 100
 _COUNT_DEG: Final = 360 / 4096
 _TORQUE_COUNT_NM: Final = 0.00538
@@ -83,13 +85,19 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
             session.flush()
             session.expunge_all()
     some = people[:: max(1, patients // _ASKED)]
+    with database.write() as session:
+        for person in people[_RESTRICTED // 2 :: _RESTRICTED]:
+            if person not in some:
+                session.get_one(PatientRow, person.id).restricted = True
     each = -(-visits // patients)
     _visits(database, people, visits, {person.number for person in some}, chance)
     with database.write() as session:
         hour = _hour(session, people[0], hour_s)
-    with database.writer.connect() as connection:
-        connection.exec_driver_sql("ANALYZE")
-        connection.commit()
+    if not database.file:
+        # As a server does by itself before long. Nobody ever counts the rows of a clinic's SQLite file.
+        with database.writer.connect() as connection:
+            connection.exec_driver_sql("ANALYZE")
+            connection.commit()
     return History(
         patients=tuple(person.id for person in some),
         episodes=tuple(person.episode_id for person in some),

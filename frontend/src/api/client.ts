@@ -200,10 +200,10 @@ export const api = {
   sessionChoices: () => unwrap(client.GET("/api/sessions/choices")),
   // Assessments and progress
   assessmentForm: () => unwrap(client.GET("/api/assessments/form")),
-  assessments: (key: string, limit: number) =>
+  assessments: (key: string, after: string | null = null) =>
     unwrap(
       client.GET("/api/episodes/{episode_id}/assessments", {
-        params: { path: { episode_id: key }, query: { limit } },
+        params: { path: { episode_id: key }, query: behind(after) },
       }),
     ),
   createAssessment: (key: string, body: Schemas["AssessmentCreate"]) =>

@@ -6,14 +6,13 @@ import { useMay } from "../access/hooks";
 import { type Assessment, api, type Schemas } from "../api/client";
 import { formatMoment, sideWord } from "../shared/format";
 import { ButtonLink } from "../shared/links";
+import { More } from "../shared/More";
+import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
 import type { Side } from "./draft";
 import { painWords, romWords, spadiWords } from "./words";
-
-const FEW = 20;
-const MOST = 100;
 
 /** Where the shoulder stands, against where it stood at first; enter, change and withdraw assessments. */
 export function AssessmentsSection({ patientId }: { patientId: string }) {
@@ -27,7 +26,6 @@ export function AssessmentsSection({ patientId }: { patientId: string }) {
 function Section(props: { patientId: string; episodeId: string; affected: Side }) {
   const { patientId, episodeId, affected } = props;
   const writes = useMay("write_records");
-  const [limit, setLimit] = useState(FEW);
   const [editing, setEditing] = useState<Assessment | "new" | null>(null);
   const [listed, setListed] = useState(false);
   const form = useQuery({
@@ -35,12 +33,10 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
     queryFn: api.assessmentForm,
     staleTime: Number.POSITIVE_INFINITY,
   });
-  const assessments = useQuery({
-    queryKey: ["assessments", episodeId, limit],
-    queryFn: () => api.assessments(episodeId, limit),
-  });
-  const found = assessments.data;
-  const newest = found?.items.find((one) => !one.withdrawn_at) ?? null;
+  const assessments = usePages(["assessments", episodeId], (after) => api.assessments(episodeId, after));
+  const found = assessments.items;
+  const baseline = assessments.data?.pages[0]?.baseline ?? null;
+  const newest = found?.find((one) => !one.withdrawn_at) ?? null;
   return (
     <Stack gap="xs" component="section" aria-label="Assessments">
       <Group justify="space-between">
@@ -81,21 +77,17 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
       )}
       {found && !newest && !editing && <Text>Nothing has been assessed yet.</Text>}
       {found && newest && form.data && (
-        <Newest one={newest} baseline={found.baseline} form={form.data} affected={affected} />
+        <Newest one={newest} baseline={baseline} form={form.data} affected={affected} />
       )}
-      {found && found.total > 0 && (
+      {found && found.length > 0 && (
         <>
           <Group>
             <Button variant="default" aria-expanded={listed} onClick={() => setListed(!listed)}>
-              {listed ? "Hide the list" : `All assessments (${found.total})`}
+              {listed ? "Hide the list" : "All assessments"}
             </Button>
           </Group>
-          {listed && <AssessmentTable episodeId={episodeId} items={found.items} onEdit={setEditing} />}
-          {listed && found.total > found.items.length && limit < MOST && (
-            <Button variant="subtle" onClick={() => setLimit(MOST)}>
-              Older ones
-            </Button>
-          )}
+          {listed && <AssessmentTable episodeId={episodeId} items={found} onEdit={setEditing} />}
+          {listed && <More list={assessments} />}
         </>
       )}
     </Stack>

@@ -1,9 +1,8 @@
 """REST for assessments."""
 
-from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter
 
 from kata.clinic.assessments import service
 from kata.clinic.assessments.schemas import (
@@ -16,11 +15,9 @@ from kata.clinic.assessments.schemas import (
     EpisodeAssessments,
 )
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.pages import After, Limit
 
 router = APIRouter(tags=["assessments"])
-
-_Limit = Annotated[int, Query(ge=1, le=100)]
-_Offset = Annotated[int, Query(ge=0, le=100_000)]
 
 
 @router.get("/api/assessments/form")
@@ -31,26 +28,26 @@ def get_assessment_form() -> AssessmentForm:
 
 @router.get("/api/episodes/{episode_id}/assessments", responses=PROBLEMS.of(404, 422))
 def list_assessments(
-    database: TheDatabase, episode_id: UUID, limit: _Limit = 20, offset: _Offset = 0
+    database: TheDatabase, episode_id: UUID, limit: Limit = 50, after: After = None
 ) -> EpisodeAssessments:
     """An episode's assessments, newest first, withdrawn ones among them; and the first, which others are held against."""
     with database.read() as session:
-        rows, total, first = service.of_episode(session, episode_id, limit=limit, offset=offset)
+        rows, further, first = service.of_episode(session, episode_id, limit, after)
         return EpisodeAssessments(
             items=[service.as_assessment(row) for row in rows],
-            total=total,
+            next=further,
             baseline=service.as_assessment(first) if first else None,
         )
 
 
 @router.get("/api/patients/{patient_id}/assessments", responses=PROBLEMS.of(404, 422))
 def list_patient_assessments(
-    database: TheDatabase, patient_id: UUID, limit: _Limit = 20, offset: _Offset = 0
+    database: TheDatabase, patient_id: UUID, limit: Limit = 50, after: After = None
 ) -> AssessmentPage:
     """The assessments of all of a patient's episodes, newest first."""
     with database.read() as session:
-        rows, total = service.of_patient(session, patient_id, limit=limit, offset=offset)
-        return AssessmentPage(items=[service.as_assessment(row) for row in rows], total=total)
+        rows, further = service.of_patient(session, patient_id, limit, after)
+        return AssessmentPage(items=[service.as_assessment(row) for row in rows], next=further)
 
 
 @router.post("/api/episodes/{episode_id}/assessments", status_code=201, responses=PROBLEMS.of(404, 409, 422))

@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from kata.clinic.assessments import rom, spadi
 from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
+from kata.clinic.pages import Next
 from kata.database.base import utc_now
 
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)
@@ -172,7 +173,7 @@ class AssessmentPage(Schema):
     """Some of them, newest first; withdrawn ones are among them."""
 
     items: list[Assessment]
-    total: int = Field(ge=0, description="How many there are in all.")
+    next: Next
 
 
 class EpisodeAssessments(AssessmentPage):

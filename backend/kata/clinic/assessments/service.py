@@ -1,11 +1,12 @@
 """What is done with assessments. Commits nothing: the request does."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
 from typing import Any, Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import ColumnElement, func, select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments import rom, spadi
@@ -22,10 +23,12 @@ from kata.clinic.assessments.schemas import (
 )
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.pages import Keyset
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.problems import ProblemError, check_version, not_found
 
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], AssessmentRow.assessed_at, AssessmentRow.id, descending=True)
 _MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"}
 
 
@@ -71,30 +74,32 @@ def get(session: Session, assessment_id: UUID) -> AssessmentRow:
 
 
 def of_episode(
-    session: Session, episode_id: UUID, *, limit: int, offset: int
-) -> tuple[list[AssessmentRow], int, AssessmentRow | None]:
-    """An episode's, newest first; how many there are in all; and the first of them that was not withdrawn.
+    session: Session, episode_id: UUID, limit: int, after: str | None
+) -> tuple[Sequence[AssessmentRow], str | None, AssessmentRow | None]:
+    """An episode's, newest first; where the next page begins; and the first of them all that was not withdrawn.
 
-    :raises ProblemError: 404.
+    :raises ProblemError: 404; 422 when ``after`` is damaged.
     """
     episode_of(session, episode_id)
-    rows, total = _find(session, AssessmentRow.episode_id == episode_id, limit=limit, offset=offset)
+    rows, further = _find(session, AssessmentRow.episode_id == episode_id, limit, after)
     first = (
         select(AssessmentRow)
         .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))
         .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
         .limit(1)
     )
-    return rows, total, session.scalars(first).first()
+    return rows, further, session.scalars(first).first()
 
 
-def of_patient(session: Session, patient_id: UUID, *, limit: int, offset: int) -> tuple[list[AssessmentRow], int]:
-    """Those of all of a patient's episodes, newest first; and how many there are in all.
+def of_patient(
+    session: Session, patient_id: UUID, limit: int, after: str | None
+) -> tuple[Sequence[AssessmentRow], str | None]:
+    """Those of all of a patient's episodes, newest first; and where the next page begins.
 
-    :raises ProblemError: 404.
+    :raises ProblemError: 404; 422 when ``after`` is damaged.
     """
     episodes = [episode.id for episode in patients.get(session, patient_id).episodes]
-    return _find(session, AssessmentRow.episode_id.in_(episodes), limit=limit, offset=offset)
+    return _find(session, AssessmentRow.episode_id.in_(episodes), limit, after)
 
 
 def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> AssessmentRow:
@@ -180,11 +185,11 @@ def as_assessment(row: AssessmentRow) -> Assessment:
     )
 
 
-def _find(session: Session, which: ColumnElement[bool], *, limit: int, offset: int) -> tuple[list[AssessmentRow], int]:
-    total = session.scalar(select(func.count()).select_from(AssessmentRow).where(which)) or 0
-    newest_first = (AssessmentRow.assessed_at.desc(), AssessmentRow.id)
-    rows = session.scalars(select(AssessmentRow).where(which).order_by(*newest_first).limit(limit).offset(offset))
-    return list(rows), total
+def _find(
+    session: Session, which: ColumnElement[bool], limit: int, after: str | None
+) -> tuple[Sequence[AssessmentRow], str | None]:
+    rows = session.scalars(_NEWEST_FIRST.page(select(AssessmentRow).where(which), after, limit)).all()
+    return _NEWEST_FIRST.cut(rows, limit, lambda row: (row.assessed_at, row.id))
 
 
 def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> AssessmentRow:

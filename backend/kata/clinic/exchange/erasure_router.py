@@ -16,7 +16,7 @@ router = APIRouter(tags=["erasures"])
 def list_erasures(database: TheDatabase, actor: TheActor) -> ErasureList:
     """Requests that nobody has decided yet, oldest first; of patients whose records are open to you."""
     with database.read() as session:
-        rows = erasures.undecided(session, restricted.hidden(session, actor))
+        rows = erasures.undecided(session, restricted.hidden(actor))
         return ErasureList(items=[Erasure.model_validate(row) for row in rows])
 
 

@@ -3,11 +3,10 @@
 Commits nothing: the request does.
 """
 
-from collections.abc import Collection
 from typing import Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import select, update
+from sqlalchemy import Select, select, update
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
@@ -35,8 +34,8 @@ def of_patient(session: Session, patient_id: UUID) -> list[ErasureRow]:
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 
 
-def undecided(session: Session, hidden: Collection[UUID] = ()) -> list[ErasureRow]:
-    """Those that somebody still has to decide, oldest first; without those of ``hidden`` patients."""
+def undecided(session: Session, hidden: Select[UUID]) -> list[ErasureRow]:
+    """Those that somebody still has to decide, oldest first; without those of ``hidden`` patients, a query of their ids."""
     query = select(ErasureRow).where(ErasureRow.decided_at.is_(None), ErasureRow.patient_id.not_in(hidden))
     return list(session.scalars(query.order_by(ErasureRow.asked_at, ErasureRow.id)))
 

@@ -37,8 +37,11 @@ def list_patients(
     alone, and tells no more than number and name.
     """
     with database.read() as session:
-        hidden = set(restricted.hidden(session, actor))
-        rows, further = service.find(session, search=search, archived=archived, limit=limit, after=after, hidden=hidden)
+        without = restricted.hidden(actor)
+        rows, further = service.find(
+            session, search=search, archived=archived, limit=limit, after=after, hidden=without
+        )
+        hidden = restricted.hidden_among(session, actor, (row.id for row in rows))
         items = [Patient.model_validate(row) for row in rows]
         return PatientPage(items=[one.without_record() if one.id in hidden else one for one in items], next=further)
 

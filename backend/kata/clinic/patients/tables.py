@@ -4,7 +4,7 @@ from datetime import date, datetime
 from typing import Any
 from uuid import UUID
 
-from sqlalchemy import Connection, ForeignKey, Index, String, Text, event
+from sqlalchemy import Connection, ForeignKey, Index, String, Text, event, text
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, Mapper, mapped_column, relationship
 
@@ -22,8 +22,12 @@ class PatientRow(Base):
     """A patient; archived, never deleted."""
 
     __tablename__ = "patients"
-    # The whole search is answered from it, in the order of the list.
-    __table_args__ = (Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),)
+    __table_args__ = (
+        # The whole search is answered from it, in the order of the list.
+        Index("ix_patients_name_id", "name", "id", "archived_at", "search_text"),
+        # Which records a list leaves out, without a look at the others.
+        Index("ix_patients_restricted", "id", sqlite_where=text("restricted = 1"), postgresql_where=text("restricted")),
+    )
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
     clinic_number: Mapped[str] = mapped_column(String(32), unique=True)

@@ -24,17 +24,22 @@ GLASS_LASTS: Final = timedelta(hours=4)
 _MOST_LISTED: Final = 200
 
 
-def hidden(session: Session, actor: Actor | None) -> list[UUID]:
-    """The patients whose records are not for this actor: lists leave them out. None: the program itself sees all."""
-    return list(session.scalars(_hidden(actor))) if actor else []
+def hidden(actor: Actor) -> Select[UUID]:
+    """The patients whose records are not for this actor: a list leaves them out within its own query."""
+    team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
+    opened = _open_glass(actor).with_only_columns(BrokenGlassRow.patient_id)
+    return select(PatientRow.id).where(PatientRow.restricted, ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened)))
+
+
+def hidden_among(session: Session, actor: Actor, patient_ids: Iterable[UUID]) -> set[UUID]:
+    """Which of these patients' records are not for this actor."""
+    wanted = set(patient_ids)
+    return set(session.scalars(hidden(actor).where(PatientRow.id.in_(wanted)))) if wanted else set()
 
 
 def may_see(session: Session, actor: Actor | None, patient_ids: Iterable[UUID]) -> bool:
     """Whether all of these patients' records are for this actor. Of one that is not there, the route tells."""
-    wanted = list(patient_ids)
-    if actor is None or not wanted:
-        return True
-    return session.scalars(_hidden(actor).where(PatientRow.id.in_(wanted))).first() is None
+    return actor is None or not hidden_among(session, actor, patient_ids)
 
 
 def access(session: Session, actor: Actor, patient_id: UUID) -> RecordAccess:
@@ -144,12 +149,4 @@ def _told(row: BrokenGlassRow, name: str) -> BrokenGlass:
 def _open_glass(actor: Actor) -> Select[datetime]:
     return select(BrokenGlassRow.until).where(
         BrokenGlassRow.account_id == actor.account_id, BrokenGlassRow.until > utc_now()
-    )
-
-
-def _hidden(actor: Actor) -> Select[UUID]:
-    team = select(CareTeamRow.patient_id).where(CareTeamRow.account_id == actor.account_id)
-    opened = _open_glass(actor).with_only_columns(BrokenGlassRow.patient_id)
-    return select(PatientRow.id).where(
-        PatientRow.restricted.is_(True), ~or_(PatientRow.id.in_(team), PatientRow.id.in_(opened))
     )

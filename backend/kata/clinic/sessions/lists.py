@@ -4,7 +4,6 @@ A list tells of a session what stands in its row, and loads no run. However many
 an index: of what stopped them, of the patient, the therapist or the station, or else of time.
 """
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
@@ -67,8 +66,8 @@ class Wanted:
     therapist: str | None = None
     station: str | None = None
     stop: str | None = None
-    hidden: Collection[UUID] = ()
-    """Patients whose sessions are left out."""
+    hidden: Select[UUID] | None = None
+    """Patients whose sessions are left out: a query of their ids."""
 
 
 _BY_TIME: Final = Keyset(tuple[datetime, UUID], SessionRow.started_at, SessionRow.id, descending=True)
@@ -115,13 +114,13 @@ def _ids(wanted: Wanted) -> Select[Any]:
     else:
         began = SessionStopRow.started_at
         query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == wanted.stop)
-        if wanted.patient_id or wanted.therapist or wanted.station or wanted.hidden:
+        if wanted.patient_id or wanted.therapist or wanted.station or wanted.hidden is not None:
             query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
     if wanted.since:
         query = query.where(began >= wanted.since)
     if wanted.until:
         query = query.where(began < wanted.until)
-    if wanted.hidden:
+    if wanted.hidden is not None:
         query = query.where(SessionRow.patient_id.not_in(wanted.hidden))
     for column, value in (
         (SessionRow.patient_id, wanted.patient_id),

@@ -47,7 +47,7 @@ def list_sessions(
 ) -> SessionPage:
     """Sessions of all patients whose records are open to you, newest first; only those that match everything that is given."""
     with database.read() as session:
-        hidden = restricted.hidden(session, actor)
+        hidden = restricted.hidden(actor)
         wanted = Wanted(since=since, until=until, therapist=therapist, station=station, stop=stop, hidden=hidden)
         items, further = lists.find(session, wanted, limit, after)
         return SessionPage(items=items, next=further)

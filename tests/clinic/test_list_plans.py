@@ -1,0 +1,96 @@
+"""However long the clinic's history is, its lists are read off an index, with restricted records left out.
+
+SQLite says beforehand how it is going to look, and nobody counts its rows for it: it goes the same way in a full database as in
+this empty one.
+"""
+
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID
+
+import pytest
+from sqlalchemy import event
+from sqlalchemy.orm import Session
+
+from kata.access.actor import Actor
+from kata.clinic.patients import service as patients
+from kata.clinic.restricted import service as restricted
+from kata.clinic.sessions import lists
+from kata.clinic.sessions.lists import Wanted
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+
+THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({"Station 1"}))
+HIDDEN = restricted.hidden(THERAPIST)
+MAY = datetime(2019, 5, 1, tzinfo=UTC)
+ALL_PATIENTS = "SCAN patients USING COVERING INDEX ix_patients_name_id"
+IN_ORDER = {
+    "SCAN sessions USING INDEX ix_sessions_started_at_id",
+    ALL_PATIENTS,
+    "SCAN patients USING INDEX ix_patients_restricted",
+}
+"""What a list may look through: its own order, which ends with the page; and the restricted records, of which there are few."""
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    database = Database(f"sqlite:///{tmp_path_factory.mktemp('plans') / 'kata.db'}")
+    upgrade(database)
+    yield database
+    database.close()
+
+
+def looks(database: Database, find: Callable[[Session], Any]) -> list[str]:
+    """How SQLite goes through each table that is asked for."""
+    asked: list[tuple[str, Any]] = []
+    with database.read() as session:
+        engine = session.get_bind()
+        event.listen(engine, "before_cursor_execute", lambda *said: asked.append((said[2], said[3])))
+        find(session)
+        plans = [
+            session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {sentence}", given).all()
+            for sentence, given in list(asked)
+            if sentence.startswith("SELECT")
+        ]
+    steps = [str(row[3]) for plan in plans for row in plan]
+    return [step for step in steps if step.startswith(("SCAN", "SEARCH")) and " anon_" not in step]
+
+
+def beside_an_index(steps: list[str]) -> list[str]:
+    assert steps
+    return [step for step in steps if step.startswith("SCAN") and step not in IN_ORDER]
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {},
+        {"since": MAY, "until": MAY},
+        {"patient_id": UUID(int=3)},
+        {"therapist": "Sato"},
+        {"station": "Station 1"},
+        {"therapist": "Sato", "station": "Station 1"},
+        {"stop": "estop_pressed"},
+        {"stop": "estop_pressed", "therapist": "Sato"},
+        {"stop": "estop_pressed", "station": "Station 1"},
+    ],
+    ids=str,
+)
+def test_sessions_are_read_off_an_index(empty: Database, wanted: dict[str, Any]) -> None:
+    found = looks(empty, lambda session: lists.find(session, Wanted(hidden=HIDDEN, **wanted), 50, None))
+    assert not beside_an_index(found)
+
+
+@pytest.mark.parametrize("words", ["", "yamada 1968", "K-000042"])
+def test_patients_are_read_off_one_index_and_not_row_by_row(empty: Database, words: str) -> None:
+    found = looks(
+        empty, lambda session: patients.find(session, search=words, archived=False, limit=50, after=None, hidden=HIDDEN)
+    )
+    assert ALL_PATIENTS in found
+    assert not beside_an_index(found)
+
+
+def test_who_of_a_page_is_hidden_is_asked_of_that_page_alone(empty: Database) -> None:
+    found = looks(empty, lambda session: restricted.hidden_among(session, THERAPIST, [UUID(int=3), UUID(int=4)]))
+    assert not [step for step in found if step.startswith("SCAN")]
