@@ -4,6 +4,8 @@ import gzip
 import io
 import os
 import tarfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event, Thread
@@ -24,6 +26,7 @@ from kata.access.backups.restoring import restore, try_and_note
 from kata.access.tables import AccountRow, BackupRow, SignInRow
 from kata.access.trail import Trail
 from kata.access.verify import Verdict, verify
+from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -169,10 +172,9 @@ def test_nobody_comes_in_over_a_restore_with_what_was_open_at_the_backup(
 def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
     settings: Settings, database: Database, tmp_path: Path
 ) -> None:
-    trail = Trail(database, settings.effective_audit_anchor)
-    file = backup_of(settings)
-    add_patient(database, "K-2")
-    trail.close()
+    with trail_of(settings, database):
+        file = backup_of(settings)
+        add_patient(database, "K-2")
     database.close()
     elsewhere = settings
     if database.file:
@@ -185,8 +187,20 @@ def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
     found = verdict(settings)
     assert found.findings == []
     assert "a backup was restored; what had been written since it was given up" in found.remarks[0]
-    Trail(database, settings.effective_audit_anchor).close()
+    with trail_of(settings, database):
+        pass
     assert verdict(settings).findings == []
+
+
+@contextmanager
+def trail_of(settings: Settings, database: Database) -> Iterator[None]:
+    """As a service has it."""
+    with (
+        closing(Keeping(database, "Station 1", settings.spool)) as kept,
+        closing(Trail(database, settings.effective_audit_anchor, kept)) as trail,
+    ):
+        assert trail.until_written()
+        yield
 
 
 def verdict(settings: Settings) -> Verdict:

@@ -13,7 +13,7 @@ from sqlalchemy import Column, Integer, MetaData, String, Table, select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
-from kata.database import spool as spools
+from kata.database.base import utc_now
 from kata.database.delivery import Delivery, SpoolRow
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool, SpoolError, read
@@ -120,7 +120,7 @@ def test_a_disk_that_is_full_is_said_and_nothing_is_written_twice_when_it_is_not
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(file, data)
 
-    monkeypatch.setattr(spools.os, "write", taking_some)
+    monkeypatch.setattr(os, "write", taking_some)
     made.put(b"one")
     made.put(b"two")
     assert all(tried.acquire(timeout=10) for _ in range(3))
@@ -216,7 +216,8 @@ def test_a_commit_whose_answer_is_lost_is_found_to_stand(
 ) -> None:
     """The server has committed, and the connection broke before it could say so."""
     spool = filled(tmp_path / "spool", "a", "b")
-    deliver, lost = Delivery._deliver, []
+    deliver = Delivery._deliver
+    lost: list[bool] = []
 
     def losing(self: Delivery, at_once: int) -> None:
         with monkeypatch.context() as patch:
@@ -250,7 +251,7 @@ def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing
 def test_a_folder_that_was_put_back_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a")
     with clinic.database.write() as session:
-        session.add(SpoolRow(id=spool.id, station="Station 1", taken=7, at=spools.utc_now()))
+        session.add(SpoolRow(id=spool.id, station="Station 1", taken=7, at=utc_now()))
     spool.close()
     spool = filled(tmp_path / "spool", "b")
     delivery = clinic.delivery(spool)

@@ -115,8 +115,8 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
 
         began = time.monotonic()
         for path in ("patients", "sessions", f"runs/{run['id']}"):
-            told = problem(client.get(f"/api/{path}"), 503, "database_away")
-            assert "nothing of it is lost" in told["detail"]
+            away = problem(client.get(f"/api/{path}"), 503, "database_away")
+            assert "nothing of it is lost" in away["detail"]
         problem(client.post("/api/sign-in", json={"username": "a", "password": "b"}), 503, "database_away")
         assert time.monotonic() - began < 3.0
 
