@@ -2499,10 +2499,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
         };
         /**
          * AssessmentUpdate
@@ -3153,10 +3153,10 @@ export interface components {
             /** Items */
             items: components["schemas"]["Assessment"][];
             /**
-             * Total
-             * @description How many there are in all.
+             * Next
+             * @description Ask for the next page with this as `after`; null at the end of the list.
              */
-            total: number;
+            next: string | null;
             /** @description The first that was not withdrawn. */
             baseline: components["schemas"]["Assessment"] | null;
         };
@@ -7334,8 +7334,10 @@ export interface operations {
     list_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
@@ -7502,8 +7504,10 @@ export interface operations {
     list_patient_assessments: {
         parameters: {
             query?: {
+                /** @description How many at most. */
                 limit?: number;
-                offset?: number;
+                /** @description `next` of the page before; without it, the list from its beginning. */
+                after?: string | null;
             };
             header?: never;
             path: {
