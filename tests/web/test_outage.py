@@ -65,6 +65,9 @@ def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict
     """Every event once and in order, every sample of the run once; the run itself."""
     app: Any = client.app
     assert app.state.kept.until_taken(LIMIT_S)
+    limit = time.monotonic() + LIMIT_S
+    while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
+        assert time.monotonic() < limit
     ids = [one.id for one in told]
     assert len(set(ids)) == len(ids) > 3
     with app.state.database.read() as session:

@@ -64,14 +64,15 @@ class Importer:
         """
         with by_program("import_journal", self._config.name), self._one_at_a_time:
             for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
-                self._due.pop(path, None)
                 try:
                     self._import(path)
+                    self._due.pop(path, None)
                 except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
                     log.warning("%s waits for the database: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
                     # One journal that cannot be imported must not keep the others from it; it stays for the next try.
+                    self._due.pop(path, None)
                     log.exception("%s could not be imported; it stays where it is", path.name)
 
     @property
