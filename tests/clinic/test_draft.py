@@ -1,12 +1,14 @@
 """The drafted note, sentence by sentence."""
 
 from datetime import UTC, datetime
+from string import Formatter
 from typing import Any
 from uuid import UUID, uuid4
 
 import pytest
 
 from kata.clinic.sessions.draft import draft
+from kata.clinic.sessions.draft_words import WORDS
 from kata.clinic.sessions.ending import suggested_reason
 from kata.clinic.sessions.schemas import (
     Comparison,
@@ -127,6 +129,36 @@ def test_the_widest_range_of_all_runs_counts() -> None:
     first = run(comparison=compared(played_min_deg=10, played_max_deg=80))
     second = run(comparison=compared(played_min_deg=5, played_max_deg=70))
     assert "Reached: abduction / adduction of the shoulder 5 to 80 deg." in draft(session(first, second))
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"repetitions": 10, "repetitions_done": 8, "speed_percent": 50}, "挙上(速度50%)：10回中8回実施。"),
+        (
+            {"outcome": "stopped", "stop": RunStop(code="drive_silent", message="Motor 3 does not answer.")},
+            "「挙上」は停止した。原因：モータ3が応答しない。",
+        ),
+        ({"reversals": 3}, "「挙上」で腕が抵抗を受け、3回引き戻された(負荷レベル8)。"),
+        ({"least_range_percent": 70.0}, "「挙上」では可動範囲を減らす操作があり、一部を範囲70%で実施。"),
+        (
+            {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
+            "到達範囲：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",
+        ),
+        ({}, "痛み(0〜10)：前4、後2。"),
+    ],
+)
+def test_the_same_is_said_in_japanese(given: dict[str, Any], sentence: str) -> None:
+    text = draft(session(run("挙上", **given), pain_before=4, pain_after=2), "ja")
+    assert text.startswith("左肩、プログラムなし。")
+    assert sentence in text
+    assert not any(word in text for word in ("shoulder", "range", "Motor", "motor"))
+
+
+def test_every_sentence_takes_the_same_values_in_both_languages() -> None:
+    for key, (english, japanese) in WORDS.items():
+        values = [{name for _, name, _, _ in Formatter().parse(words) if name} for words in (english, japanese)]
+        assert values[1] == values[0], key
 
 
 def test_pain_is_told_as_far_as_somebody_asked() -> None:

@@ -84,6 +84,30 @@ def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_playe
     assert "of the left shoulder" in told["items"][2]["problem"]
 
 
+def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
+    client: TestClient, lift: dict[str, Any]
+) -> None:
+    episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
+    forbidding = {
+        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 70.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
+        "updated_at": episode["updated_at"],
+    }  # fmt: skip
+    assert client.patch(f"/api/episodes/{episode['id']}", json=forbidding).status_code == 200
+    less, whole = {"range_percent": 40.0, "load_level": 12}, {"repetitions": 3, "load_level": 12}
+    items = [{"recording_id": lift["id"]} | one for one in (less, whole, less | {"load_level": 13})]
+    url = f"/api/patients/{lift['patient_id']}/programmes/preview"
+    within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
+    assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
+    assert beyond["problem"].startswith("Item 2 cannot be played like that: Motion 4 (abduction")
+    assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
+    assert "12 is the highest allowed by Dr. Mori" in stronger["problem"]
+
+    told = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
+    assert told["detail"] == beyond["problem"]
+    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
+    assert post(client, lift, less).status_code == 201
+
+
 @pytest.mark.parametrize(
     ("given", "pointer"),
     [

@@ -248,8 +248,12 @@ export const api = {
         body,
       }),
     ),
-  draft: (key: string) =>
-    unwrap(client.GET("/api/sessions/{session_id}/draft", { params: { path: { session_id: key } } })),
+  draft: (key: string, language: "en" | "ja") =>
+    unwrap(
+      client.GET("/api/sessions/{session_id}/draft", {
+        params: { path: { session_id: key }, query: { language } },
+      }),
+    ),
   signSession: (key: string, body: Schemas["SessionSign"]) =>
     unwrap(client.POST("/api/sessions/{session_id}/sign", { params: { path: { session_id: key } }, body })),
   addAddendum: (key: string, body: Schemas["AddendumCreate"]) =>

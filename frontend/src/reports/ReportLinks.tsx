@@ -1,18 +1,10 @@
 import { Button, Group, SegmentedControl } from "@mantine/core";
-import { useLocalStorage } from "@mantine/hooks";
 import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
-
-type Language = "en" | "ja";
+import { type PaperLanguage, usePaperLanguage } from "../shared/paperLanguage";
 
 /** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
-  const [language, setLanguage] = useLocalStorage<Language>({
-    key: "kata.report-language",
-    defaultValue: navigator.language.startsWith("ja") ? "ja" : "en",
-    getInitialValueInEffect: false,
-    // Whatever somebody else has written there.
-    deserialize: (kept) => (kept === '"ja"' ? "ja" : "en"),
-  });
+  const [language, setLanguage] = usePaperLanguage();
   const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;
   return (
     <Group gap="sm" role="group" aria-label="Report">
@@ -39,7 +31,7 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         aria-label="Language of the report"
         size="md"
         value={language}
-        onChange={(chosen) => setLanguage(chosen as Language)}
+        onChange={(chosen) => setLanguage(chosen as PaperLanguage)}
         data={[
           { value: "en", label: "English" },
           { value: "ja", label: <span lang="ja">日本語</span> },

@@ -6,6 +6,7 @@ import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
 import { formatMoment } from "./format";
 import { useKeepSession } from "./keepSession";
+import { usePaperLanguage } from "./paperLanguage";
 import { ProblemNote } from "./problem";
 
 const SAVE_AFTER_MS = 800;
@@ -40,9 +41,10 @@ export function NoteCard({ session }: { session: Session }) {
 function Open({ session }: { session: Session }) {
   const who = useName();
   const keep = useKeepSession();
+  const [language] = usePaperLanguage();
   const draft = useQuery({
-    queryKey: ["session", session.id, "draft"],
-    queryFn: () => api.draft(session.id),
+    queryKey: ["session", session.id, "draft", language],
+    queryFn: () => api.draft(session.id, language),
   });
   const [typed, setTyped] = useState<string | null>(null);
   const [reason, setReason] = useState<Schemas["SessionEnd"]["reason"]>(session.end_reason);

@@ -2,8 +2,11 @@ import { keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
 
 type Page<Item> = { items: Item[]; next: string | null };
 
-/** A list that is fetched a page at a time, with what has come of it so far in one piece. */
-export function usePages<Item>(key: unknown[], fetchPage: (after: string | null) => Promise<Page<Item>>) {
+/** A list that is fetched a page at a time, with what has come of it so far in one piece; a page may tell more than its items. */
+export function usePages<Item, Fetched extends Page<Item> = Page<Item>>(
+  key: unknown[],
+  fetchPage: (after: string | null) => Promise<Fetched & Page<Item>>,
+) {
   const list = useInfiniteQuery({
     queryKey: key,
     queryFn: ({ pageParam }) => fetchPage(pageParam),
@@ -11,5 +14,5 @@ export function usePages<Item>(key: unknown[], fetchPage: (after: string | null)
     getNextPageParam: (page) => page.next,
     placeholderData: keepPreviousData,
   });
-  return { ...list, items: list.data?.pages.flatMap((page) => page.items) };
+  return { ...list, items: list.data?.pages.flatMap((page): Item[] => page.items) };
 }

@@ -3,6 +3,10 @@
 Roach, Budiman-Mak, Songsiridej and Lertratanakul 1991, Arthritis Care Res 4(4), 143-149; items answered 0 to 10 as in
 Williams, Holleman and Simel 1995, J Rheumatol 22(4), 727-732. The items stand here in words of our own, as a reminder
 for whoever types the answers in: the patient fills in the questionnaire itself.
+
+What does not apply to a patient, or was not answered, is left out of its subscale's sum and of what that could have come to; the
+total is the mean of both subscales (Roach et al.). Some printed forms divide the sum of all 13 by 130 instead, which weighs
+disability more: their totals are not to be mixed with these.
 """
 
 from collections.abc import Sequence

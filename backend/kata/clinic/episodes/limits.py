@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import MotionLimit
+from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
@@ -57,10 +58,20 @@ class Allowed:
                 f"Load level {load_level} is above {self.max_load_level}, the highest that {self.by} allows.",
                 f"Choose level {self.max_load_level} or lower.",
             )
-        limits = {limit.motion: limit for limit in self.motions}
-        if limits:
-            _check_path(limits, self.side, motion, method, self.by)
-        return _of_motors(limits)
+        self.check_path(motion, method)
+        return _of_motors(self._by_motion)
+
+    def check_path(self, motion: Motion, method: Method) -> None:
+        """As :meth:`check`, of where it goes alone: of a programme's item, whose level is looked at without its samples.
+
+        :raises ProblemError: 422 where a limit is left: it names motion, time and both angles.
+        """
+        if self.motions:
+            _check_path(self._by_motion, self.side, motion, method, self.by)
+
+    @property
+    def _by_motion(self) -> dict[int, MotionLimit]:
+        return {limit.motion: limit for limit in self.motions}
 
 
 def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
@@ -77,7 +88,13 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
             f"No care of the {side} shoulder of {name} goes on.",
             "Open an episode of that shoulder on the patient's page first.",
         )
+    return of_episode(episode)
+
+
+def of_episode(episode: EpisodeRow) -> Allowed:
+    """What a doctor allows the shoulder of this episode."""
     motions = tuple(map(MotionLimit.model_validate, episode.limits))
+    side: Side = "left" if episode.side == "left" else "right"
     return Allowed(side, episode.limits_by, episode.max_load_level, motions)
 
 

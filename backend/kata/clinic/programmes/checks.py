@@ -10,6 +10,8 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
+from kata.clinic.episodes import limits
+from kata.clinic.episodes.limits import Allowed
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.figures import FigureWorker
 from kata.clinic.programmes.schemas import ItemWanted
@@ -27,10 +29,21 @@ from kata.problems import ProblemError, not_found
 
 @dataclass(frozen=True)
 class Found:
-    """What the database knows of the items: who does not fit, by place, and the samples of the others."""
+    """What the database knows of the items: who does not fit, by place, the samples of the others, and the doctor's limits."""
 
     problems: dict[int, ProblemError]
     samples: dict[UUID, Series]
+    allowed: Allowed
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """Why one recording cannot be played in its way."""
+
+    why: str
+    """Goes on behind a colon, without a full stop."""
+    code: str = "unplayable"
+    next_step: str = "Choose other settings, or another recording."
 
 
 @dataclass(frozen=True)
@@ -62,7 +75,8 @@ def look_up(session: Session, episode: EpisodeRow, items: Sequence[ItemWanted]) 
     """What is needed to check these items."""
     problems = misfits(session, episode, items)
     fitting = {item.recording_id for place, item in enumerate(items, start=1) if place not in problems}
-    return Found(problems, {key: recordings.stored_samples(session, key) for key in fitting})
+    samples = {key: recordings.stored_samples(session, key) for key in fitting}
+    return Found(problems, samples, limits.of_episode(episode))
 
 
 def check(
@@ -70,20 +84,22 @@ def check(
 ) -> list[float | ProblemError]:
     """How many seconds each item takes, or why it cannot be played; waits for the worker, so call it from a worker thread."""
     ways = {way(item) for place, item in enumerate(items, start=1) if place not in found.problems}
-    lasting = dict(worker.build(durations, tuple(ways), found.samples, config)) if ways else {}
+    lasting = dict(worker.build(durations, tuple(ways), found.samples, config, found.allowed)) if ways else {}
     checked: list[float | ProblemError] = []
     for place, item in enumerate(items, start=1):
         lasts_s = found.problems[place] if place in found.problems else lasting[way(item)]
-        checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, str) else lasts_s)
+        checked.append(_unplayable(place, lasts_s) if isinstance(lasts_s, Unfit) else lasts_s)
     return checked
 
 
-def durations(ways: Sequence[Way], samples: dict[UUID, Series], config: StationConfig) -> list[tuple[Way, float | str]]:
-    """In the worker process: how many seconds each takes, or why this station could not play it."""
-    return [(one, _duration(one, samples[one.recording_id], config)) for one in ways]
+def durations(
+    ways: Sequence[Way], samples: dict[UUID, Series], config: StationConfig, allowed: Allowed
+) -> list[tuple[Way, float | Unfit]]:
+    """In the worker process: how many seconds each takes, or why this station could not play it, or the doctor forbids it."""
+    return [(one, _duration(one, samples[one.recording_id], config, allowed)) for one in ways]
 
 
-def _duration(one: Way, series: Series, config: StationConfig) -> float | str:
+def _duration(one: Way, series: Series, config: StationConfig, allowed: Allowed) -> float | Unfit:
     try:
         columns = unpack(series)
         motion = Motion(columns["time_s"], columns["angle_deg"])
@@ -91,20 +107,18 @@ def _duration(one: Way, series: Series, config: StationConfig) -> float | str:
         # All that is in many repetitions is in two of them.
         few = as_asked(motion, replace(one.asked, repetitions=min(one.asked.repetitions, 2)))
         config.check_reference(one.method, reference(one.method, few.times_s, few.angles_deg))
+        allowed.check_path(few, one.method)
     except UnreadableError:
-        return "its samples are damaged"
+        return Unfit("its samples are damaged")
     except (EditError, TrajectoryError) as error:
-        return str(error)
+        return Unfit(str(error))
+    except ProblemError as problem:
+        return Unfit(problem.message.rstrip("."), problem.code, problem.next_step)
     return found.duration_s
 
 
-def _unplayable(place: int, why: str) -> ProblemError:
-    return ProblemError(
-        422,
-        "unplayable",
-        f"Item {place} cannot be played like that: {why}.",
-        "Choose other settings, or another recording.",
-    )
+def _unplayable(place: int, unfit: Unfit) -> ProblemError:
+    return ProblemError(422, unfit.code, f"Item {place} cannot be played like that: {unfit.why}.", unfit.next_step)
 
 
 def _misfit(recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int) -> ProblemError | None:

@@ -3,39 +3,44 @@
 from collections.abc import Sequence
 from typing import Final
 
+from kata.clinic.reports.words import Language
+from kata.clinic.sessions.draft_words import NoteSpeaker
 from kata.clinic.sessions.schemas import Run, Session
 
 _HARDLY_LESS: Final = 99.5
-_METHOD_WORDS: Final = {"learned": "learned", "paper": "as in the paper"}
+_TOLD_METHODS: Final = ("learned", "paper")
 
 
-def draft(session: Session) -> str:
+def draft(session: Session, language: Language = "en") -> str:
     """The sentences that apply, in the order of a visit."""
+    speaker = NoteSpeaker(language)
     runs = [run for run in session.runs if run.outcome not in ("loaded", "unloaded")]
-    if not runs:
-        return " ".join([_what(session), "Nothing was played.", *_pain(session)])
-    sentences = [
-        _what(session),
-        *(_played(session, run) for run in runs),
-        *_not_played(session, runs),
-        *_reached(runs),
-        *_tracking(runs),
-        *_less(runs),
-        *_reversals(runs),
-        *_stops(runs),
-        *_pain(session),
-    ]
-    return " ".join(sentences)
+    happened = (
+        [
+            *(_played(speaker, session, run) for run in runs),
+            *_not_played(speaker, session, runs),
+            *_reached(speaker, runs),
+            *_tracking(speaker, runs),
+            *_less(speaker, runs),
+            *_reversals(speaker, runs),
+            *_stops(speaker, runs),
+        ]
+        if runs
+        else [speaker.say("nothing_played")]
+    )
+    return speaker.join("between", [_what(speaker, session), *happened, *_pain(speaker, session)])
 
 
-def _what(session: Session) -> str:
-    side = f"{session.side.capitalize()} shoulder" if session.side else "Shoulder"
+def _what(speaker: NoteSpeaker, session: Session) -> str:
+    shoulder = speaker.say(f"shoulder.{session.side or ''}")
     if session.programme is None:
-        return f"{side}, without a programme."
-    return f"{side}, programme {session.programme.name} (version {session.programme.number})."
+        return speaker.say("without_programme", shoulder=shoulder)
+    return speaker.say(
+        "with_programme", shoulder=shoulder, name=session.programme.name, number=session.programme.number
+    )
 
 
-def _played(session: Session, run: Run) -> str:
+def _played(speaker: NoteSpeaker, session: Session, run: Run) -> str:
     planned = next(
         (
             item.repetitions
@@ -47,21 +52,23 @@ def _played(session: Session, run: Run) -> str:
     done = run.repetitions_done if run.repetitions_done is not None else 0
     if run.outcome == "completed" and run.repetitions_done is None:
         done = run.repetitions
-    settings = _settings(run)
-    return f"{run.recording_name}{f' ({settings})' if settings else ''}: {done} of {_repetitions(planned)}."
+    settings = _settings(speaker, run)
+    name = run.recording_name
+    what = speaker.say("with_settings", name=name, settings=speaker.join("and", settings)) if settings else name
+    return speaker.say("played_once" if planned == 1 else "played", what=what, done=done, planned=planned)
 
 
-def _not_played(session: Session, runs: Sequence[Run]) -> list[str]:
+def _not_played(speaker: NoteSpeaker, session: Session, runs: Sequence[Run]) -> list[str]:
     played = {run.programme_position for run in runs}
     missing = [
         item.recording_name
         for item in (session.programme.items if session.programme else ())
         if item.position not in played
     ]
-    return [f"Not played: {', '.join(missing)}."] if missing else []
+    return [speaker.say("not_played", names=speaker.join("and", missing))] if missing else []
 
 
-def _reached(runs: Sequence[Run]) -> list[str]:
+def _reached(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
     """By motion, the widest of all runs; what was played with less range is not in the comparison."""
     reached: dict[int, tuple[str, float, float]] = {}
     for run in runs:
@@ -74,54 +81,61 @@ def _reached(runs: Sequence[Run]) -> list[str]:
     if not reached:
         return []
     words = [
-        f"{name[0].lower()}{name[1:]} {_deg(low)} to {_deg(high)} deg"
-        for _, (name, low, high) in sorted(reached.items())
+        speaker.say("reached_motion", name=speaker.motion(number, name), low=_deg(low), high=_deg(high))
+        for number, (name, low, high) in sorted(reached.items())
     ]
-    return [f"Reached: {'; '.join(words)}."]
+    return [speaker.say("reached", motions=speaker.join("motions_between", words))]
 
 
-def _tracking(runs: Sequence[Run]) -> list[str]:
+def _tracking(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
     motors = [motor for run in runs if run.comparison for motor in run.comparison.motors]
     if not motors:
         return []
     worst = max(motors, key=lambda motor: abs(motor.peak_deg))
-    return [
-        f"Tracking error at most {abs(worst.peak_deg):.1f} deg (motor {worst.motor}, RMSE {worst.rmse_deg:.1f} deg)."
-    ]
+    return [speaker.say("tracking", peak=abs(worst.peak_deg), motor=worst.motor, rmse=worst.rmse_deg)]
 
 
-def _less(runs: Sequence[Run]) -> list[str]:
+def _less(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
     return [
-        f"Less range was asked for in {run.recording_name}: part of it was played with {run.least_range_percent:.0f} % "
-        "of its range."
+        speaker.say("less", name=run.recording_name, percent=run.least_range_percent)
         for run in runs
         if run.least_range_percent is not None and run.least_range_percent < _HARDLY_LESS
     ]
 
 
-def _reversals(runs: Sequence[Run]) -> list[str]:
+def _reversals(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
+    how_often = {1: "reversed_once", 2: "reversed_twice"}
     return [
-        f"In {run.recording_name} the arm met resistance and was taken back {_times(run.reversals)} "
-        f"(level {run.load_level})."
+        speaker.say(
+            how_often.get(run.reversals, "reversed"),
+            name=run.recording_name,
+            count=run.reversals,
+            level=run.load_level,
+        )
         for run in runs
         if run.reversals
     ]
 
 
-def _stops(runs: Sequence[Run]) -> list[str]:
-    sentences = [f"{run.recording_name} was stopped: {run.stop.message}" for run in runs if run.stop]
-    sentences += [f"{run.recording_name} was ended early." for run in runs if run.outcome == "returned"]
-    sentences += [
-        f"{run.recording_name} was interrupted: the control program ended."
-        for run in runs
-        if run.outcome == "interrupted"
+def _stops(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
+    return [
+        *(
+            speaker.say("stopped", name=run.recording_name, cause=speaker.stop(run.stop.code, run.stop.message))
+            for run in runs
+            if run.stop
+        ),
+        *(
+            speaker.say(outcome, name=run.recording_name)
+            for outcome in ("returned", "interrupted")
+            for run in runs
+            if run.outcome == outcome
+        ),
     ]
-    return sentences
 
 
-def _pain(session: Session) -> list[str]:
+def _pain(speaker: NoteSpeaker, session: Session) -> list[str]:
     given = [
-        f"{pain} {when}"
+        speaker.say(f"pain.{when}", pain=pain)
         for when, pain in (
             ("before", session.pain_before),
             ("during", session.pain_during),
@@ -129,28 +143,20 @@ def _pain(session: Session) -> list[str]:
         )
         if pain is not None
     ]
-    return [f"Pain (0 to 10): {', '.join(given)}."] if given else []
+    return [speaker.say("pain", given=speaker.join("and", given))] if given else []
 
 
-def _settings(run: Run) -> str:
+def _settings(speaker: NoteSpeaker, run: Run) -> list[str]:
     words = []
     if run.range_percent != 100:
-        words.append(f"{run.range_percent:g} % of the range")
+        words.append(speaker.say("settings.range", percent=run.range_percent))
     if run.speed_percent != 100:
-        words.append(f"{run.speed_percent:g} % speed")
+        words.append(speaker.say("settings.speed", percent=run.speed_percent))
     if run.repetitions > 1 and run.pause_s:
-        words.append(f"{run.pause_s:g} s of pause")
-    if run.method in _METHOD_WORDS:
-        words.append(_METHOD_WORDS[run.method])
-    return ", ".join(words)
-
-
-def _repetitions(count: int) -> str:
-    return f"{count} repetition{'' if count == 1 else 's'}"
-
-
-def _times(count: int | None) -> str:
-    return "once" if count == 1 else "twice" if count == 2 else f"{count} times"
+        words.append(speaker.say("settings.pause", seconds=run.pause_s))
+    if run.method in _TOLD_METHODS:
+        words.append(speaker.say(f"settings.{run.method}"))
+    return words
 
 
 def _deg(value: float) -> str:

@@ -10,6 +10,7 @@ from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.shown import MotionShown, shown
+from kata.clinic.reports.words import Language
 from kata.clinic.sessions import checks, ending, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
@@ -91,12 +92,16 @@ def end_session(database: TheDatabase, session_id: UUID, given: SessionEnd | Non
 
 
 @router.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
-def get_draft(database: TheDatabase, session_id: UUID) -> Draft:
+def get_draft(
+    database: TheDatabase,
+    session_id: UUID,
+    language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
+) -> Draft:
     """A note from what was measured, to be read and edited; nothing is kept of it."""
     with database.read() as session:
         told = service.as_session(service.get(session, session_id))
     planned = told.programme.items if told.programme else []
-    return Draft(text=draft(told), end_reason=ending.suggested_reason(planned, told.runs))
+    return Draft(text=draft(told, language), end_reason=ending.suggested_reason(planned, told.runs))
 
 
 @router.post("/api/sessions/{session_id}/sign", responses=PROBLEMS.of(404, 409, 422))

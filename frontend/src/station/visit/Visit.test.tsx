@@ -126,6 +126,15 @@ describe("the note", () => {
     expect(update).toHaveBeenCalledWith("s", { note: "Edited.", updated_at: SESSION.updated_at });
   });
 
+  it("is drafted in the language that papers are written in here", async () => {
+    localStorage.setItem("kata.report-language", '"ja"');
+    const draft = vi.spyOn(api, "draft").mockResolvedValue({ text: "左肩。", end_reason: "completed" });
+    show(<NoteCard session={SESSION} />);
+    await screen.findByDisplayValue("左肩。");
+    expect(draft).toHaveBeenCalledWith("s", "ja");
+    localStorage.clear();
+  });
+
   it("is saved by itself, so that a reload loses nothing", async () => {
     const update = vi.spyOn(api, "updateSession").mockResolvedValue(SESSION);
     show(<NoteCard session={SESSION} />);
