@@ -25,6 +25,7 @@ from kata.access.audit_commands import app as audit
 from kata.access.backups.commands import backup, restore_command
 from kata.access.backups.folder import UnfinishedRestoreError
 from kata.access.backups.key import BackupError
+from kata.access.openid import OpenIdError
 from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
 from kata.clinic.reports.letterhead import LetterheadError
@@ -255,6 +256,7 @@ async def _serve(settings: Settings) -> None:
         DatabaseError,
         FolderInUseError,
         LetterheadError,
+        OpenIdError,
         SimulatorError,
         UnfinishedRestoreError,
         tls.TlsError,

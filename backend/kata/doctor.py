@@ -24,12 +24,14 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from kata.access.backups.book import last_good
 from kata.access.backups.key import whereabouts
+from kata.access.openid import OpenIdError, Provider
 from kata.database.base import utc_now
 from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
 from kata.device.ceiling import ceiling_hz
 from kata.privileges import fifo_granted, kernel_preemption, memory_lock_granted
+from kata.problems import ProblemError
 from kata.settings import Settings
 
 State = Literal["ok", "warning", "problem"]
@@ -66,6 +68,7 @@ def examine(settings: Settings) -> list[Finding]:
         _data,
         _database,
         _backups,
+        _openid,
     ]
     return [finding for look in looks for finding in look(settings)]
 
@@ -300,6 +303,24 @@ def _backups(settings: Settings) -> Iterator[Finding]:
         f"{told}; the key is {whereabouts(settings)}.",
         "kata backup makes one and says what is wrong; kata restore FILE --try --key KEY tries one where the key is.",
     )
+
+
+def _openid(settings: Settings) -> Iterator[Finding]:
+    if not settings.openid_issuer:
+        return
+    try:
+        keys = Provider(settings).look()
+    except OpenIdError as error:
+        yield Finding("OpenID provider", "problem", str(error), "Correct KATA_OPENID_SECRET_FILE.")
+    except ProblemError:
+        yield Finding(
+            "OpenID provider",
+            "problem",
+            f"{settings.openid_issuer} does not answer as a provider of this name: nobody can sign in by it.",
+            "Look at KATA_OPENID_ISSUER, the network, and the provider's certificate (REQUESTS_CA_BUNDLE names one of the clinic's own).",
+        )
+    else:
+        yield Finding("OpenID provider", "ok", f"{settings.openid_issuer} answers, and signs with {keys} keys.")
 
 
 def _last_good_at(settings: Settings) -> datetime | None:

@@ -4,6 +4,7 @@ from datetime import time
 from ipaddress import ip_address, ip_network
 from pathlib import Path
 from typing import Literal, Self
+from urllib.parse import urlsplit
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
@@ -75,6 +76,17 @@ class Settings(BaseSettings):
     """After so long a sign-in is over, whatever is done."""
     second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
     """Of whom a second factor is asked; everybody may have one."""
+    openid_issuer: str = Field(default="", max_length=255)
+    """The clinic's own OpenID Connect provider, by its issuer: what ``/.well-known/openid-configuration`` is put behind. Empty: there is none."""
+    openid_client_id: str = ""
+    """By which the provider knows this service."""
+    openid_secret_file: Path | None = None
+    """File with the client's secret, readable by the service's user alone; none for a public client."""
+    openid_name: str = Field(default="The clinic's sign-in", min_length=1, max_length=60)
+    """What the provider is called on the page."""
+    openid_second_factor: str = ""
+    """Values of ``acr`` or ``amr``, separated by commas, by which the provider says that it has asked for a second factor; where it says
+    none of these, ours is asked for."""
 
     @field_validator("data")
     @classmethod
@@ -106,6 +118,13 @@ class Settings(BaseSettings):
             raise ValueError("names each host by itself, without scheme or port, separated by commas")
         return hosts
 
+    @field_validator("openid_issuer")
+    @classmethod
+    def _issuer(cls, issuer: str) -> str:
+        if issuer and (not is_safe(issuer) or {"?", "#", " "} & set(issuer)):
+            raise ValueError("must be an address that begins with https://, as the provider calls itself")
+        return issuer
+
     @field_validator("trusted_proxies")
     @classmethod
     def _proxies(cls, proxies: str) -> str:
@@ -119,6 +138,8 @@ class Settings(BaseSettings):
             raise ValueError(
                 "a certificate needs its key, and a key its certificate: KATA_TLS_CERTIFICATE, KATA_TLS_KEY"
             )
+        if bool(self.openid_issuer) != bool(self.openid_client_id):
+            raise ValueError("OpenID Connect takes both: KATA_OPENID_ISSUER, KATA_OPENID_CLIENT_ID")
         return self
 
     @property
@@ -168,6 +189,18 @@ class Settings(BaseSettings):
     def backup_key_file(self) -> Path:
         """The key that opens them."""
         return (self.backup_key or self.data / "backup-key.txt").absolute()
+
+
+def is_safe(url: object) -> bool:
+    """Whether nobody reads along who is between here and there: by TLS, or on this very computer."""
+    parts = urlsplit(url) if isinstance(url, str) else None
+    if parts is None or not parts.hostname:
+        return False
+    try:
+        on_loopback = parts.hostname == "localhost" or ip_address(parts.hostname).is_loopback
+    except ValueError:
+        on_loopback = False
+    return parts.scheme == "https" or (parts.scheme == "http" and on_loopback)
 
 
 def _parted(text: str) -> list[str]:

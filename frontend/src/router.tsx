@@ -8,6 +8,8 @@ import {
 } from "@tanstack/react-router";
 import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
+import { OpenIdPage } from "./access/OpenIdPage";
+import { OPENID_PATH } from "./access/openId";
 import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
 import { readAuditFilters } from "./administration/auditFilters";
 import { ProblemError } from "./api/client";
@@ -86,11 +88,18 @@ const account = createRoute({
 });
 // For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
 const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
+const openId = createRoute({ getParentRoute: () => root, path: OPENID_PATH, component: OpenIdPage });
 const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
 const setPassword = createRoute({
   getParentRoute: () => root,
   path: "/set-password",
   component: SetPasswordPage,
+});
+
+const stations = createRoute({
+  getParentRoute: () => root,
+  path: "/stations",
+  component: lazyRouteComponent(() => import("./stations/StationsPage"), "StationsPage"),
 });
 
 const administration = createRoute({
@@ -124,6 +133,7 @@ const backups = createRoute({
 export const router = createRouter({
   routeTree: root.addChildren([
     station,
+    stations,
     patients,
     patient,
     recording,
@@ -134,6 +144,7 @@ export const router = createRouter({
     newProgramme,
     account,
     signIn,
+    openId,
     setUp,
     setPassword,
     administration.addChildren([accounts, audit, emergencyAccess, backups]),

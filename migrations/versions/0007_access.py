@@ -1,4 +1,4 @@
-"""Accounts, sign-ins, audit, restricted records and backups
+"""Accounts, sign-ins, audit, restricted records, backups, and what stations run with
 
 Revision ID: 0007
 Revises: 0006
@@ -56,7 +56,7 @@ def upgrade() -> None:
         sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
         sa.Column("code_hash", sa.String(length=64), nullable=True),
         sa.Column("code_until", sa.DateTime(timezone=True), nullable=True),
-        sa.Column("oidc_subject", sa.String(length=300), nullable=True),
+        sa.Column("oidc_subject", sa.String(length=512), nullable=True),
         sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("updated_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("disabled_at", sa.DateTime(timezone=True), nullable=True),
@@ -177,6 +177,16 @@ def upgrade() -> None:
         sa.Column("at", sa.DateTime(timezone=True), nullable=False),
         sa.PrimaryKeyConstraint("id", name="pk_spools"),
     )
+    op.create_table(
+        "station_versions",
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.Column("number", sa.Integer(), autoincrement=False, nullable=False),
+        sa.Column("config", sa.Text(), nullable=False),
+        sa.Column("software", sa.String(length=32), nullable=False),
+        sa.Column("since", sa.DateTime(timezone=True), nullable=False),
+        sa.ForeignKeyConstraint(["station"], ["stations.name"], name="fk_station_versions_station_stations"),
+        sa.PrimaryKeyConstraint("station", "number", name="pk_station_versions"),
+    )
     op.add_column("patients", sa.Column("restricted", sa.Boolean(), nullable=False, server_default=sa.false()))
     op.create_index(
         "ix_patients_restricted",
@@ -193,6 +203,7 @@ def downgrade() -> None:
     op.drop_column("patients", "restricted")
     op.drop_table("spools")
     op.drop_table("schemas")
+    op.drop_table("station_versions")
     op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
     op.drop_table("sign_ins")
     op.drop_table("recovery_codes")

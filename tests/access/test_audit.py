@@ -16,16 +16,16 @@ from sqlalchemy import delete, select, text, update
 from sqlalchemy.exc import DatabaseError as RefusedError
 from sqlalchemy.exc import OperationalError
 
-from kata.access import anchor, audit, chain, sign_in
+from kata.access import anchor, audit, chain
 from kata.access.actor import ACTING, DOING, Actor, Doing, by_program
 from kata.access.repeats import WINDOW_S, Repeats
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.trail import Chained, Trail
 from kata.access.verify import Verdict, verify
-from kata.clinic.events.tables import StationRow
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow
+from kata.clinic.stations.tables import StationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 
@@ -144,17 +144,15 @@ class TestWhatIsWritten:
         assert (row.who, row.account_id, row.subject) == ("Sato", SATO.account_id, "account")
         assert json.loads(row.detail).keys() == {"method", "added"}
 
-    def test_who_signs_in_is_named_before_anybody_is_known_to_ask(self, chained: Database) -> None:
-        now = utc_now()
-        account = AccountRow(id=uuid4(), username="sato", name="Sato", role="viewer", created_at=now, updated_at=now)
-        with chained.write() as session:
-            session.add(account)
-        with request("sign_in_by_password", actor=None) as doing, chained.write() as session:
-            sign_in.begin(session, account, "totp", now, "192.168.1.7", "Firefox")
-        row = rows(chained)[-1]
-        assert (row.action, row.who, row.role, row.account_id) == ("signed_in", "Sato", "viewer", account.id)
-        assert (row.address, json.loads(row.detail)) == ("192.168.1.7", {"method": "totp"})
-        assert doing.told == {"done"}
+    def test_whose_account_is_tried_is_told_where_nobody_is_signed_in(self) -> None:
+        whose = uuid4()
+        with request("sign_in_by_password", actor=None) as doing:
+            doing.account_id = whose
+            tried = audit.entry("sign_in_by_password", "refused")
+        assert (tried.who, tried.account_id, tried.sign_in_id) == ("", whose, None)
+        with request("sign_in_by_password", actor=SATO) as doing:
+            doing.account_id = whose
+            assert audit.entry("sign_in_by_password", "done").account_id == SATO.account_id
 
     def test_what_nobody_asked_for_is_the_programs_even_in_the_middle_of_a_request(self, chained: Database) -> None:
         with request("turn") as doing, by_program("import_journal"), chained.write() as session:

@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from kata.clinic.events import service
 from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
-from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
@@ -175,21 +175,18 @@ def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp
     assert [row.code for row in kept(sqlite)] == [one.code for one in told]
 
 
-def test_a_station_is_registered_and_what_it_left_open_is_over(database: Database) -> None:
+def test_what_a_station_left_open_when_its_service_ended_is_over(database: Database) -> None:
     with database.write() as session:
-        service.register(session, "Station 1", 'name = "Station 1"')
         session.add(
             DeviceEventRow(
                 id=uuid4(), station="Station 1", at=AT, kind="alarm", code="bus_lost", message="Gone.", ended_at=None
             )
         )
-    with database.write() as session:
-        service.register(session, "Station 1", 'name = "Station 1"\nrate_hz = 10')
-    with database.read() as session:
-        (row,) = session.scalars(select(StationRow))
-        assert row.config.endswith("rate_hz = 10")
-        assert row.started_at > row.registered_at
-        assert session.scalars(select(DeviceEventRow.ended_at)).one() is not None
+    for station, ended_at in (("Station 2", None), ("Station 1", AT)):
+        with database.write() as session:
+            service.end_left_open(session, station, AT)
+        with database.read() as session:
+            assert session.scalars(select(DeviceEventRow.ended_at)).one() == ended_at
 
 
 def test_the_switch_counts_for_its_day_and_its_station(database: Database) -> None:

@@ -35,13 +35,14 @@ _ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
 # What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
 PUBLIC: Final = {
     "get_health_live", "get_health_ready", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
+    "get_ways_in", "begin_openid", "sign_in_by_openid", "confirm_openid",
 }  # fmt: skip
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
 OWN: Final = ENROLLING | {"remove_second_factor", "change_password", "list_own_sign_ins", "end_own_sign_in"}
 LEAVES_LESS: Final = {"lock_screen", "remove_second_factor"}
 """Whoever is let through to it may do less from then on; tests/web/test_accounts.py asks for them."""
-STATION: Final = {"get_station", "list_events", "stop"}
-BEHIND_A_LOCK: Final = {"get_station", "stop", "get_me", "lock_screen", "unlock_screen"}
+STATION: Final = {"get_station", "list_stations", "list_events", "stop"}
+BEHIND_A_LOCK: Final = {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
     "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest", "acknowledge",
@@ -51,7 +52,7 @@ ADMINISTER: Final = {
     "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",
     "list_accounts", "create_account", "update_account", "reset_account", "list_backups", "make_backup",
 }  # fmt: skip
-OPERATION: Final = {"get_metrics"}
+OPERATION: Final = {"get_metrics", "list_station_versions"}
 """How the service is doing: nothing of anybody."""
 AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check"}
 WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
@@ -305,9 +306,12 @@ def test_nobody_hears_more_of_the_station_than_they_may(service: TestClient, ask
     if cookie:
         client.cookies.set(COOKIE, cookie)
     if asker.role is None or asker.gone or asker.enrolling:
-        with pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live"):
-            pass
+        for path in ("/api/live", "/api/stations/live"):
+            with pytest.raises(WebSocketDisconnect), client.websocket_connect(path):
+                pass
     else:
+        with client.websocket_connect("/api/stations/live") as socket:
+            assert [one["here"] for one in socket.receive_json()["stations"]] == [True]
         with client.websocket_connect("/api/live") as socket:
             assert socket.receive_json()["kind"] == "snapshot"
 
@@ -326,7 +330,7 @@ def test_every_id_in_a_request_leads_to_a_patient_or_to_nobody(service: TestClie
 
 
 def test_there_is_a_rule_for_every_route_and_a_route_for_every_rule(service: TestClient) -> None:
-    outside_the_document = {"page", "openapi", "live"}
+    outside_the_document = {"page", "openapi", "live", "live_stations"}
     assert {operation.name for operation in operations(_document(service))} | outside_the_document == set(RULES)
 
 

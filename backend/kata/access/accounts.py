@@ -29,6 +29,11 @@ def named(session: Session, username: str, *, to_change: bool = False) -> Accoun
     return session.scalar(query.with_for_update() if to_change else query)
 
 
+def linked(session: Session, subject: str) -> AccountRow | None:
+    """The account that somebody signs in to by OpenID Connect, disabled or not; ``subject``: with its issuer."""
+    return session.scalar(select(AccountRow).where(AccountRow.oidc_subject == subject))
+
+
 def get(session: Session, account_id: UUID) -> AccountRow:
     """One, kept from everybody else until this is committed.
 
@@ -77,6 +82,27 @@ def work_at(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
     """At these stations, and no longer at others; without any, at all."""
     session.execute(delete(AccountStationRow).where(AccountStationRow.account_id == row.id))
     session.add_all(AccountStationRow(account_id=row.id, station=station) for station in sorted(set(stations)))
+
+
+def link(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
+    """Let whoever this is at the OpenID provider sign in to it, and nobody else there any longer; None: nobody at all.
+
+    :raises ProblemError: 409 when another account is linked with it, or when this is the demonstration's.
+    """
+    if subject == row.oidc_subject:
+        return
+    taken = ProblemError(
+        409, "openid_taken", "Another account signs in by this identity.", "Unlink it there first, if it moves."
+    )
+    if row.username in demonstration.USERNAMES or (subject and linked(session, subject)):
+        raise taken
+    if row.oidc_subject:
+        sign_in.end_all(session, row.id, "openid", now)
+    row.oidc_subject = subject
+    try:
+        session.flush()
+    except IntegrityError as error:
+        raise taken from error
 
 
 def give_code(row: AccountRow, now: datetime) -> str:

@@ -46,6 +46,8 @@ class Doing:
     """Of the browser; from the connection, or from a proxy that is trusted."""
     permission: str = ""
     """That the action needs: whether a mere look is worth a row follows from it."""
+    account_id: UUID | None = None
+    """Whose, where nobody is signed in and somebody tries to be."""
     why: str = ""
     """Code of the problem that it ended in."""
     told: set[str] = field(default_factory=set)

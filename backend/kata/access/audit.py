@@ -32,7 +32,7 @@ def entry(
     actor, doing = actor or ACTING.get(), DOING.get()
     return Entry(
         at=utc_now(),
-        account_id=actor.account_id if actor else None,
+        account_id=actor.account_id if actor else doing.account_id if doing else None,
         who=_cut(actor.name, 100) if actor else "" if doing and doing.address else PROGRAM,
         role=actor.role if actor else "",
         sign_in_id=actor.sign_in_id if actor else None,

@@ -80,6 +80,10 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # Coming in and going out.
         "sign_in_by_password": _PUBLIC,
         "sign_in_by_link": _PUBLIC,
+        "get_ways_in": _PUBLIC,
+        "begin_openid": _PUBLIC,
+        "sign_in_by_openid": _PUBLIC,
+        "confirm_openid": _PUBLIC,
         "set_up_clinic": _PUBLIC,
         "set_password_by_code": _PUBLIC,
         "sign_out": _PUBLIC,
@@ -181,9 +185,12 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         # The audit trail: who looked at a record has to be found without looking at it.
         "list_audit": Rule("administer", restricted=True),
         # How the service is doing.
+        "list_station_versions": Rule("see_operation"),
         "get_metrics": Rule("see_operation", token=True),
         # The apparatus.
         "live": _WATCH,
+        "live_stations": _WATCH,
+        "list_stations": _WATCH,
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
         "stop": Rule("stop", locked=True, away=True),

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session
 
-from kata.access import audit, secrets
+from kata.access import secrets
 from kata.access.actor import Actor, Role
 from kata.access.tables import AccountRow, AccountStationRow, SignInRow
 from kata.problems import ProblemError
@@ -17,8 +17,9 @@ from kata.problems import ProblemError
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"
 """Over HTTPS: a browser takes such a name only from this host itself, and only with Secure."""
-Method = Literal["password", "totp", "recovery", "oidc", "link"]
-EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "no_demonstration"]
+Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
+"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: and by a second factor, its own or ours."""
+EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
 _FRESH: Final = timedelta(minutes=10)
 _SEEN_EVERY: Final = timedelta(seconds=30)
@@ -37,13 +38,14 @@ class Limits:
 
 
 def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
-    """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept."""
-    secret, id_ = secrets.fresh(), uuid4()
-    actor = Actor(account.id, id_, account.name, account.role, frozenset())
-    audit.note(session, "signed_in", detail={"method": method}, actor=actor)
+    """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept.
+
+    Whoever lets them in notes it for the audit trail.
+    """
+    secret = secrets.fresh()
     session.add(
         SignInRow(
-            id=id_,
+            id=uuid4(),
             account_id=account.id,
             secret_hash=secrets.hashed(secret),
             began_at=now,
@@ -95,8 +97,8 @@ def _actor(session: Session, which: ColumnElement[bool], now: datetime, limits: 
         enrolling=(
             account.role in limits.second_factor_of
             and account.totp_confirmed_at is None
-            # The demonstration is nobody's; a clinic's own identity provider asks for as many factors as it likes.
-            and sign_in.method not in ("link", "oidc")
+            # The demonstration is nobody's; of the clinic's identity provider only counts what it says in so many words.
+            and sign_in.method not in ("link", "oidc_two")
         ),
     )
 

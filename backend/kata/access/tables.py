@@ -32,8 +32,8 @@ class AccountRow(Base):
     code_hash: Mapped[str | None] = mapped_column(String(64))
     """SHA-256 of a one-time code with which a password may be set."""
     code_until: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    oidc_subject: Mapped[str | None] = mapped_column(String(300), unique=True)
-    """Issuer and subject."""
+    oidc_subject: Mapped[str | None] = mapped_column(String(512), unique=True)
+    """Issuer and subject at the clinic's OpenID provider, with a blank between; an administrator has put it here."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
     disabled_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
@@ -73,7 +73,7 @@ class SignInRow(Base):
     proved_at: Mapped[datetime] = mapped_column(UtcDateTime)
     """When password or second factor were last given."""
     method: Mapped[str] = mapped_column(String(16))
-    """password, totp, recovery, oidc, link."""
+    """password, totp, recovery, oidc, oidc_two, link."""
     address: Mapped[str] = mapped_column(String(64))
     agent: Mapped[str] = mapped_column(String(200))
     locked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

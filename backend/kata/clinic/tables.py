@@ -12,7 +12,7 @@ from kata.access.tables import (
 )
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
-from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
@@ -26,6 +26,7 @@ from kata.clinic.sessions.tables import (
     SessionRow,
     SessionStopRow,
 )
+from kata.clinic.stations.tables import StationRow, StationVersionRow
 from kata.database.delivery import SpoolRow
 from kata.database.upgrade import SchemaRow
 
@@ -61,5 +62,6 @@ __all__ = [
     "SpoolRow",
     "StageRow",
     "StationRow",
+    "StationVersionRow",
     "TeachingRow",
 ]

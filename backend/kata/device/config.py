@@ -312,8 +312,13 @@ def read(path: Path) -> StationConfig:
 
 
 def write(config: StationConfig, path: Path) -> None:
-    """Write a station's TOML file, every value spelt out but those that are none."""
-    path.write_bytes(msgspec.toml.encode(_without_none(msgspec.to_builtins(config))))
+    """Write a station's TOML file."""
+    path.write_text(as_toml(config))
+
+
+def as_toml(config: StationConfig) -> str:
+    """As it stands in a station's file, every value spelt out but those that are none."""
+    return msgspec.toml.encode(_without_none(msgspec.to_builtins(config))).decode()
 
 
 def _without_none(value: Any) -> Any:

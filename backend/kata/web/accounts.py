@@ -4,22 +4,24 @@ from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 from kata.access import accounts, sign_in
 from kata.access.actor import Role
 from kata.access.tables import AccountRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import Moment, Name, Schema
+from kata.clinic.fields import NO_NUL, Moment, Name, Schema
 from kata.database.base import utc_now
-from kata.problems import check_version
-from kata.web.signing import StationName, TheAccess, Username
+from kata.problems import ProblemError, check_version
+from kata.web.signing import Access, StationName, TheAccess, Username
 
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])
 
 Stations = Annotated[
     list[StationName], Field(max_length=50, description="Names of the stations that it works at; empty: all.")
 ]
+
+Subject = Annotated[str, StringConstraints(strip_whitespace=True, max_length=255, pattern=NO_NUL)]
 
 
 class AccountCreate(Schema):
@@ -40,6 +42,11 @@ class AccountUpdate(Schema):
     disabled: bool | None = Field(
         None, description="True shuts it and signs every browser of it out, false opens it again."
     )
+    openid: Subject | None = Field(
+        None,
+        description="Who this is at the clinic's OpenID provider (`sub`); empty: no longer anybody. Another one than before signs every "
+        "browser of the account out.",
+    )
     updated_at: Moment | None = None
 
 
@@ -53,7 +60,7 @@ class Account(Schema):
     stations: list[str]
     password: bool = Field(description="Whether there is one.")
     second_factor: bool = Field(description="Whether there is one.")
-    openid: bool = Field(description="Whether it signs in by OpenID Connect.")
+    openid: str | None = Field(description="Who this is at the clinic's OpenID provider (`sub`); null: nobody there.")
     created_at: Moment
     updated_at: Moment
     disabled_at: Moment | None
@@ -80,11 +87,11 @@ class OneTimeCode(Schema):
 
 
 @router.get("", responses=PROBLEMS.of(401, 403))
-def list_accounts(database: TheDatabase) -> AccountList:
+def list_accounts(database: TheDatabase, access: TheAccess) -> AccountList:
     """Every account, disabled ones too."""
     with database.read() as session:
         rows = accounts.every(session)
-        return AccountList(items=[_told(row, accounts.stations_of(session, row.id)) for row in rows])
+        return AccountList(items=[_told(access, row, accounts.stations_of(session, row.id)) for row in rows])
 
 
 @router.post("", status_code=201, responses=PROBLEMS.of(401, 403, 409, 422))
@@ -94,7 +101,9 @@ def create_account(database: TheDatabase, access: TheAccess, given: AccountCreat
     with database.write() as session:
         row = accounts.create(session, given.username, given.name, given.role, given.stations, now)
         code = accounts.give_code(row, now)
-        return OneTimeCode(account=_told(row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_LASTS)
+        return OneTimeCode(
+            account=_told(access, row, sorted(set(given.stations))), code=code, until=now + accounts.CODE_LASTS
+        )
 
 
 @router.patch("/{account_id}", responses=PROBLEMS.of(401, 403, 404, 409, 422))
@@ -114,13 +123,15 @@ def update_account(database: TheDatabase, access: TheAccess, account_id: UUID, c
             row.role = role
             accounts.work_at(session, row, wanted)
             sign_in.end_all(session, row.id, "role", now)
+        if change.openid is not None:
+            accounts.link(session, row, _linked(access, change.openid), now)
         if change.disabled is not None:
             accounts.disable(session, row, now, disabled=change.disabled)
         if lets_others_in and (row.role != "administrator" or row.disabled_at is not None):
             accounts.check_administrators_left(session)
         row.updated_at = now
         session.flush()
-        told = _told(row, wanted)
+        told = _told(access, row, wanted)
     access.endings.notice()
     return told
 
@@ -134,13 +145,30 @@ def reset_account(database: TheDatabase, access: TheAccess, account_id: UUID, gi
         code = accounts.reset(session, row, now, with_second_factor=given.second_factor)
         session.flush()
         told = OneTimeCode(
-            account=_told(row, accounts.stations_of(session, row.id)), code=code, until=now + accounts.CODE_LASTS
+            account=_told(access, row, accounts.stations_of(session, row.id)),
+            code=code,
+            until=now + accounts.CODE_LASTS,
         )
     access.endings.notice()
     return told
 
 
-def _told(row: AccountRow, stations: list[str]) -> Account:
+def _linked(access: Access, subject: str) -> str | None:
+    """As it is kept."""
+    if not subject:
+        return None
+    if access.openid is None:
+        raise ProblemError(
+            422,
+            "no_openid",
+            "This clinic has no OpenID provider.",
+            "Set KATA_OPENID_ISSUER and KATA_OPENID_CLIENT_ID first.",
+            [("#/openid", "leads nowhere without a provider")],
+        )
+    return access.openid.linked(subject)
+
+
+def _told(access: Access, row: AccountRow, stations: list[str]) -> Account:
     return Account(
         id=row.id,
         username=row.username,
@@ -149,7 +177,7 @@ def _told(row: AccountRow, stations: list[str]) -> Account:
         stations=stations,
         password=row.password_hash is not None,
         second_factor=row.totp_confirmed_at is not None,
-        openid=row.oidc_subject is not None,
+        openid=access.openid.subject(row.oidc_subject) if access.openid else None,
         created_at=row.created_at,
         updated_at=row.updated_at,
         disabled_at=row.disabled_at,

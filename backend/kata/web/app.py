@@ -21,6 +21,7 @@ from kata.access.audit import entry
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.openid import Provider
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.access.trail import Trail
@@ -44,6 +45,7 @@ from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
+from kata.clinic.stations import service as station_service
 from kata.database.away import Watch
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -60,17 +62,20 @@ from kata.web import (
     health,
     live,
     metrics,
+    openid,
     operating,
     own_account,
     page,
     problems,
     sign_in,
     signing,
+    stations,
 )
 from kata.web.audit import Audited
 from kata.web.audit import router as audit
 from kata.web.backups import Backups
 from kata.web.backups import router as backups
+from kata.web.overview import Overview
 from kata.web.simulator import Simulation
 from kata.web.simulator import router as simulator
 from kata.web.station import router as station_router
@@ -136,14 +141,17 @@ def create_app(settings: Settings) -> FastAPI:
         session_lists,
         sessions,
         own_account.router,
+        openid.router,
         sign_in.router,
         station_router,
+        stations.router,
         simulator,
         live.router,
     ):
         app.include_router(router)
     problems.install(app)
     live.document(app)
+    stations.document(app)
     _document_problems(app)
     page.install(app)
     access.install(app)
@@ -199,7 +207,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     if simulation:
         await asyncio.to_thread(simulation.turn, station_config.side)
     config.write(station_config, station_file)
-    await asyncio.to_thread(_register, database, station_config.name, station_file)
+    await asyncio.to_thread(_register, database, station_config, simulated=settings.simulate)
 
     def saved(record: Saved) -> None:
         loop.call_soon_threadsafe(app.state.station.tell, record)
@@ -231,6 +239,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulation,
     )
     await asyncio.to_thread(importer.run_at_start)
+    app.state.overview = Overview(station, database, lambda: _stations(database))
+    await stack.enter_async_context(app.state.overview.going_on())
     app.state.kept = kept
     kept.delivery.each_round = importer.run_due
     app.state.probe = health.Probe(database)
@@ -273,6 +283,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
         limits=limits,
+        openid=Provider(settings) if settings.openid_issuer else None,
     )
 
 
@@ -302,9 +313,16 @@ def _upgrade(url: str) -> None:
         database.close()
 
 
-def _register(database: Database, name: str, station_file: Path) -> None:
-    with database.write() as session:
-        event_service.register(session, name, station_file.read_text())
+def _register(database: Database, station_config: config.StationConfig, *, simulated: bool) -> None:
+    now = utc_now()
+    with by_program("register_station", station_config.name), database.write() as session:
+        station_service.register(session, station_config, version("kata"), now, simulated=simulated)
+        event_service.end_left_open(session, station_config.name, now)
+
+
+def _stations(database: Database) -> list[str]:
+    with database.read() as session:
+        return [row.name for row, _ in station_service.registered(session)]
 
 
 def _as_it_stood(station_config: config.StationConfig, station_file: Path) -> config.StationConfig:
@@ -337,7 +355,8 @@ def _document_problems(app: FastAPI) -> None:
             schemas = document["components"]["schemas"]
             schemas.pop("HTTPValidationError", None)
             schemas.pop("ValidationError", None)
-            document["webhooks"]["live"]["post"]["responses"].pop("422")
+            for told in document["webhooks"].values():
+                told["post"]["responses"].pop("422")
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described

@@ -28,6 +28,8 @@ _LOOKS: Final = frozenset({"read_records", "administer"})
 """Permissions of which a mere look is worth a row."""
 _COMMANDS: Final = frozenset({"stop", "operate"})
 _READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_LISTENS: Final = frozenset({"live", "live_stations"})
+"""Who is on an apparatus is seen there."""
 _WATCHED: Final = frozenset({"get_health_live", "get_health_ready"})
 """Programs ask every few seconds, without a database, too: nothing of it is written down."""
 _DOOR: Final = "at_the_door"
@@ -99,7 +101,7 @@ def _is_worth_a_row(doing: Doing, method: str, status: int) -> bool:
         return True
     if status >= 400:
         return status in _REFUSED
-    return method not in _READING or doing.permission in _LOOKS or doing.action == "live"
+    return method not in _READING or doing.permission in _LOOKS or doing.action in _LISTENS
 
 
 class AuditEntry(Schema):
@@ -107,7 +109,9 @@ class AuditEntry(Schema):
 
     number: int = Field(description="In the chain, from 1 without gaps.")
     at: datetime
-    account_id: UUID | None = Field(description="Null: nobody who was signed in, or the program by itself.")
+    account_id: UUID | None = Field(
+        description="Who did it; where nobody was signed in, whose account was tried. Null: neither."
+    )
     who: str = Field(description="The name as it was then; empty where nobody was signed in.")
     role: str
     address: str = Field(description="Of the browser.")

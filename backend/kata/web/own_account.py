@@ -88,7 +88,7 @@ def unlock_screen(database: TheDatabase, access: TheAccess, actor: TheActor, giv
         fresh = sign_in.by_id(session, actor.sign_in_id, access.now(), access.limits)
         if fresh is None:
             raise ProblemError(401, "not_signed_in", "This sign-in has ended.", "Sign in.")
-        return me(session, fresh, access.limits)
+        return me(session, fresh, access)
 
 
 @router.post("/password", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))

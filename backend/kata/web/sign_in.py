@@ -25,6 +25,7 @@ from kata.web.signing import (
     let_in,
     me,
     name_key,
+    whose,
 )
 
 router = APIRouter(tags=["sign-in"], dependencies=[Depends(refusals_counted)])
@@ -70,9 +71,11 @@ def sign_in_by_password(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
 ) -> Me:
     """Sign in with user name and password, and with the second factor where there is one."""
-    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     with database.read() as session:
         account = accounts.named(session, given.username)
+    if account:
+        whose(account.id)
+    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
     fits = access.passwords.fits(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
         # One sentence for everything, so that nobody learns which user names there are.
@@ -174,6 +177,8 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
     )
     with database.read() as session:
         account = accounts.named(session, given.username)
+        if account:
+            whose(account.id)
         if account is None or not accounts.code_fits(account, given.code, access.now()):
             raise unfit
     access.throttle.was_no_failure(address)
@@ -206,7 +211,7 @@ def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: Th
     cookie, remembered = cookie_of(request) or "", request.app.state.remembered
     try:
         with database.read() as session:
-            told = me(session, actor, access.limits)
+            told = me(session, actor, access)
     except DatabaseAwayError:
         known: Me | None = remembered.told(cookie)
         if known is None:

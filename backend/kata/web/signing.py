@@ -17,8 +17,9 @@ from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from kata.access import accounts, audit, demonstration, sign_in
-from kata.access.actor import ACTING, Actor, Role
+from kata.access.actor import ACTING, DOING, Actor, Role
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.openid import Provider, Sealed
 from kata.access.passwords import Passwords
 from kata.access.permissions import OF_ROLE, Permission
 from kata.access.sign_in import Limits, Method
@@ -116,6 +117,9 @@ class Access:
     endings: Endings
     folder: Path
     """Of the data: where the set-up link's file is."""
+    openid: Provider | None = None
+    """The clinic's own, where it has one."""
+    sealed: Sealed = field(default_factory=Sealed)
     set_up_secret: str = ""
     """As it stands in the set-up link, to be printed; empty where there are administrators."""
     limits: Limits = field(default_factory=Limits)
@@ -167,6 +171,9 @@ class Me(Schema):
     enrolling: bool = Field(description="A second factor has to be set up before anything else is allowed.")
     second_factor: bool = Field(description="Whether there is one.")
     password: bool = Field(description="Whether there is one; others sign in by OpenID Connect or a link.")
+    openid: str | None = Field(
+        description="What the clinic's OpenID provider is called, where this account is linked with it."
+    )
     demonstration: bool = Field(description="Signed in by a link of the demonstration clinic.")
     idle_s: float = Field(
         ge=0, description="Seconds without anything done by the user after which the screen is locked."
@@ -199,7 +206,7 @@ def let_in(
         samesite="strict",
     )
     access.throttle.succeeded(f"name {account.username}")
-    return me(session, actor, access.limits)
+    return me(session, actor, access)
 
 
 def end_here(request: Request, session: Session, access: Access) -> Actor | None:
@@ -211,7 +218,7 @@ def end_here(request: Request, session: Session, access: Access) -> Actor | None
     return actor
 
 
-def me(session: Session, actor: Actor, limits: Limits) -> Me:
+def me(session: Session, actor: Actor, access: Access) -> Me:
     """What the page needs to know of whom it is for."""
     account = session.get_one(AccountRow, actor.account_id)
     return Me(
@@ -226,27 +233,38 @@ def me(session: Session, actor: Actor, limits: Limits) -> Me:
         enrolling=actor.enrolling,
         second_factor=account.totp_confirmed_at is not None,
         password=account.password_hash is not None,
+        openid=access.openid.name if access.openid and access.openid.subject(account.oidc_subject) else None,
         demonstration=account.username in demonstration.USERNAMES,
-        idle_s=limits.idle.total_seconds(),
+        idle_s=access.limits.idle.total_seconds(),
     )
 
 
 def check_it_is_them(database: Database, access: Access, actor: Actor, password: str | None) -> None:
     """Before something that a passer-by at an open screen must not do: shown again, or shown just now.
 
-    :raises ProblemError: 403 ``password_needed`` or ``wrong_password``; 429 after too many tries.
+    :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many tries.
     """
     with database.read() as session:
-        if password is None:
-            if sign_in.is_fresh(session, actor.sign_in_id, access.now()):
-                return
-            raise ProblemError(403, "password_needed", "This takes the password once more.", "Give your password.")
+        if password is None and sign_in.is_fresh(session, actor.sign_in_id, access.now()):
+            return
         account = session.get_one(AccountRow, actor.account_id)
+        if password is None and account.password_hash is None and access.openid:
+            raise ProblemError(
+                403, "openid_needed", f"This takes {access.openid.name} once more.", "Sign in there, then try again."
+            )
+        if password is None:
+            raise ProblemError(403, "password_needed", "This takes the password once more.", "Give your password.")
     key = f"sign-in {actor.sign_in_id}"
     access.throttle.begin((key, OF_A_NAME))
     if not access.passwords.fits(account.password_hash, password):
         raise ProblemError(403, "wrong_password", "This is not your password.", "Try again.")
     access.throttle.succeeded(key)
+
+
+def whose(account_id: UUID) -> None:
+    """Say of whose account a try is, for the audit trail; whoever tries it is told nothing."""
+    if doing := DOING.get():
+        doing.account_id = account_id
 
 
 def name_key(username: str) -> str:

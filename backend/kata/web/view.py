@@ -33,7 +33,7 @@ class View:
         shown = dict(state)
         for going_on in ("run", "teaching"):
             told = state[going_on]
-            if told and told["patient"] and not await self._sees(UUID(told["patient"]["id"])):
+            if told and told["patient"] and not await self.may_see(UUID(told["patient"]["id"])):
                 shown[going_on] = told | {name: None for name in _OF_A_PATIENT if name in told}
         return shown
 
@@ -41,7 +41,8 @@ class View:
         """Whether what was saved of a patient is for this watcher."""
         return self._reads_records and await run_in_threadpool(self._look, patient_id)
 
-    async def _sees(self, patient_id: UUID) -> bool:
+    async def may_see(self, patient_id: UUID) -> bool:
+        """Whether a patient on the apparatus is for this watcher; asked again every few seconds."""
         if not self._reads_records:
             return False
         now = time.monotonic()

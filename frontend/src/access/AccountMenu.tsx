@@ -31,7 +31,7 @@ export function AccountMenu() {
           <Text size="sm">{me.name}</Text>
           <Text size="sm">{ROLES[me.role].name}</Text>
         </Menu.Label>
-        {me.password && (
+        {(me.password || me.openid) && (
           <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
             Lock the screen
           </Menu.Item>

@@ -10,6 +10,7 @@ import { ProblemNote } from "../shared/problem";
 import { StateBar } from "../shared/StateBar";
 import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
+import { OpenIdAgain } from "./OpenIdAgain";
 import { access } from "./standing";
 
 /**
@@ -43,7 +44,13 @@ export function LockScreen({ me }: { me: Me }) {
                 {me.name} is signed in here. What goes on at the apparatus goes on; Stop works without
                 unlocking.
               </Text>
-              {me.password ? (
+              {me.openid && (
+                <OpenIdAgain
+                  name={me.openid}
+                  then="This screen is unlocked then; Stop stays here meanwhile."
+                />
+              )}
+              {me.password && (
                 <>
                   {/* For password managers; nothing that can be changed here. */}
                   <input type="text" autoComplete="username" value={me.username} readOnly hidden />
@@ -60,7 +67,8 @@ export function LockScreen({ me }: { me: Me }) {
                     Unlock
                   </Button>
                 </>
-              ) : (
+              )}
+              {!me.password && !me.openid && (
                 <Text>This account has no password here: sign out, and sign in again.</Text>
               )}
               <Button

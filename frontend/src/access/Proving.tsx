@@ -3,6 +3,8 @@ import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { ProblemError } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { useMe } from "./hooks";
+import { OpenIdAgain } from "./OpenIdAgain";
 
 /** Something that a passer-by at an open screen must not do: where the service wants the password again, it is asked for. */
 export function Proving<Told>(
@@ -22,7 +24,10 @@ export function Proving<Told>(
       if (error instanceof ProblemError && error.code === "password_needed") setAsked(true);
     },
   });
-  const needed = doing.error instanceof ProblemError && doing.error.code === "password_needed";
+  const me = useMe();
+  const code = doing.error instanceof ProblemError ? doing.error.code : null;
+  const atProvider = code === "openid_needed" ? me?.openid : null;
+  const needed = code === "password_needed";
   return (
     <form
       onSubmit={(event) => {
@@ -41,7 +46,8 @@ export function Proving<Told>(
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {!needed && <ProblemNote error={doing.error} />}
+        {atProvider && <OpenIdAgain name={atProvider} then="Then press the button here once more." />}
+        {!needed && !atProvider && <ProblemNote error={doing.error} />}
         <Group>
           <Button type="submit" {...look} disabled={asked && password === ""} loading={doing.isPending}>
             {children}

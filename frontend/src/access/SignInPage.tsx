@@ -1,6 +1,6 @@
 import { Alert, Button, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
 import { IconInfoCircle, IconLogin } from "@tabler/icons-react";
-import { useMutation } from "@tanstack/react-query";
+import { useMutation, useQuery } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, ProblemError } from "../api/client";
 import { ButtonLink } from "../shared/links";
@@ -8,6 +8,7 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
 import { Door } from "./Door";
+import { hereNow, openIdAddress } from "./openId";
 import { access, type Standing } from "./standing";
 import { UserNameField } from "./UserNameField";
 
@@ -36,6 +37,7 @@ export function SignInPage({ why }: { why: Why }) {
   // Asked for once, it stays: a code that was wrong is typed anew, the password is not.
   const [second, setSecond] = useState(false);
   if (refused === "second_factor_needed" && !second) setSecond(true);
+  const ways = useQuery({ queryKey: ["ways-in"], queryFn: api.waysIn, staleTime: Number.POSITIVE_INFINITY });
   const submit = (event: FormEvent) => {
     event.preventDefault();
     signIn.mutate();
@@ -101,6 +103,11 @@ export function SignInPage({ why }: { why: Why }) {
           )}
         </Stack>
       </form>
+      {ways.data?.openid && !second && (
+        <Button component="a" href={openIdAddress(hereNow())} size="lg" variant="default">
+          Sign in with {ways.data.openid}
+        </Button>
+      )}
       <ButtonLink to="/set-password" variant="subtle">
         I have a one-time code
       </ButtonLink>

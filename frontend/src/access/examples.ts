@@ -22,6 +22,7 @@ export const ME: Me = {
   enrolling: false,
   second_factor: true,
   password: true,
+  openid: null,
   demonstration: false,
   idle_s: 900,
 };

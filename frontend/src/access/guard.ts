@@ -83,8 +83,9 @@ export function keepGuard(access: Access, doing: Doing, queries: QueryClient, st
   document.addEventListener("visibilitychange", visible);
   const looking = setInterval(() => {
     const standing = access.get();
-    // Whoever has no password could not unlock it here; their sign-in ends at the service.
-    const idle = standing.is === "in" && standing.me.password && doing.idleMs() > 1000 * standing.me.idle_s;
+    // Whoever has neither could not unlock it here; their sign-in ends at the service.
+    const unlocks = standing.is === "in" && (standing.me.password || standing.me.openid);
+    const idle = unlocks && doing.idleMs() > 1000 * standing.me.idle_s;
     void (idle ? access.lock() : access.look());
   }, LOOK_EVERY_MS);
   void access.look();

@@ -17,13 +17,16 @@ export function AccountForm(props: Props) {
   const [username, setUsername] = useState(account?.username ?? "");
   const [role, setRole] = useState<Role>(account?.role ?? "therapist");
   const [stations, setStations] = useState(account?.stations ?? []);
+  const [openid, setOpenid] = useState(account?.openid ?? "");
+  const ways = useQuery({ queryKey: ["ways-in"], queryFn: api.waysIn, staleTime: Number.POSITIVE_INFINITY });
   const known = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
   const choices = [...new Set([...(known.data?.stations ?? []), ...stations])].sort();
   const save = useMutation({
     mutationFn: async () => {
       if (props.account) {
         const { id, updated_at } = props.account;
-        await api.updateAccount(id, { name, role, stations, updated_at });
+        const link = openid.trim() === (props.account.openid ?? "") ? {} : { openid };
+        await api.updateAccount(id, { name, role, stations, updated_at, ...link });
         return null;
       }
       return api.createAccount({ username, name, role, stations });
@@ -81,6 +84,19 @@ export function AccountForm(props: Props) {
           value={stations}
           onChange={setStations}
         />
+        {account && (ways.data?.openid || account.openid) && (
+          <TextInput
+            label={`Identity at ${ways.data?.openid ?? "the provider"}`}
+            description="The “sub” by which it knows this person. Whoever is not linked is told theirs when they try to sign in. Empty: cannot sign in by it."
+            maxLength={255}
+            autoComplete="off"
+            autoCapitalize="none"
+            spellCheck={false}
+            value={openid}
+            error={fields.openid}
+            onChange={(event) => setOpenid(event.currentTarget.value)}
+          />
+        )}
         <ProblemNote error={known.error ?? save.error} />
         <Group justify="end">
           <Button

@@ -158,7 +158,7 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
 }
 
 function signsInWith(account: Account): string {
-  if (account.openid) return "The clinic's own sign-in";
-  if (!account.password) return "No password yet";
-  return account.second_factor ? "Password and second factor" : "Password";
+  const ways = [account.openid && "The clinic's own sign-in", account.password && "Password"].filter(Boolean);
+  if (ways.length === 0) return "No password yet";
+  return [...ways, account.second_factor && "Second factor"].filter(Boolean).join(", ");
 }

@@ -75,13 +75,16 @@ export function AuditPage() {
       <ProblemNote error={found.error ?? accounts.error} />
       {found.isPending && <Skeleton h={300} />}
       {found.items?.length === 0 && <Text>Nothing matches.</Text>}
-      {found.items && found.items.length > 0 && <Rows items={found.items} />}
+      {found.items && found.items.length > 0 && (
+        <Rows items={found.items} names={new Map(accounts.data?.items.map((one) => [one.id, one.name]))} />
+      )}
       <More list={found} />
     </Stack>
   );
 }
 
-function Rows({ items }: { items: Schemas["AuditEntry"][] }) {
+/** `names`: of accounts, for tries of somebody who did not get in. */
+function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<string, string> }) {
   return (
     <Table.ScrollContainer minWidth={900}>
       <Table verticalSpacing="xs">
@@ -105,7 +108,8 @@ function Rows({ items }: { items: Schemas["AuditEntry"][] }) {
               <Table.Td>
                 {entry.who || "Nobody signed in"}
                 <Text size="sm" c="dimmed">
-                  {entry.role}
+                  {entry.role ||
+                    (entry.account_id && `tried as ${names.get(entry.account_id) ?? "an account"}`)}
                 </Text>
               </Table.Td>
               <Table.Td>

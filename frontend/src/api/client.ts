@@ -97,6 +97,10 @@ export const api = {
   me: () => unwrap(client.GET("/api/me")),
   signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
   signInByLink: (secret: string) => unwrap(client.POST("/api/sign-in/link", { body: { secret } })),
+  waysIn: () => unwrap(client.GET("/api/sign-in")),
+  beginOpenId: (to: string) => unwrap(client.POST("/api/sign-in/openid/begin", { body: { to } })),
+  signInByOpenId: (body: Schemas["CameBack"]) => unwrap(client.POST("/api/sign-in/openid", { body })),
+  confirmOpenId: (code: string) => unwrap(client.POST("/api/sign-in/openid/code", { body: { code } })),
   signOut: () => done(client.POST("/api/sign-out")),
   setUp: (body: Schemas["SetUp"]) => unwrap(client.POST("/api/set-up", { body })),
   setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
@@ -120,6 +124,8 @@ export const api = {
     unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
   audit: (wanted: AuditWanted, after: string | null = null) =>
     unwrap(client.GET("/api/audit", { params: { query: { ...wanted, ...behind(after) } } })),
+  stationVersions: (station: string) =>
+    unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
   backups: () => unwrap(client.GET("/api/backups")),
   makeBackup: () => unwrap(client.POST("/api/backups")),
   recordAccess: (patient_id: string) =>

@@ -1598,13 +1598,77 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * Get Ways In
+         * @description How people sign in here.
+         */
+        get: operations["get_ways_in"];
         put?: never;
         /**
          * Sign In By Password
          * @description Sign in with user name and password, and with the second factor where there is one.
          */
         post: operations["sign_in_by_password"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid/begin": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin Openid
+         * @description Begin to sign in, or to unlock the screen, at the clinic's OpenID provider: where to send the browser.
+         */
+        post: operations["begin_openid"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Openid
+         * @description Sign in, or unlock the screen, with what the provider has sent the browser back with.
+         */
+        post: operations["sign_in_by_openid"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/openid/code": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Confirm Openid
+         * @description Give the code of the account's second factor, where the provider has asked for none.
+         */
+        post: operations["confirm_openid"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2003,6 +2067,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/stations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Stations
+         * @description Every station with what it does now; a patient only to whom that record is open.
+         */
+        get: operations["list_stations"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station-versions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Station Versions
+         * @description What a station has run with, the newest first: configuration and calibration.
+         */
+        get: operations["list_station_versions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/simulator": {
         parameters: {
             query?: never;
@@ -2145,6 +2249,26 @@ export interface webhooks {
         patch?: never;
         trace?: never;
     };
+    live_stations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Live Stations
+         * @description What the service sends on the WebSocket /api/stations/live. It expects nothing back.
+         */
+        post: operations["live_stationslive_stations_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export interface components {
     schemas: {
@@ -2193,9 +2317,9 @@ export interface components {
             second_factor: boolean;
             /**
              * Openid
-             * @description Whether it signs in by OpenID Connect.
+             * @description Who this is at the clinic's OpenID provider (`sub`); null: nobody there.
              */
-            openid: boolean;
+            openid: string | null;
             /**
              * Created At
              * Format: date-time
@@ -2271,6 +2395,11 @@ export interface components {
              * @description True shuts it and signs every browser of it out, false opens it again.
              */
             disabled?: boolean | null;
+            /**
+             * Openid
+             * @description Who this is at the clinic's OpenID provider (`sub`); empty: no longer anybody. Another one than before signs every browser of the account out.
+             */
+            openid?: string | null;
             /** Updated At */
             updated_at?: string | null;
         };
@@ -2567,7 +2696,7 @@ export interface components {
             at: string;
             /**
              * Account Id
-             * @description Null: nobody who was signed in, or the program by itself.
+             * @description Who did it; where nobody was signed in, whose account was tried. Null: neither.
              */
             account_id: string | null;
             /**
@@ -2621,6 +2750,14 @@ export interface components {
              * @description Ask for the next page with this as `after`; null at the end of the list.
              */
             next: string | null;
+        };
+        /**
+         * Away
+         * @description To the provider.
+         */
+        Away: {
+            /** Address */
+            address: string;
         };
         /**
          * AxisInfo
@@ -2782,6 +2919,18 @@ export interface components {
             key_file: string;
         };
         /**
+         * BeginOpenId
+         * @description Where somebody wants to go.
+         */
+        BeginOpenId: {
+            /**
+             * To
+             * @description The screen to come back to; empty: to none, in a tab of its own.
+             * @default /
+             */
+            to: string;
+        };
+        /**
          * BreakGlass
          * @description Why a restricted record has to be opened now.
          */
@@ -2850,6 +2999,38 @@ export interface components {
         BrokenGlassList: {
             /** Items */
             items: components["schemas"]["BrokenGlass"][];
+        };
+        /**
+         * Came
+         * @description Whoever is there.
+         */
+        Came: {
+            /** @description Null: the code of the account's second factor is needed, too. */
+            me: components["schemas"]["Me"] | null;
+            /**
+             * To
+             * @description The screen that was wanted; empty: none, this tab can be closed.
+             */
+            to: string;
+        };
+        /**
+         * CameBack
+         * @description What the provider has sent the browser back with.
+         */
+        CameBack: {
+            /** State */
+            state: string;
+            /**
+             * Code
+             * @description Empty where the provider refused.
+             * @default
+             */
+            code: string;
+            /**
+             * Iss
+             * @description Who it is that answers, where it says so (RFC 9207).
+             */
+            iss?: string | null;
         };
         /**
          * ChangeMessage
@@ -4036,6 +4217,11 @@ export interface components {
              */
             password: boolean;
             /**
+             * Openid
+             * @description What the clinic's OpenID provider is called, where this account is linked with it.
+             */
+            openid: string | null;
+            /**
              * Demonstration
              * @description Signed in by a link of the demonstration clinic.
              */
@@ -4364,6 +4550,18 @@ export interface components {
              * @example 2026-11-21T09:30:00Z
              */
             until: string;
+        };
+        /**
+         * OpenIdCode
+         * @description Of the account's own second factor.
+         */
+        OpenIdCode: {
+            /**
+             * Code
+             * @description Six digits, or a recovery code.
+             * @example 123456
+             */
+            code: string;
         };
         /**
          * OwnSignIn
@@ -4720,6 +4918,32 @@ export interface components {
              * @description Which settings were other ones than planned.
              */
             changed: ("speed_percent" | "repetitions" | "pause_s" | "range_percent" | "load_level" | "method")[];
+        };
+        /**
+         * PlaybackProgress
+         * @description How far a playback is.
+         */
+        PlaybackProgress: {
+            /**
+             * Position S
+             * @description Place on the recording, seconds.
+             */
+            position_s: number;
+            /**
+             * Duration S
+             * @description Its length as it is played, seconds.
+             */
+            duration_s: number;
+            /**
+             * Left S
+             * @description Of the approach or return while those go on, else of the recording; seconds.
+             */
+            left_s: number;
+            /**
+             * Reversing
+             * @description The arm is being taken back from resistance.
+             */
+            reversing: boolean;
         };
         /**
          * Preview
@@ -6397,6 +6621,25 @@ export interface components {
             since: string;
         };
         /**
+         * Station
+         * @description One that is registered, or was heard.
+         */
+        Station: {
+            shown: components["schemas"]["StationShown"];
+            /** Registered At */
+            registered_at: string | null;
+            /**
+             * Started At
+             * @description When its service last did.
+             */
+            started_at: string | null;
+            /**
+             * Version
+             * @description Of configuration and calibration; 0: not known.
+             */
+            version: number;
+        };
+        /**
          * StationInfo
          * @description What does not change while the service runs.
          */
@@ -6430,12 +6673,158 @@ export interface components {
             axes: components["schemas"]["AxisInfo"][];
         };
         /**
+         * StationList
+         * @description All of them, this service's own first.
+         */
+        StationList: {
+            /** Items */
+            items: components["schemas"]["Station"][];
+        };
+        /**
+         * StationShown
+         * @description One station, as far as it is known here.
+         */
+        StationShown: {
+            /** Name */
+            name: string;
+            /**
+             * Here
+             * @description It is the one that this service belongs to.
+             */
+            here: boolean;
+            /**
+             * Heard At
+             * @description When it last said anything; null: not since this service began.
+             */
+            heard_at: string | null;
+            /**
+             * Silent
+             * @description It has said nothing for seconds: what it does is not known.
+             */
+            silent: boolean;
+            /**
+             * Doubled
+             * @description Two services call themselves so: one of them has to be given another name.
+             */
+            doubled: boolean;
+            /** @description Null while it is silent. */
+            state: components["schemas"]["StationTold"] | null;
+        };
+        /**
          * StationState
          * @description The station and its newest state.
          */
         StationState: {
             station: components["schemas"]["StationInfo"];
             live: components["schemas"]["Live"];
+        };
+        /**
+         * StationTold
+         * @description What a station says of itself to all the others.
+         */
+        StationTold: {
+            /**
+             * Station
+             * @example Station 1
+             */
+            station: string;
+            /**
+             * Service
+             * Format: uuid
+             * @description Of this start of its service.
+             */
+            service: string;
+            /** Simulated */
+            simulated: boolean;
+            /**
+             * Device
+             * @enum {string}
+             */
+            device: "starting" | "running" | "restarting";
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
+            /** Torque On */
+            torque_on: boolean;
+            /**
+             * Estop
+             * @enum {string}
+             */
+            estop: "closed" | "pressed" | "released" | "unknown";
+            /**
+             * Causes
+             * @description Of the stop that is latched, the first one first.
+             */
+            causes: components["schemas"]["StopCauseLive"][];
+            /** Arm Held */
+            arm_held: boolean;
+            /**
+             * Operator
+             * @description Who operates it.
+             */
+            operator: string | null;
+            /** @description Null too where the record is not for whoever asks. */
+            patient: components["schemas"]["PatientRef"] | null;
+            /** Recording Name */
+            recording_name: string | null;
+            progress: components["schemas"]["PlaybackProgress"] | null;
+            /**
+             * Take S
+             * @description While teaching: length of the present or last take, seconds.
+             */
+            take_s: number | null;
+        };
+        /**
+         * StationVersion
+         * @description What a station's device ran with from a moment on.
+         */
+        StationVersion: {
+            /** Number */
+            number: number;
+            /**
+             * Since
+             * Format: date-time
+             */
+            since: string;
+            /**
+             * Software
+             * @description Version of Kata that wrote it down.
+             * @example 0.1.0
+             */
+            software: string;
+            /**
+             * Config
+             * @description TOML: configuration and calibration.
+             */
+            config: string;
+        };
+        /**
+         * StationVersionList
+         * @description The newest first.
+         */
+        StationVersionList: {
+            /** Items */
+            items: components["schemas"]["StationVersion"][];
+        };
+        /**
+         * StationsMessage
+         * @description All stations: at the beginning, when one of them has said something, and at least every second.
+         */
+        StationsMessage: {
+            /**
+             * Sequence
+             * @description Without gaps on one connection.
+             */
+            sequence: number;
+            /**
+             * Sent At
+             * Format: date-time
+             */
+            sent_at: string;
+            /** Stations */
+            stations: components["schemas"]["StationShown"][];
         };
         /**
          * StopCauseLive
@@ -6786,6 +7175,17 @@ export interface components {
              * @example 2
              */
             pause_s: number;
+        };
+        /**
+         * WaysIn
+         * @description How people sign in here, besides name and password.
+         */
+        WaysIn: {
+            /**
+             * Openid
+             * @description What the clinic's OpenID provider is called; null: there is none.
+             */
+            openid: string | null;
         };
         /**
          * ProblemField
@@ -14182,6 +14582,26 @@ export interface operations {
             };
         };
     };
+    get_ways_in: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WaysIn"];
+                };
+            };
+        };
+    };
     sign_in_by_password: {
         parameters: {
             query?: never;
@@ -14215,6 +14635,195 @@ export interface operations {
             };
             /** @description Not from this page, or not for this account. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    begin_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["BeginOpenId"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Away"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CameBack"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Came"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    confirm_openid: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["OpenIdCode"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Came"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15485,6 +16094,130 @@ export interface operations {
             };
         };
     };
+    list_stations: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StationList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_station_versions: {
+        parameters: {
+            query: {
+                /** @description Its name. */
+                station: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StationVersionList"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_simulator: {
         parameters: {
             query?: never;
@@ -15949,6 +16682,30 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["SnapshotMessage"] | components["schemas"]["ChangeMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["SavedMessage"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+        };
+    };
+    live_stationslive_stations_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StationsMessage"];
             };
         };
         responses: {

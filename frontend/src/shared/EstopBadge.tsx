@@ -20,11 +20,15 @@ const LOOKS = {
   unknown: { text: "E-stop unknown", color: "red.8", variant: "outline", Icon: IconHelpHexagon },
 } as const;
 
-/** The emergency stop's state, each of the four different in words, icon, colour and fill. */
+/** This station's emergency stop, each of the four different in words, icon, colour and fill. */
 export function EstopBadge() {
   const alive = useAlive();
   const told = useLive("estop");
-  const estop: Live["estop"] = alive && told ? told : "unknown";
+  return <EstopSign estop={alive && told ? told : "unknown"} />;
+}
+
+/** Of whichever station. */
+export function EstopSign({ estop }: { estop: Live["estop"] }) {
   const { text, color, variant, Icon } = LOOKS[estop];
   return (
     <Badge

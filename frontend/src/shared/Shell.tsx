@@ -9,6 +9,7 @@ import { StateBar } from "./StateBar";
 
 const PAGES = [
   { to: "/", label: "Station", needs: "see_station" },
+  { to: "/stations", label: "Stations", needs: "see_station" },
   { to: "/patients", label: "Patients", needs: "read_records" },
   { to: "/sessions", label: "Sessions", needs: "read_records" },
   { to: "/administration/accounts", label: "Administration", needs: "administer" },

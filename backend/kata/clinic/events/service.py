@@ -1,4 +1,4 @@
-"""What is asked of device events and stations. Commits nothing: the request does."""
+"""What is asked of device events. Commits nothing: the request does."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -10,24 +10,17 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.events.observer import ESTOP_TESTED
 from kata.clinic.events.schemas import EventKind
-from kata.clinic.events.tables import DeviceEventRow, StationRow
+from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.pages import Keyset
-from kata.database.base import utc_now
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
 _LEFT_OPEN_AMONG: Final = 1000
 """An alarm that was open when the service ended is among a station's last events."""
 
 
-def register(session: Session, name: str, config: str) -> None:
-    """A station's service has started, with this TOML; what it left open when it ended is over."""
-    now = utc_now()
-    row = session.get(StationRow, name)
-    if row is None:
-        row = StationRow(name=name, registered_at=now)
-        session.add(row)
-    row.config, row.started_at = config, now
-    last = select(DeviceEventRow).where(DeviceEventRow.station == name).order_by(DeviceEventRow.at.desc())
+def end_left_open(session: Session, station: str, now: datetime) -> None:
+    """A station's service has started: what it left open when it ended is over."""
+    last = select(DeviceEventRow).where(DeviceEventRow.station == station).order_by(DeviceEventRow.at.desc())
     among = last.limit(_LEFT_OPEN_AMONG).subquery()
     left_open = select(among.c.id).where(among.c.kind == "alarm", among.c.ended_at.is_(None))
     session.execute(update(DeviceEventRow).where(DeviceEventRow.id.in_(left_open)).values(ended_at=now))

@@ -1,4 +1,4 @@
-"""Tables of what happened on the apparatus, and of the stations."""
+"""Table of what happened on the apparatus."""
 
 from datetime import datetime
 from uuid import UUID
@@ -31,15 +31,3 @@ class DeviceEventRow(Base):
     """No foreign key: a run that the device refused is forgotten, what happened is not."""
     ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """When an alarm was acknowledged, its cause gone."""
-
-
-class StationRow(Base):
-    """An apparatus, as its service last knew it."""
-
-    __tablename__ = "stations"
-
-    name: Mapped[str] = mapped_column(String(100), primary_key=True)
-    config: Mapped[str] = mapped_column(Text)
-    """Its TOML."""
-    registered_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    started_at: Mapped[datetime] = mapped_column(UtcDateTime)

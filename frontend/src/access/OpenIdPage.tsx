@@ -1,0 +1,100 @@
+import { Button, Text, TextInput } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { useRouter } from "@tanstack/react-router";
+import { type FormEvent, useEffect, useState } from "react";
+import { api, type Schemas } from "../api/client";
+import { ProblemNote } from "../shared/problem";
+import { useTitle } from "../shared/title";
+import classes from "./access.module.css";
+import { Door } from "./Door";
+import { fromLink } from "./fromLink";
+import { OPENID_PATH } from "./openId";
+import { access } from "./standing";
+
+/** Read once: what the provider sends stays neither in the address nor in the history. */
+function cameWith(): Schemas["CameBack"] | null {
+  const given = new URLSearchParams(location.search);
+  const state = given.get("state");
+  return state === null ? null : { state, code: given.get("code") ?? "", iss: given.get("iss") };
+}
+
+/**
+ * The way to the clinic's OpenID provider and back. Without an answer of the provider in the address it leads there; with one it
+ * signs in, and goes where somebody wanted to go. A locked screen opens it in a tab of its own, so that Stop stays in sight.
+ */
+export function OpenIdPage() {
+  useTitle("Sign in");
+  const router = useRouter();
+  const [back] = useState(cameWith);
+  // Only the links of openId.ts lead away: this screen is mounted anew while the one that was wanted is still being fetched.
+  const [leaving] = useState(() => location.hash !== "");
+  const [to] = useState(() => fromLink("to"));
+  const [code, setCode] = useState("");
+  const [closing, setClosing] = useState(false);
+  const arrive = (came: Schemas["Came"]) => {
+    if (!came.me) return;
+    access.came(came.me);
+    if (came.to) router.history.replace(came.to);
+    else setClosing(true);
+  };
+  const begin = useMutation({
+    mutationFn: () => api.beginOpenId(to),
+    onSuccess: ({ address }) => location.assign(address),
+  });
+  const signIn = useMutation({ mutationFn: api.signInByOpenId, onSuccess: arrive });
+  const confirm = useMutation({ mutationFn: () => api.confirmOpenId(code.trim()), onSuccess: arrive });
+  const { mutate: leave } = begin;
+  const { mutate: come } = signIn;
+  useEffect(() => {
+    if (back) {
+      history.replaceState(history.state, "", OPENID_PATH);
+      come(back);
+    } else if (leaving) leave();
+  }, [back, leaving, come, leave]);
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    confirm.mutate();
+  };
+  const error = begin.error ?? signIn.error;
+  if (closing) {
+    return (
+      <Door title="You are back">
+        <Text role="status">The screen is unlocked. This tab can be closed.</Text>
+        <Button onClick={() => window.close()}>Close this tab</Button>
+      </Door>
+    );
+  }
+  return (
+    <Door title="Sign in">
+      {error ? (
+        <>
+          <ProblemNote error={error} />
+          <Button onClick={() => router.history.replace("/")}>Back to the page</Button>
+        </>
+      ) : signIn.data ? (
+        <form onSubmit={submit} noValidate>
+          <TextInput
+            className={classes.code ?? ""}
+            label="Code"
+            description="The six digits that your authenticator app shows now, or one of your recovery codes."
+            autoComplete="one-time-code"
+            autoCapitalize="none"
+            autoFocus
+            size="lg"
+            mb="md"
+            value={code}
+            onChange={(event) => setCode(event.currentTarget.value)}
+          />
+          <ProblemNote error={confirm.error} />
+          <Button type="submit" size="lg" mt="md" loading={confirm.isPending} disabled={code.trim() === ""}>
+            Sign in
+          </Button>
+        </form>
+      ) : back || leaving ? (
+        <Text role="status">One moment.</Text>
+      ) : (
+        <Button onClick={() => router.history.replace("/")}>Back to the page</Button>
+      )}
+    </Door>
+  );
+}

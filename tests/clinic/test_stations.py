@@ -1,0 +1,88 @@
+"""Each station with its own configuration and calibration, recordings and corrections, on one database."""
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import pytest
+from sqlalchemy import select
+
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions import learning, runs
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.tables import RunCorrectionRow
+from kata.clinic.stations import service
+from kata.database.engine import Database
+from kata.device.config import StationConfig
+from kata.device.journal import JournalEnd
+from kata.motion.edit import AS_TAUGHT
+from kata.problems import ProblemError
+from tests.clinic.test_importer import Clinic, pose
+
+NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
+
+
+def calibrated(config: StationConfig, lag_s: float) -> StationConfig:
+    axes = tuple(msgspec.structs.replace(axis, lag_s=lag_s) for axis in config.axes)
+    return msgspec.structs.replace(config, axes=axes)
+
+
+def test_configuration_and_calibration_have_a_version_of_each_station_own(database: Database) -> None:
+    one, two = StationConfig(name="Station 1"), StationConfig(name="Station 2", rate_hz=10)
+    starts = (one, two, one, calibrated(one, 0.1), calibrated(one, 0.1), one)
+    for day, config in enumerate(starts):
+        with database.write() as session:
+            service.register(session, config, f"0.{day}", NOW + timedelta(days=day), simulated=False)
+    with database.read() as session:
+        told = [(row.name, number, row.registered_at, row.started_at) for row, number in service.registered(session)]
+        assert told == [
+            ("Station 1", 3, NOW, NOW + timedelta(days=5)),
+            ("Station 2", 1, NOW + timedelta(days=1), NOW + timedelta(days=1)),
+        ]
+        rows = service.versions(session, "Station 1")
+        assert [(row.number, row.software, row.since) for row in rows] == [
+            (3, "0.5", NOW + timedelta(days=5)),
+            (2, "0.3", NOW + timedelta(days=3)),
+            (1, "0.0", NOW),
+        ]
+        assert [msgspec.toml.decode(row.config, type=StationConfig).axes[0].lag_s for row in rows] == [0.0, 0.1, 0.0]
+        assert msgspec.toml.decode(service.versions(session, "Station 2")[0].config)["rate_hz"] == 10
+        with pytest.raises(ProblemError):
+            service.versions(session, "Station 3")
+
+
+def test_neither_a_turned_apparatus_nor_another_pseudo_terminal_is_a_new_version(database: Database) -> None:
+    config = StationConfig(port="/dev/pts/3")
+    for other in (config, msgspec.structs.replace(config, port="/dev/pts/9", side="left")):
+        with database.write() as session:
+            service.register(session, other, "0.1", NOW, simulated=True)
+    with database.write() as session:
+        assert [number for _, number in service.registered(session)] == [1]
+        service.register(session, config, "0.1", NOW, simulated=False)
+        assert [number for _, number in service.registered(session)] == [2], "a real one's port is its configuration"
+
+
+def test_a_recording_knows_where_it_was_taught_and_what_was_learned_of_it_belongs_to_that_station(
+    database: Database, tmp_path: Path
+) -> None:
+    clinic = Clinic(tmp_path, database)
+    clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
+    clinic.importer.run()
+    recording_id = clinic.saved[-1].id
+    learned_from = clinic.begin_run(recording_id, method="learned")
+    clinic.journal("run", learned_from, [4.0], at=pose, error_deg=-1.0, end=JournalEnd(reason="completed"))
+    clinic.importer.run()
+
+    with database.read() as session:
+        assert session.get_one(RecordingRow, recording_id).station == "Station 1"
+        assert session.scalars(select(RunCorrectionRow.station)).one() == "Station 1"
+    with database.write() as session:
+        visit = sessions.begin(session, clinic.patient_id)
+        at = {
+            station: runs.begin(
+                session, visit.id, recording_id, asked=AS_TAUGHT, method="learned", station=station
+            ).corrected_by
+            for station in ("Station 1", "Station 2")
+        }
+        assert at == {"Station 1": learned_from, "Station 2": None}
+        assert learning.correction(session, at["Station 1"]) is not None

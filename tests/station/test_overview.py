@@ -1,0 +1,101 @@
+"""What one station knows of the others: pure, by a clock of the test's own."""
+
+import json
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID
+
+import pytest
+
+from kata.station.lease import Moment
+from kata.station.overview import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationShown, StationTold, encoded
+from kata.station.schemas import PatientRef, StopCauseLive
+
+ID = UUID(int=7)
+BEGIN = Moment(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
+
+
+def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationTold:
+    given: dict[str, Any] = {
+        "simulated": True, "device": "running", "mode": "idle", "torque_on": False, "estop": "closed", "causes": [],
+        "arm_held": False, "operator": None, "patient": None, "recording_name": None, "progress": None, "take_s": None,
+    }  # fmt: skip
+    return StationTold(station=station, service=UUID(int=service), **(given | told))
+
+
+def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationShown:
+    return next(shown for shown in roster.shown(now) if shown.name == name)
+
+
+def test_a_station_that_falls_silent_is_silent_since_it_was_heard_and_not_in_its_last_state() -> None:
+    roster = Roster("Station 1")
+    roster.take(state(mode="playing", torque_on=True), BEGIN)
+    shown = one(roster, BEGIN.later(SILENT_AFTER_S))
+    assert shown.state
+    assert (shown.silent, shown.state.mode) == (False, "playing")
+
+    shown = one(roster, BEGIN.later(SILENT_AFTER_S + 0.1))
+    assert (shown.silent, shown.state, shown.heard_at) == (True, None, BEGIN.at)
+
+    roster.take(state(mode="idle"), BEGIN.later(60))
+    assert one(roster, BEGIN.later(60)).silent is False
+
+
+def test_a_station_that_is_registered_and_was_never_heard_is_silent() -> None:
+    roster = Roster("Station 2")
+    roster.register(["Station 1", "Station 2", "Station 3"])
+    shown = roster.shown(BEGIN)
+    assert [(told.name, told.here, told.silent, told.heard_at) for told in shown] == [
+        ("Station 2", True, True, None),
+        ("Station 1", False, True, None),
+        ("Station 3", False, True, None),
+    ]
+
+
+def test_whoever_is_registered_again_is_still_heard() -> None:
+    roster = Roster("Station 1")
+    roster.take(state(), BEGIN)
+    roster.register(["Station 2"])
+    assert one(roster, BEGIN).silent is False
+
+
+def test_two_services_of_one_name_are_told_and_one_that_was_started_anew_is_none() -> None:
+    roster = Roster("Station 1")
+    roster.take(state(service=1), BEGIN)
+    roster.take(state(service=2), BEGIN.later(0.5))
+    assert one(roster, BEGIN.later(0.5)).doubled is False, "started anew"
+    roster.take(state(service=2), BEGIN.later(1.0))
+    assert one(roster, BEGIN.later(1.0)).doubled is False
+    roster.take(state(service=1), BEGIN.later(1.5))
+    assert one(roster, BEGIN.later(1.5)).doubled is True
+    later = 1.5 + SILENT_AFTER_S + 0.1
+    roster.take(state(service=1), BEGIN.later(later))
+    assert one(roster, BEGIN.later(later)).doubled is False
+
+
+def test_progress_alone_is_no_news_and_everything_else_is() -> None:
+    def at(position_s: float, **told: Any) -> StationTold:
+        progress = PlaybackProgress(position_s=position_s, duration_s=9.0, left_s=9.0 - position_s, reversing=False)
+        return state(mode="playing", progress=progress, **told)
+
+    assert at(1.0).steady == at(2.0).steady
+    assert state(take_s=1.0).steady == state(take_s=2.0).steady
+    for changed in ({"estop": "pressed"}, {"torque_on": True}, {"device": "restarting"}, {"operator": "Sato"}):
+        assert at(1.0, **changed).steady != at(1.0).steady
+
+
+@pytest.mark.parametrize("length", [10, 100, 1500, 30_000])
+def test_what_a_station_says_is_never_too_long_for_the_database(length: int) -> None:
+    cause = StopCauseLive(code="bus_lost", category=0, message="線" * length, next_step="n", axis=None, cleared=False)
+    patient = PatientRef(id=ID, name="長" * min(length, 200))
+    told = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
+    text = encoded(told)
+    assert len(text.encode()) <= LONGEST
+    read = StationTold.model_validate_json(text)
+    assert (read.mode, read.estop, read.station) == ("stopped", "closed", "Station 2")
+    assert length > 100 or read == told
+
+
+def test_what_a_newer_version_says_besides_is_left_out() -> None:
+    told = json.loads(encoded(state())) | {"something_new": [1, 2]}
+    assert StationTold.model_validate_json(json.dumps(told)) == state()
