@@ -251,3 +251,28 @@ def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
                 assert answer.status_code == 200
             assert _until_closed(socket) == 1008
         assert stays.receive_json()["kind"] == "change"
+
+
+@pytest.mark.parametrize("what", ["disabled", "another role", "reset"])
+def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
+    username = shared.account()
+    browser, path = shared.sign_in(username), f"/api/accounts/{shared.id_of(username)}"
+    assert browser.post("/api/station/stop").status_code in (200, 503), "let in, and remembered for an hour"
+    if what == "reset":
+        answer = shared.administrator.post(f"{path}/reset", json={})
+    else:
+        answer = shared.administrator.patch(path, json={"disabled": True} if what == "disabled" else {"role": "viewer"})
+    assert answer.status_code == 200, answer.text
+    assert code(browser.post("/api/station/stop"), 401) == "not_signed_in"
+
+
+def test_a_sign_in_is_one_row_of_the_trail_and_a_try_in_vain_names_the_account(shared: Clinic) -> None:
+    username = shared.account()
+    shared.sign_in(username)
+    shared.browser().post("/api/sign-in", json={"username": username, "password": OTHER})
+    wanted = {"account_id": str(shared.id_of(username))}
+    rows = shared.administrator.get("/api/audit", params=wanted).json()["items"]
+    assert [(row["action"], row["outcome"], row["who"]) for row in rows] == [
+        ("sign_in_by_password", "refused", ""),
+        ("sign_in_by_password", "done", "Test therapist"),
+    ]

@@ -17,7 +17,14 @@ from tests.signed_in import signed_in
 from tests.web.conftest import running
 from tests.web.test_station import until_mode
 
-_BY_PROGRAM: Final = {"service_started", "service_ended", "import_journal", "prepare_demonstration", "unnamed"}
+_BY_PROGRAM: Final = {
+    "service_started",
+    "service_ended",
+    "import_journal",
+    "prepare_demonstration",
+    "register_station",
+    "unnamed",
+}
 """The last is what tests write past the service."""
 
 

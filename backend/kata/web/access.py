@@ -93,6 +93,12 @@ class Remembered:
         """What it was told last."""
         return self._told.get(secrets.hashed(cookie))
 
+    def forget_account(self, account_id: UUID) -> None:
+        """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
+        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
+            self._actors.pop(key, None)
+            self._seen_s.pop(key, None)
+
     def who_may_stop(self, cookie: str) -> Actor | None:
         """Who this was within the last hour; None: the database has to be asked."""
         actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))

@@ -3,7 +3,7 @@
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from pydantic import Field, StringConstraints
 
 from kata.access import accounts, sign_in
@@ -107,7 +107,9 @@ def create_account(database: TheDatabase, access: TheAccess, given: AccountCreat
 
 
 @router.patch("/{account_id}", responses=PROBLEMS.of(401, 403, 404, 409, 422))
-def update_account(database: TheDatabase, access: TheAccess, account_id: UUID, change: AccountUpdate) -> Account:
+def update_account(
+    request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, change: AccountUpdate
+) -> Account:
     """Change name, role or stations; disable it or open it again. What is signed in with it ends where its rights change."""
     # Not the movable clock: what is written down is the account's version, and differs from change to change.
     now = utc_now()
@@ -132,12 +134,15 @@ def update_account(database: TheDatabase, access: TheAccess, account_id: UUID, c
         row.updated_at = now
         session.flush()
         told = _told(access, row, wanted)
+    request.app.state.remembered.forget_account(account_id)
     access.endings.notice()
     return told
 
 
 @router.post("/{account_id}/reset", responses=PROBLEMS.of(401, 403, 404, 422))
-def reset_account(database: TheDatabase, access: TheAccess, account_id: UUID, given: Reset) -> OneTimeCode:
+def reset_account(
+    request: Request, database: TheDatabase, access: TheAccess, account_id: UUID, given: Reset
+) -> OneTimeCode:
     """Sign every browser of an account out; its owner sets a new password with the code that is answered."""
     now = access.now()
     with database.write() as session:
@@ -149,6 +154,7 @@ def reset_account(database: TheDatabase, access: TheAccess, account_id: UUID, gi
             code=code,
             until=now + accounts.CODE_LASTS,
         )
+    request.app.state.remembered.forget_account(account_id)
     access.endings.notice()
     return told
 
