@@ -217,6 +217,7 @@ class Trail(Chained):
         with self._something:
             if self._head == head:
                 self._head = None
+                self._something.notify_all()
 
 
 def _goes_on(session: Session, last: Line) -> bool:
