@@ -300,7 +300,6 @@ class TestQueue:
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         append, away = chain.append, threading.Event()
-        away.set()
 
         def failing(*given: Any) -> chain.Head:
             if away.is_set():
@@ -309,6 +308,7 @@ class TestQueue:
 
         monkeypatch.setattr(chain, "append", failing)
         with trail_of(database, tmp_path, again_s=0.01) as trail:
+            away.set()
             for n in range(20):
                 asyncio.run(asyncio.wait_for(trail.tell(audit.entry(f"look {n}", "done")), 5.0))
             away.clear()
