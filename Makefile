@@ -16,7 +16,7 @@ BROWSER := .cache/chromium/chromium
 JUDGES := .cache/judges
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run test dev campaign check audit lock clean
+.PHONY: help run seed test dev campaign check audit lock clean
 .DELETE_ON_ERROR:
 
 help: ## what there is
@@ -24,6 +24,9 @@ help: ## what there is
 
 run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
 	@$(BIN)/kata serve --simulate --data .data
+
+seed: $(PACKAGES) ## a dozen invented patients with months of history for `make run`, into an empty clinic
+	@$(BIN)/kata seed --data .data
 
 # The device's tests go first and by themselves, with coverage counted: nothing else is to be slowed down by that. What
 # moves in real time has the computer to itself; all else goes two by two. The journeys' browser keeps an event loop
@@ -33,7 +36,7 @@ TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix test
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(BIN)/python -m pytest tests/device --cov
-	@$(BIN)/python -m pytest -n 2 --dist loadfile $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
 	@$(BIN)/python -m pytest $(TIMED)
 	@$(BIN)/python -m pytest tests/journeys
 

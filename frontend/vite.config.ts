@@ -9,7 +9,8 @@ export default defineConfig({
   // The service puts a new word in its place each time it hands out the page (kata/web/page.py).
   html: { cspNonce: "KATA-NONCE" },
   // Plotly alone is larger than Vite likes; it is loaded only where a figure is looked at.
-  build: { chunkSizeWarningLimit: 2000 },
+  // The manifest tells a test what the first page loads.
+  build: { chunkSizeWarningLimit: 2000, manifest: true },
   // How fast a busy machine is, is nobody's question here.
   test: { environment: "jsdom", setupFiles: "src/test-setup.ts", testTimeout: 60_000 },
 });

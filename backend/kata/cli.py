@@ -38,10 +38,11 @@ from kata.evaluate.commands import evaluate
 from kata.motion.taught import TaughtError
 from kata.problems import ProblemError
 from kata.rehearsal import RehearsalError
+from kata.seed import seed
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError
-from kata.web import live, logs, tls
+from kata.web import live, logs, tls, watchdog
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
 
@@ -53,8 +54,9 @@ accounts = typer.Typer(no_args_is_help=True, help="Who may sign in.")
 app.add_typer(accounts, name="accounts")
 app.command()(backup)
 app.command("restore")(restore_command)
+app.command()(seed)
 _LONGEST_MESSAGE = 64 * 1024
-"""Bytes of a WebSocket message; the page sends none."""
+"""Bytes of a WebSocket message; the page sends nothing but Stop."""
 _console = Console(stderr=True, highlight=False)
 
 
@@ -248,6 +250,7 @@ async def _serve(settings: Settings) -> None:
             if certificate:
                 await stack.enter_async_context(tls.kept(certificate))
                 _console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
+            await stack.enter_async_context(watchdog.watched())
             await _Server(_configured(application, settings, certificate)).serve([listening])
     except (
         AnchorError,

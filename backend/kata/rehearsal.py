@@ -25,7 +25,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.schemas import CheckTick, Run
 from kata.database.base import utc_now
-from kata.device.journal import Journal, JournalEnd
+from kata.device.journal import Journal, JournalEnd, not_written
 from kata.device.messages import Mode
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
@@ -62,7 +62,7 @@ class Rehearsal:
 
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
-        self.station, self.database = app.state.station, app.state.database
+        self.station, self.database, self._kept = app.state.station, app.state.database, app.state.kept
         self.browser = Browser(uuid4(), _WHO)
         self._simulation = app.state.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
@@ -96,7 +96,7 @@ class Rehearsal:
         """Teach by the simulated hand and pedal."""
         await self.stand_for(side)
         wanted = commands.TeachRequest(patient_id=self._patient_id, name=motion.name, side=side)
-        teaching = await commands.teach(self.station, self.database, self.browser, wanted)
+        teaching = await commands.teach(self.station, self.database, self._kept, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
 
@@ -121,7 +121,7 @@ class Rehearsal:
         """Load it, move to its start, play it to its end, and back. ``learned`` knows what was played before."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(session_id=self._visit_id, recording_id=recording.id, method=method)
-        run = await commands.load(self.station, self.database, self.browser, wanted)
+        run = await commands.load(self.station, self.database, self._kept, self.browser, wanted)
         await commands.approach(self.station, self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(self.station, self.browser)
@@ -223,25 +223,17 @@ class Rehearsal:
         self._show(what, total, 0.0)
 
     def _as_journal(self, teaching_id: UUID, times_s: Floats, angles_deg: Floats) -> Journal:
-        count = len(times_s)
-        angles = angles_deg.astype(np.float32)
-        return Journal(
-            kind="teaching",
-            id=str(teaching_id),
-            recording_id=None,
-            station=self.station.info.name,
-            rate_hz=round((count - 1) / (times_s[-1] - times_s[0])),
-            started_at=datetime.now(UTC),
-            started_ns=0,
-            t_ns=np.round(times_s * 1e9).astype(np.int64),
-            take=np.ones(count, dtype=np.uint32),
-            phase=np.zeros(count, dtype=np.uint8),
-            path_s=times_s,
-            setpoint_deg=angles,
-            measured_deg=angles,
-            torque_nm=np.zeros_like(angles),
-            end=JournalEnd(reason="finished"),
-            truncated=False,
+        return not_written(
+            "teaching",
+            teaching_id,
+            self.station.info.name,
+            round((len(times_s) - 1) / (times_s[-1] - times_s[0])),
+            datetime.now(UTC),
+            times_s,
+            angles_deg,
+            angles_deg,
+            np.zeros_like(angles_deg),
+            JournalEnd(reason="finished"),
         )
 
 

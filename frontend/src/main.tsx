@@ -12,7 +12,7 @@ import { access } from "./access/standing";
 import { client } from "./api/client";
 import { store } from "./live/store";
 import { router } from "./router";
-import { theme } from "./theme";
+import { scheme, theme, variables } from "./theme";
 
 const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTime: 5_000 } } });
 const nonce = document.querySelector<HTMLMetaElement>("meta[property=csp-nonce]")?.nonce ?? "";
@@ -26,7 +26,13 @@ keepGuard(access, doing, queries, store);
 setNonce(nonce);
 createRoot(root).render(
   <StrictMode>
-    <MantineProvider theme={theme} forceColorScheme="light" getStyleNonce={() => nonce}>
+    <MantineProvider
+      theme={theme}
+      cssVariablesResolver={variables}
+      colorSchemeManager={scheme}
+      defaultColorScheme="auto"
+      getStyleNonce={() => nonce}
+    >
       <QueryClientProvider client={queries}>
         <RouterProvider router={router} />
       </QueryClientProvider>

@@ -10,22 +10,14 @@ import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
 import { OpenIdPage } from "./access/OpenIdPage";
 import { OPENID_PATH } from "./access/openId";
-import { SetPasswordPage, SetUpPage } from "./access/SetPasswordPage";
 import { readAuditFilters } from "./administration/auditFilters";
 import { ProblemError } from "./api/client";
-import { PatientPage } from "./patient/PatientPage";
-import { PatientsPage } from "./patients/PatientsPage";
-import { NewProgrammePage } from "./programmes/NewProgrammePage";
-import { ProgrammePage } from "./programmes/ProgrammePage";
-import { ProgressPage } from "./progress/ProgressPage";
-import { RecordingPage } from "./recording/RecordingPage";
-import { SessionPage } from "./session/SessionPage";
 import { readFilters } from "./sessions/filters";
-import { SessionsPage } from "./sessions/SessionsPage";
 import { PageLink } from "./shared/links";
 import { Shell } from "./shared/Shell";
 import { StationPage } from "./station/StationPage";
 
+// Only the station's page, the state bar and the door come at once; every other page is fetched when it is needed.
 const root = createRootRoute({ component: Page, notFoundComponent: NotFound, errorComponent: Broken });
 
 const station = createRoute({
@@ -37,33 +29,37 @@ const station = createRoute({
     ...(typeof search.recording === "string" && { recording: search.recording }),
   }),
 });
-const patients = createRoute({ getParentRoute: () => root, path: "/patients", component: PatientsPage });
+const patients = createRoute({
+  getParentRoute: () => root,
+  path: "/patients",
+  component: lazyRouteComponent(() => import("./patients/PatientsPage"), "PatientsPage"),
+});
 const patient = createRoute({
   getParentRoute: () => root,
   path: "/patients/$patientId",
-  component: PatientPage,
+  component: lazyRouteComponent(() => import("./patient/PatientPage"), "PatientPage"),
 });
 const recording = createRoute({
   getParentRoute: () => root,
   path: "/recordings/$recordingId",
-  component: RecordingPage,
+  component: lazyRouteComponent(() => import("./recording/RecordingPage"), "RecordingPage"),
 });
 const sessions = createRoute({
   getParentRoute: () => root,
   path: "/sessions",
-  component: SessionsPage,
+  component: lazyRouteComponent(() => import("./sessions/SessionsPage"), "SessionsPage"),
   validateSearch: readFilters,
 });
 const session = createRoute({
   getParentRoute: () => root,
   path: "/sessions/$sessionId",
-  component: SessionPage,
+  component: lazyRouteComponent(() => import("./session/SessionPage"), "SessionPage"),
 });
 
 const progress = createRoute({
   getParentRoute: () => root,
   path: "/episodes/$episodeId/progress",
-  component: ProgressPage,
+  component: lazyRouteComponent(() => import("./progress/ProgressPage"), "ProgressPage"),
   validateSearch: (search): { patient?: string } => ({
     ...(typeof search.patient === "string" && { patient: search.patient }),
   }),
@@ -72,15 +68,14 @@ const progress = createRoute({
 const programme = createRoute({
   getParentRoute: () => root,
   path: "/programmes/$programmeId",
-  component: ProgrammePage,
+  component: lazyRouteComponent(() => import("./programmes/ProgrammePage"), "ProgrammePage"),
 });
 const newProgramme = createRoute({
   getParentRoute: () => root,
   path: "/patients/$patientId/programmes/new",
-  component: NewProgrammePage,
+  component: lazyRouteComponent(() => import("./programmes/NewProgrammePage"), "NewProgrammePage"),
 });
 
-// What is seldom needed is fetched when it is.
 const account = createRoute({
   getParentRoute: () => root,
   path: "/account",
@@ -88,12 +83,16 @@ const account = createRoute({
 });
 // For whoever cannot sign in yet; the links of the demonstration clinic lead to /sign-in.
 const signIn = createRoute({ getParentRoute: () => root, path: "/sign-in", component: LinkPage });
+const setUp = createRoute({
+  getParentRoute: () => root,
+  path: "/set-up",
+  component: lazyRouteComponent(() => import("./access/SetPasswordPage"), "SetUpPage"),
+});
 const openId = createRoute({ getParentRoute: () => root, path: OPENID_PATH, component: OpenIdPage });
-const setUp = createRoute({ getParentRoute: () => root, path: "/set-up", component: SetUpPage });
 const setPassword = createRoute({
   getParentRoute: () => root,
   path: "/set-password",
-  component: SetPasswordPage,
+  component: lazyRouteComponent(() => import("./access/SetPasswordPage"), "SetPasswordPage"),
 });
 
 const stations = createRoute({
@@ -150,6 +149,8 @@ export const router = createRouter({
     administration.addChildren([accounts, audit, emergencyAccess, backups]),
   ]),
   defaultNotFoundComponent: NotFound,
+  // A page is on its way before somebody has pressed its link.
+  defaultPreload: "intent",
 });
 
 declare module "@tanstack/react-router" {
@@ -170,7 +171,9 @@ function Page() {
 function NotFound() {
   return (
     <Stack>
-      <Title order={2}>There is no such page</Title>
+      <Title order={1} size="h2">
+        There is no such page
+      </Title>
       <Text>
         The address may be old. <PageLink to="/">Go to the station.</PageLink>
       </Text>
@@ -182,7 +185,9 @@ function NotFound() {
 function Broken({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">
-      <Title order={2}>This page cannot be shown</Title>
+      <Title order={1} size="h2">
+        This page cannot be shown
+      </Title>
       <Text>
         {error instanceof ProblemError
           ? `${error.message} ${error.nextStep}`

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import logging
 import os
 import tarfile
 from collections.abc import Iterator
@@ -34,6 +35,8 @@ from kata.database.tally import Tally, tallies
 from kata.database.upgrade import upgrade
 from kata.settings import Settings
 from tests.signed_in import signed_in
+
+log = logging.getLogger(__name__)
 
 SECRET_NAME = "Yamada Hanako, who is nobody's business"
 
@@ -216,13 +219,20 @@ def test_each_of_several_backups_under_load_is_of_one_moment(settings: Settings,
     assert_of_one_moment(settings, database, backups=3)
 
 
-def assert_of_one_moment(settings: Settings, database: Database, backups: int) -> None:
-    """``backups``: how many are made while somebody writes as fast as it goes; each is restored and looked at."""
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+def test_each_of_a_hundred_backups_under_load_is_of_one_moment(settings: Settings, database: Database) -> None:
+    # A hundred times as fast as it goes, and most of the hours would be spent on what the first ones have written.
+    assert_of_one_moment(settings, database, backups=100, pause_s=0.01)
+
+
+def assert_of_one_moment(settings: Settings, database: Database, backups: int, pause_s: float = 0.0) -> None:
+    """``backups``: how many are made while somebody writes; each is restored and looked at. ``pause_s``: between two writes."""
     done, wrote = Event(), Event()
     acknowledged = [0]
 
     def write() -> None:
-        while not done.is_set():
+        while not done.wait(pause_s):
             now, first = utc_now(), acknowledged[0]
             with database.write() as session:
                 session.add_all(
@@ -250,6 +260,7 @@ def assert_of_one_moment(settings: Settings, database: Database, backups: int) -
             assert len(held) % 2 == 0
             assert least <= len(held) <= most
             Path(note.file).unlink()
+            log.info("a backup of %d rows, of one moment while %d to %d were acknowledged", len(held), least, most)
     finally:
         done.set()
         writer.join()

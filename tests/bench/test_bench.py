@@ -87,6 +87,17 @@ def test_soak(tmp_path: Path) -> None:
     assert set(told["figures"]) == {"soak_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
 
 
+def test_sign_in(tmp_path: Path) -> None:
+    told = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
+    figures = told["figures"]
+    assert figures["pairs"] == 4
+    assert {"known_ms", "unknown_ms", "known_unknown_difference_ms"} <= set(figures)
+    # A computer that does other things besides may be too busy for the loop; then the report says so.
+    if not any("no more figures" in note for note in told["notes"]):
+        assert {"lateness_p999_ratio_one", "lateness_p999_ratio_many", "missed_many"} <= set(figures)
+        assert figures["tries_one"] == figures["locked_out_one"] + figures["weighed_one"] + figures["other_answers_one"]
+
+
 def test_history(tmp_path: Path) -> None:
     small = ("--patients", "20", "--sessions", "200", "--minutes", "1.1", "--times", "2")
     told = bench("history", *small, out=tmp_path / "history.json")

@@ -101,8 +101,8 @@ def test_what_is_withdrawn_stays_to_be_seen_and_counts_for_nothing(database: Dat
         assert service.withdraw(session, first.id, first.updated_at).withdrawn_at == at
 
     with database.read() as session:
-        rows, total, baseline = service.of_episode(session, episode_id, limit=20, offset=0)
-        assert ([row.id for row in rows], total) == ([third.id, second.id, first.id], 3)
+        rows, further, baseline = service.of_episode(session, episode_id, 20, None)
+        assert ([row.id for row in rows], further) == ([third.id, second.id, first.id], None)
         assert baseline
         assert baseline.id == second.id
     with pytest.raises(ProblemError) as told, database.write() as session:
@@ -115,10 +115,10 @@ def test_a_list_goes_on_where_it_ended(database: Database, episode_id: UUID) -> 
         made = [service.create(session, episode_id, found(day)).id for day in range(5)]
         patient_id = service.episode_of(session, episode_id).patient_id
     with database.read() as session:
-        rows, total, _ = service.of_episode(session, episode_id, limit=2, offset=2)
-        assert ([row.id for row in rows], total) == ([made[2], made[1]], 5)
-        of_patient, total = service.of_patient(session, patient_id, limit=2, offset=0)
-        assert ([row.id for row in of_patient], total) == ([made[4], made[3]], 5)
+        first, further = service.of_patient(session, patient_id, 2, None)
+        assert [row.id for row in first] == [made[4], made[3]]
+        rows, _, _ = service.of_episode(session, episode_id, 2, further)
+        assert [row.id for row in rows] == [made[2], made[1]]
 
 
 def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID) -> None:

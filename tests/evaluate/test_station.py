@@ -1,7 +1,5 @@
 """The station on virtual time: it is the real one, and nothing in it is left to chance."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -61,12 +59,3 @@ def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
     station._world.apparatus.press_estop(True)
     with pytest.raises(EvaluationError, match="The emergency stop was pressed"):
         station.play(load(taught), short.duration_s)
-
-
-def test_virtual_time_is_many_times_faster_than_real_time(short: Taught) -> None:
-    """Twenty times on a processor of its own; here others may want it too."""
-    station = VirtualStation(simulated("virtual"))
-    taught = station.teach(short)
-    began_ns, began_s = station.t_ns, time.process_time()
-    station.play(load(taught), short.duration_s)
-    assert (station.t_ns - began_ns) / 1e9 >= 8 * (time.process_time() - began_s)

@@ -1,6 +1,7 @@
 """A whole clinic as `make run` starts it, for a real browser."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -27,14 +28,25 @@ class Clinic:
         self.cookie = signed_in_at(folder)
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
+        self._folder = folder
         self._log = folder / "service.log"
+        self.start()
+
+    def start(self) -> None:
+        """Returns once it answers; also after it was killed, on the same folder and port."""
+        folder = str(self._folder)
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(self.port)],
+                [sys.executable, "-m", "kata", "serve", "--simulate", "--data", folder, "--port", str(self.port)],
                 stderr=log,
                 start_new_session=True,
             )
         self._wait()
+
+    def kill(self) -> None:
+        """As when the power fails: nothing is said to anybody."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
 
     def _wait(self) -> None:
         limit = time.monotonic() + START_LIMIT_S

@@ -99,8 +99,6 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     teach(page, taught_name)
     begin_session(page)
     load_and_play(page)
-    page.screenshot(path=artefacts / "playing.png")
-
     page.get_by_role("button", name="Press the e-stop switch").click()
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_contain_text("The emergency stop was pressed.")
@@ -108,7 +106,8 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
     acknowledge = banner.get_by_role("button", name="Acknowledge")
     expect(acknowledge).to_be_disabled()
-    expect(page.get_by_role("button", name="Load")).to_be_disabled()
+    # It stands in place of the work, until it is acknowledged.
+    expect(page.get_by_role("button", name="Load")).to_be_hidden()
     page.screenshot(path=artefacts / "emergency-stop.png")
     # It stands on every page.
     page.get_by_role("link", name="Sessions").click()
@@ -125,6 +124,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
 
     load_and_play(page)
     expect(page.get_by_test_id("left")).to_contain_text("left")
+    page.screenshot(path=artefacts / "playing.png")
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     page.get_by_role("link", name="Look at teaching against playback").click()
 
@@ -212,7 +212,7 @@ def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(
 
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
     expect(page.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
-    page.get_by_role("link", name="Station").click()
+    page.get_by_role("link", name="Station", exact=True).click()
     expect(page.get_by_test_id("torque")).to_have_text("Torque off")
 
 
@@ -266,7 +266,7 @@ def test_bad_input_is_told_at_its_field_and_a_bad_file_by_its_line(page: Page, t
 
     bad = tmp_path / "bad.csv"
     bad.write_text("time_s,elbow\n0,1\n")
-    page.get_by_role("link", name="Station").click()
+    page.get_by_role("link", name="Station", exact=True).click()
     with page.expect_file_chooser() as choosing:
         page.get_by_role("button", name="CSV").click()
     choosing.value.set_files(bad)

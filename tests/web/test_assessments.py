@@ -58,7 +58,7 @@ def test_assessments_are_leafed_through_newest_first_also_those_of_one_moment(
     made = [client.post(url, json=found(assessed_at=f"2026-03-{day}T09:30:00Z")).json()["id"] for day in days]
     url = url if whose == "episode" else f"/api/patients/{patient['id']}/assessments"
     leafed: list[str] = []
-    after: dict[str, str] = {}
+    after: dict[str, Any] = {}
     while True:
         page = client.get(url, params={"limit": 2} | after).json()
         leafed += [one["id"] for one in page["items"]]

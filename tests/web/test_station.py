@@ -217,6 +217,31 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     until_mode(client, "idle")
 
 
+def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left_unread(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until(client, lambda live: live["torque_on"])
+    with client.websocket_connect("/api/live") as socket:
+        for nothing in ("", "stop", "[]", '{"kind": "play"}', '{"kind": "stop"}', '{"kind": "stop", "number": -1}'):
+            socket.send_text(nothing)
+        socket.send_bytes(b'{"kind": "stop", "number": 6}')
+        socket.send_json({"kind": "stop", "number": 7})
+        sequence = 0
+        live: dict[str, Any] = {"mode": ""}
+        answers: list[dict[str, Any]] = []
+        while not answers or live["mode"] != "stopped":
+            message = socket.receive_json()
+            assert message["sequence"] == sequence + 1
+            sequence, live = message["sequence"], live | message.get("live", {})
+            answers += [message] if message["kind"] == "stop_answer" else []
+    assert [(answer["number"], answer["refusal"]) for answer in answers] == [(7, None)]
+    until(client, lambda live: live["stop"] and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+
+
 def test_a_recording_of_somebody_else_is_not_played(
     client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:

@@ -13,6 +13,7 @@ from kata.device.messages import Acknowledge
 from kata.device.movement import RAMP_S
 from tests.whole.kills import KeptClinic, hang_up_while_playing, kill_at_random, play
 from tests.whole.rig import Rig
+from tests.whole.service_kills import KilledClinic
 
 CYCLE_S = 0.01
 
@@ -29,6 +30,12 @@ def test_a_killed_service_leaves_a_ramp_and_no_torque_within_300_ms(tmp_path: Pa
             off_ms = hang_up_while_playing(clinic, after_s)
             assert min(off_ms) >= 150.0
             assert max(off_ms) <= 300.0
+
+
+def test_a_service_killed_while_it_writes_has_lost_nothing_that_it_acknowledged(tmp_path: Path) -> None:
+    clinic = KilledClinic(tmp_path)
+    for after_s in (0.05, 0.3):
+        assert clinic.kill(after_s).acknowledged > 0
 
 
 @pytest.mark.parametrize("room_comes_back", [True, False])

@@ -90,6 +90,19 @@ def soak(
 
 
 @app.command()
+def sign_in(
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time for each measurement of the control loop.")] = 60.0,
+    per_minute: Annotated[int, typer.Option(min=1, help="Tries a minute.")] = 1000,
+    pairs: Annotated[int, typer.Option(min=2, help="Tries with a known and with an unknown name, each.")] = 400,
+    json_out: Json = None,
+) -> None:
+    """A storm of sign-ins: whether it is locked out, what the control loop feels, whether names can be told by the time."""
+    from kata.bench import sign_in as benchmark
+
+    _carry_out(lambda progress: benchmark.run(seconds, per_minute, pairs, progress), json_out)
+
+
+@app.command()
 def history(
     patients: Annotated[int, typer.Option(min=1, help="How many patients.")] = 10_000,
     sessions: Annotated[int, typer.Option(min=1, help="How many sessions, of all of them together.")] = 1_000_000,

@@ -5,7 +5,6 @@ import asyncio
 import contextlib
 import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -17,7 +16,8 @@ import msgspec
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
-from kata.bench.clinic import BenchError, Clinic
+from kata.bench.beside import beside
+from kata.bench.clinic import Clinic
 from kata.bench.prepared import Prepared
 from kata.bench.signed_in import ACTIVE
 
@@ -51,22 +51,14 @@ def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES) -> Ite
 
     ``records`` None: nobody draws.
     """
-    command = [sys.executable, "-m", "kata.bench.load", "--url", clinic.url, "--pages", str(pages)]
-    command += ["--cookie", clinic.cookie]
+    arguments = ["--url", clinic.url, "--pages", str(pages), "--cookie", clinic.cookie]
     if records:
-        command += ["--run", str(records.run_id)]
+        arguments += ["--run", str(records.run_id)]
     told = Told()
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as clients:
-        assert clients.stdin is not None and clients.stdout is not None
-        try:
-            if clients.stdout.readline() != "ready\n":
-                raise BenchError("the clients that make the load could not connect")
-            yield told
-        finally:
-            clients.stdin.close()
-            last = clients.stdout.read()
+    with beside("kata.bench.load", *arguments, sorry="the clients that make the load could not connect") as said:
+        yield told
     with contextlib.suppress(msgspec.DecodeError):
-        for name, value in msgspec.structs.asdict(msgspec.json.decode(last, type=Told)).items():
+        for name, value in msgspec.structs.asdict(msgspec.json.decode(said.last, type=Told)).items():
             setattr(told, name, value)
 
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -89,14 +89,22 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
     return report
 
 
-def measure(data: Path, cell: Cell, records: Prepared, seconds: float) -> Measured:
-    """One cell."""
+def measure(
+    data: Path,
+    cell: Cell,
+    records: Prepared,
+    seconds: float,
+    beside: Callable[[Clinic], AbstractContextManager[object]] | None = None,
+) -> Measured:
+    """One cell. ``beside``: what goes on besides, from before the recording plays until after the measurement."""
     with ExitStack() as stack:
         clinic = stack.enter_context(
             Clinic(data, records, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
         )
         # The load comes first, so that little of the loop's life is without it.
         told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
+        if beside:
+            stack.enter_context(beside(clinic))
         floor = stack.enter_context(witnessing(cell.cycle_hz, real_time=cell.real_time))
         clinic.play(records)
         before = _loop(clinic)

@@ -25,7 +25,7 @@ from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.device.config import StationConfig
-from kata.device.journal import PHASE_PLAYING, Journal, JournalEnd
+from kata.device.journal import JournalEnd, not_written
 from kata.motion.axes import AXES
 
 THERAPISTS: Final = ("Sato", "Suzuki", "Takahashi", "Tanaka", "Watanabe", "Ito")
@@ -251,35 +251,15 @@ def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:
     session.add(teaching)
     session.flush()
     zeros = np.zeros((count, 5))
+    taught = counts(at(times_s), _COUNT_DEG)
+    end = JournalEnd(reason="finished")
     kept = recordings.keep_teaching(
-        session, _journal("teaching", teaching.id, began, times_s, counts(at(times_s), _COUNT_DEG), zeros, zeros)
+        session, not_written("teaching", teaching.id, STATIONS[0], _RATE_HZ, began, times_s, taught, zeros, zeros, end)
     )
     assert kept
     visit = sessions.begin(session, person.id)
     run = runs.begin(session, visit.id, kept[0].id)
-    runs.keep(session, _journal("run", run.id, began, times_s, measured, at(times_s), torque), StationConfig())
+    end = JournalEnd(reason="completed")
+    played = not_written("run", run.id, STATIONS[0], _RATE_HZ, began, times_s, measured, at(times_s), torque, end)
+    runs.keep(session, played, StationConfig())
     return run.id
-
-
-def _journal(
-    kind: Any, identity: UUID, began: datetime, times_s: Any, measured: Any, setpoint: Any, torque: Any
-) -> Journal:
-    count = len(times_s)
-    return Journal(
-        kind=kind,
-        id=str(identity),
-        recording_id=None,
-        station=STATIONS[0],
-        rate_hz=_RATE_HZ,
-        started_at=began,
-        started_ns=0,
-        t_ns=np.round(times_s * 1e9).astype(np.int64),
-        take=np.ones(count, dtype=np.uint32),
-        phase=np.full(count, PHASE_PLAYING if kind == "run" else 0, dtype=np.uint8),
-        path_s=times_s,
-        setpoint_deg=setpoint.astype(np.float32),
-        measured_deg=measured.astype(np.float32),
-        torque_nm=torque.astype(np.float32),
-        end=JournalEnd(reason="completed" if kind == "run" else "finished"),
-        truncated=False,
-    )

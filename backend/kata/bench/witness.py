@@ -7,7 +7,6 @@ the kernel's or, on a virtual machine, the host's.
 import argparse
 import json
 import select
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -15,7 +14,7 @@ from contextlib import contextmanager
 
 import msgspec
 
-from kata.bench.clinic import BenchError
+from kata.bench.beside import beside
 from kata.device import realtime
 from kata.device.lateness import Lateness
 
@@ -30,20 +29,13 @@ class Floor(msgspec.Struct):
 @contextmanager
 def witnessing(hz: int, *, real_time: bool) -> Iterator[Floor]:
     """A witness while the block lasts; then it is told how late it was."""
-    command = [sys.executable, "-m", "kata.bench.witness", "--hz", str(hz)]
+    arguments = ["--hz", str(hz)]
     if not real_time:
-        command.append("--no-real-time")
+        arguments.append("--no-real-time")
     floor = Floor()
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as witness:
-        assert witness.stdin is not None and witness.stdout is not None
-        try:
-            if witness.stdout.readline() != "ready\n":
-                raise BenchError("the witness did not start")
-            yield floor
-        finally:
-            witness.stdin.close()
-            last = witness.stdout.read()
-    told = msgspec.json.decode(last, type=Floor)
+    with beside("kata.bench.witness", *arguments, sorry="the witness did not start") as said:
+        yield floor
+    told = msgspec.json.decode(said.last, type=Floor)
     floor.p999_ms, floor.max_ms = told.p999_ms, told.max_ms
 
 

@@ -117,9 +117,10 @@ class Keeping:
 
 def _decoded(record: Record) -> _Kept:
     try:
-        return _DECODER.decode(record.payload)
+        decoded: _Kept = _DECODER.decode(record.payload)
     except msgspec.MsgspecError as error:
         raise ValueError(f"record {record.number} of the spool is of another version: {error}") from error
+    return decoded
 
 
 def _keep_events(session: Session, items: Sequence[_Kept]) -> None:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal
+from uuid import UUID
 
 import msgspec
 import numpy as np
@@ -320,6 +321,43 @@ def parse(data: bytes, name: str) -> Journal:
         torque_nm=rows["torque_nm"],
         end=end,
         truncated=good < len(body),
+    )
+
+
+def not_written(
+    kind: Literal["teaching", "run"],
+    id_: UUID,
+    station: str,
+    rate_hz: int,
+    started_at: datetime,
+    times_s: NDArray[np.float64],
+    measured_deg: NDArray[np.floating],
+    setpoint_deg: NDArray[np.floating],
+    torque_nm: NDArray[np.floating],
+    end: JournalEnd,
+) -> Journal:
+    """A journal that no device has written, of a motion that is known already: one take, or one run that only plays.
+
+    ``times_s``: (n,), from 0, and the place on the recording's clock; the others (n, 5), axis order.
+    """
+    count = len(times_s)
+    return Journal(
+        kind=kind,
+        id=str(id_),
+        recording_id=None,
+        station=station,
+        rate_hz=rate_hz,
+        started_at=started_at,
+        started_ns=0,
+        t_ns=np.round(times_s * 1e9).astype(np.int64),
+        take=np.ones(count, dtype=np.uint32),
+        phase=np.full(count, PHASE_PLAYING if kind == "run" else 0, dtype=np.uint8),
+        path_s=times_s,
+        setpoint_deg=setpoint_deg.astype(np.float32),
+        measured_deg=measured_deg.astype(np.float32),
+        torque_nm=torque_nm.astype(np.float32),
+        end=end,
+        truncated=False,
     )
 
 

@@ -69,9 +69,7 @@ class Remembered:
         self._actors[key] = actor, time.monotonic()
         self._actors.move_to_end(key)
         while len(self._actors) > self._MOST:
-            forgotten, _ = self._actors.popitem(last=False)
-            self._seen_s.pop(forgotten, None)
-            self._told.pop(forgotten, None)
+            self._drop(next(iter(self._actors)))
 
     def who_was_here(self, cookie: str, longest_s: float) -> Actor | None:
         """Who this was when the database last answered, no longer ago than a sign-in lasts."""
@@ -80,10 +78,7 @@ class Remembered:
 
     def forget(self, cookie: str) -> None:
         """Is not let in any more."""
-        key = secrets.hashed(cookie)
-        self._actors.pop(key, None)
-        self._seen_s.pop(key, None)
-        self._told.pop(key, None)
+        self._drop(secrets.hashed(cookie))
 
     def tell(self, cookie: str, told: Me) -> None:
         """What the page was told of who they are."""
@@ -96,8 +91,12 @@ class Remembered:
     def forget_account(self, account_id: UUID) -> None:
         """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
         for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
-            self._actors.pop(key, None)
-            self._seen_s.pop(key, None)
+            self._drop(key)
+
+    def _drop(self, key: str) -> None:
+        self._actors.pop(key, None)
+        self._seen_s.pop(key, None)
+        self._told.pop(key, None)
 
     def who_may_stop(self, cookie: str) -> Actor | None:
         """Who this was within the last hour; None: the database has to be asked."""

@@ -1,27 +1,26 @@
-"""The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not."""
+"""The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not. It takes one thing: Stop."""
 
 import asyncio
-import logging
 import time
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final, Literal
 from uuid import UUID
 
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kata.access.actor import ACTING
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
-from kata.device.messages import EstopState, Mode
+from kata.device.messages import EstopState, Mode, Refusal, Stop
 from kata.station.lease import Browser
-from kata.station.schemas import EventLive, Live, StationInfo
+from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
-from kata.web.signing import Endings
+from kata.web.sockets import until_gone
 from kata.web.view import View
 
-log = logging.getLogger(__name__)
 router = APIRouter()
 
 _PERIOD_S: Final = 0.1
@@ -69,12 +68,39 @@ class SavedMessage(_LiveMessage):
     session_id: UUID | None
 
 
+class StopAnswerMessage(_LiveMessage):
+    """What came of a Stop that was asked for on this connection."""
+
+    kind: Literal["stop_answer"] = "stop_answer"
+    number: int = Field(description="Of the Stop that it answers.")
+    refusal: RefusalLive | None = Field(description="Null: the device has confirmed it.")
+
+
+class StopMessage(BaseModel):
+    """The one thing that a page sends here: it waits for no handshake, as a request over a new connection may have to."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    kind: Literal["stop"] = "stop"
+    number: int = Field(ge=1, le=2**53, description="The page's own; comes back with the answer.")
+
+
+@dataclass(frozen=True)
+class _StopAnswer:
+    number: int
+    refusal: Refusal | None
+
+
 def document(app: FastAPI) -> None:
     """Put the messages into the OpenAPI document: WebSockets have no place of their own there."""
 
     @app.webhooks.post("live", tags=["station"])
-    def live(message: SnapshotMessage | ChangeMessage | EventMessage | SavedMessage) -> None:
-        """What the service sends on the WebSocket /api/live. It expects nothing back."""
+    def live(message: SnapshotMessage | ChangeMessage | EventMessage | SavedMessage | StopAnswerMessage) -> None:
+        """What the service sends on the WebSocket /api/live."""
+
+    @app.webhooks.post("live_stop", tags=["station"])
+    def live_stop(message: StopMessage) -> None:
+        """What a page may send on the WebSocket /api/live: the same as POST /api/station/stop. Anything else is left unread."""
 
 
 @router.websocket("/api/live")
@@ -88,32 +114,31 @@ async def live(socket: WebSocket) -> None:
     assert actor is not None
     view = View(actor, socket.app.state.database)
     await socket.accept()
-    # Listening finds out that the other end has gone, even while nothing can be sent.
-    listening = asyncio.create_task(_listen(socket))
-    endings: Endings = socket.app.state.access.endings
-    ending = asyncio.create_task(endings.of(actor.sign_in_id))
-    try:
-        listeners = socket.app.state.metrics.listeners
-        with station.operating.listening(here), station.subscribed() as subscription, listeners.track_inprogress():
-            telling = asyncio.create_task(_tell(socket, station.info, board, here, subscription, view))
-            first, pending = await asyncio.wait({listening, telling, ending}, return_when=asyncio.FIRST_COMPLETED)
-            for task in pending:
-                task.cancel()
-            if pending:
-                # Not gather: it would swallow what we ourselves are cancelled by.
-                await asyncio.wait(pending)
-            if not telling.cancelled() and (error := telling.exception()):
-                log.error("a listener could not be told any more", exc_info=error)
-            if ending in first and listening not in first:
-                await socket.close(1008, "signed out")
-    finally:
-        listening.cancel()
-        ending.cancel()
+    with station.operating.listening(here), station.subscribed() as subscription:
+        await until_gone(
+            socket,
+            actor,
+            _listen(socket, station, subscription),
+            _tell(socket, station.info, board, here, subscription, view),
+        )
 
 
-async def _listen(socket: WebSocket) -> None:
-    while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
+async def _listen(socket: WebSocket, station: Station, subscription: Subscription) -> None:
+    """Until it has gone. A Stop goes to the device at once, while listening goes on; nobody's leaving takes it back."""
+    stopping: set[asyncio.Task[None]] = set()
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        try:
+            asked = StopMessage.model_validate_json(message.get("text") or b"")
+        except ValidationError:
+            continue
+        task = asyncio.create_task(_stop(station, subscription, asked.number), name="stop")
+        stopping.add(task)
+        task.add_done_callback(stopping.discard)
+
+
+async def _stop(station: Station, subscription: Subscription, number: int) -> None:
+    """Whoever may listen may stop (``access/permissions.py``)."""
+    subscription.put(_StopAnswer(number, await station.command(Stop())))
 
 
 async def _tell(
@@ -166,6 +191,9 @@ async def _until_next(subscription: Subscription) -> None:
 def _notice(item: object, common: dict[str, Any]) -> str:
     if isinstance(item, EventLive):
         return EventMessage(**common, event=item).model_dump_json()
+    if isinstance(item, _StopAnswer):
+        refusal = item.refusal and RefusalLive.model_validate(item.refusal, from_attributes=True)
+        return StopAnswerMessage(**common, number=item.number, refusal=refusal).model_dump_json()
     assert isinstance(item, Saved)
     saved = SavedMessage(**common, what=item.what, id=item.id, patient_id=item.patient_id, session_id=item.session_id)
     return saved.model_dump_json()

@@ -57,10 +57,14 @@ class Overview:
         """Every station, this one first."""
         return self._roster.shown(self.now())
 
+    def register(self, names: list[str]) -> None:
+        """These are registered by now."""
+        self._roster.register(names)
+
     async def refresh(self) -> None:
         """Look who is registered by now; without the database, whoever was known stays."""
         try:
-            self._roster.register(await asyncio.to_thread(self.names))
+            self.register(await asyncio.to_thread(self.names))
         except Exception as error:
             log.info("which stations there are is not known anew: %s", error)
 

@@ -17,7 +17,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.station.overview import StationShown
 from kata.web.overview import Overview
-from kata.web.signing import Endings
+from kata.web.sockets import until_gone
 from kata.web.view import View
 
 log = logging.getLogger(__name__)
@@ -115,7 +115,7 @@ async def list_stations(database: TheDatabase, overview: TheOverview, actor: The
             return {row.name: (row.registered_at, row.started_at, n) for row, n in service.registered(session)}
 
     known = await asyncio.to_thread(registered)
-    await overview.refresh()
+    overview.register(list(known))
     shown = await _Views(actor, database).of(overview.shown())
     items = []
     for one in shown:
@@ -142,28 +142,11 @@ async def live_stations(socket: WebSocket) -> None:
     # The rule of this route lets nobody through who has not signed in.
     assert actor is not None
     await socket.accept()
-    endings: Endings = state.access.endings
-    tasks = {
-        asyncio.create_task(_until_gone(socket)),
-        asyncio.create_task(_tell(socket, state.overview, _Views(actor, state.database))),
-    }
-    ending = asyncio.create_task(endings.of(actor.sign_in_id))
-    try:
-        with state.metrics.listeners.track_inprogress():
-            done, _ = await asyncio.wait(tasks | {ending}, return_when=asyncio.FIRST_COMPLETED)
-        if done == {ending}:
-            await socket.close(1008, "signed out")
-    finally:
-        for task in tasks | {ending}:
-            task.cancel()
-        # Not gather: it would swallow what we ourselves are cancelled by.
-        await asyncio.wait(tasks | {ending})
-        for task in tasks:
-            if not task.cancelled() and (error := task.exception()):
-                log.error("a listener could not be told any more", exc_info=error)
+    views = _Views(actor, state.database)
+    await until_gone(socket, actor, _hear_nothing(socket), _tell(socket, state.overview, views))
 
 
-async def _until_gone(socket: WebSocket) -> None:
+async def _hear_nothing(socket: WebSocket) -> None:
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
 

@@ -1,5 +1,5 @@
-import { Button, Menu, Text } from "@mantine/core";
-import { IconLock, IconLogout, IconUser, IconUserCog } from "@tabler/icons-react";
+import { Button, Menu, Text, useComputedColorScheme, useMantineColorScheme } from "@mantine/core";
+import { IconLock, IconLogout, IconMoon, IconSun, IconUser, IconUserCog } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
 import { useMe } from "./hooks";
 import { access } from "./standing";
@@ -9,21 +9,26 @@ import { ROLES } from "./words";
 export function AccountMenu() {
   const me = useMe();
   const navigate = useNavigate();
+  const { setColorScheme } = useMantineColorScheme();
+  const dark = useComputedColorScheme() === "dark";
   if (!me) return null;
   return (
     <Menu position="bottom-end" zIndex={500}>
       <Menu.Target>
         <Button
           variant="subtle"
-          color="dark"
+          color="var(--mantine-color-text)"
           h={44}
           ml="auto"
+          px={8}
           maw={260}
-          leftSection={<IconUser size={20} />}
-          styles={{ label: { display: "block", overflow: "hidden", textOverflow: "ellipsis" } }}
+          leftSection={<IconUser size={28} />}
+          styles={{ section: { marginInlineEnd: 0 } }}
           aria-label={`Signed in as ${me.name}`}
         >
-          {me.name}
+          <Text span inherit truncate visibleFrom="md" ml={8}>
+            {me.name}
+          </Text>
         </Button>
       </Menu.Target>
       <Menu.Dropdown>
@@ -31,6 +36,14 @@ export function AccountMenu() {
           <Text size="sm">{me.name}</Text>
           <Text size="sm">{ROLES[me.role].name}</Text>
         </Menu.Label>
+        <Menu.Item
+          h={48}
+          closeMenuOnClick={false}
+          leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
+          onClick={() => setColorScheme(dark ? "light" : "dark")}
+        >
+          {dark ? "Light page" : "Dark page, for a dim room"}
+        </Menu.Item>
         {(me.password || me.openid) && (
           <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
             Lock the screen

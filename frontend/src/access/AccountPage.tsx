@@ -20,7 +20,9 @@ export function AccountPage() {
   return (
     <Stack maw={720} gap="lg">
       <div>
-        <Title order={2}>{me.name}</Title>
+        <Title order={1} size="h2">
+          {me.name}
+        </Title>
         <Text>
           User name {me.username}. {ROLES[me.role].name}: {ROLES[me.role].may}
         </Text>
@@ -28,20 +30,20 @@ export function AccountPage() {
       </div>
       {me.password && (
         <Card withBorder component="section" aria-label="Password">
-          <Title order={3} mb="md">
+          <Title order={2} size="h3" mb="md">
             Password
           </Title>
           <ChangePassword me={me} />
         </Card>
       )}
       <Card withBorder component="section" aria-label="Second factor">
-        <Title order={3} mb="md">
+        <Title order={2} size="h3" mb="md">
           Second factor
         </Title>
         <SecondFactor me={me} onChanged={() => void access.look()} />
       </Card>
       <Card withBorder component="section" aria-label="Where you are signed in">
-        <Title order={3} mb="md">
+        <Title order={2} size="h3" mb="md">
           Where you are signed in
         </Title>
         <OwnSignIns />

@@ -24,7 +24,9 @@ export function BreakGlass({ patientId }: { patientId: string }) {
       <Stack>
         <Group gap="sm">
           <IconLockExclamation size={28} />
-          <Title order={2}>This record is restricted</Title>
+          <Title order={1} size="h2">
+            This record is restricted
+          </Title>
         </Group>
         <Text>
           Only the patient&rsquo;s care team sees it. If care cannot wait, you can open it for four hours.

@@ -6,12 +6,14 @@ import classes from "./access.module.css";
 export function Door({ title, children }: { title: string; children: ReactNode }) {
   return (
     <Box className={classes.door ?? ""} component="main">
-      <Text fw={700} fz={28} c="indigo.9" mb="lg">
+      <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
         Kata <span lang="ja">肩型</span>
       </Text>
       <Card withBorder w="100%" maw={480} p="xl">
         <Stack>
-          <Title order={2}>{title}</Title>
+          <Title order={1} size="h2">
+            {title}
+          </Title>
           {children}
         </Stack>
       </Card>

@@ -38,7 +38,9 @@ export function LockScreen({ me }: { me: Me }) {
             <Stack>
               <Group gap="sm">
                 <IconLock size={28} />
-                <Title order={2}>Locked</Title>
+                <Title order={1} size="h2">
+                  Locked
+                </Title>
               </Group>
               <Text>
                 {me.name} is signed in here. What goes on at the apparatus goes on; Stop works without

@@ -1,11 +1,11 @@
-import { Button, Text, TextInput } from "@mantine/core";
+import { Button, Stack, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useRouter } from "@tanstack/react-router";
 import { type FormEvent, useEffect, useState } from "react";
 import { api, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
-import classes from "./access.module.css";
+import { CodeField } from "./CodeField";
 import { Door } from "./Door";
 import { fromLink } from "./fromLink";
 import { OPENID_PATH } from "./openId";
@@ -73,22 +73,13 @@ export function OpenIdPage() {
         </>
       ) : signIn.data ? (
         <form onSubmit={submit} noValidate>
-          <TextInput
-            className={classes.code ?? ""}
-            label="Code"
-            description="The six digits that your authenticator app shows now, or one of your recovery codes."
-            autoComplete="one-time-code"
-            autoCapitalize="none"
-            autoFocus
-            size="lg"
-            mb="md"
-            value={code}
-            onChange={(event) => setCode(event.currentTarget.value)}
-          />
-          <ProblemNote error={confirm.error} />
-          <Button type="submit" size="lg" mt="md" loading={confirm.isPending} disabled={code.trim() === ""}>
-            Sign in
-          </Button>
+          <Stack>
+            <CodeField value={code} onChange={setCode} />
+            <ProblemNote error={confirm.error} />
+            <Button type="submit" size="lg" loading={confirm.isPending} disabled={code.trim() === ""}>
+              Sign in
+            </Button>
+          </Stack>
         </form>
       ) : back || leaving ? (
         <Text role="status">One moment.</Text>

@@ -1,4 +1,4 @@
-import { Alert, Button, PasswordInput, Stack, Text, TextInput } from "@mantine/core";
+import { Alert, Button, PasswordInput, Stack, Text } from "@mantine/core";
 import { IconInfoCircle, IconLogin } from "@tabler/icons-react";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
@@ -6,7 +6,7 @@ import { api, ProblemError } from "../api/client";
 import { ButtonLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
-import classes from "./access.module.css";
+import { CodeField } from "./CodeField";
 import { Door } from "./Door";
 import { hereNow, openIdAddress } from "./openId";
 import { access, type Standing } from "./standing";
@@ -53,19 +53,7 @@ export function SignInPage({ why }: { why: Why }) {
       <form onSubmit={submit} noValidate>
         <Stack>
           {second ? (
-            <TextInput
-              className={classes.code ?? ""}
-              label="Code"
-              description="The six digits that your authenticator app shows now, or one of your recovery codes."
-              autoComplete="one-time-code"
-              inputMode="text"
-              autoCapitalize="none"
-              data-autofocus
-              autoFocus
-              size="lg"
-              value={code}
-              onChange={(event) => setCode(event.currentTarget.value)}
-            />
+            <CodeField value={code} onChange={setCode} />
           ) : (
             <>
               <UserNameField autoFocus value={username} onChange={setUsername} />

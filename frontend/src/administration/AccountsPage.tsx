@@ -20,7 +20,9 @@ export function AccountsPage() {
   return (
     <Stack component="section" aria-label="Accounts">
       <Group justify="space-between">
-        <Title order={3}>Accounts</Title>
+        <Title order={2} size="h3">
+          Accounts
+        </Title>
         <Button leftSection={<IconUserPlus size={20} />} onClick={() => setMaking(true)}>
           New account
         </Button>

@@ -15,7 +15,9 @@ export function AdministrationPage() {
   const administers = useMay("administer");
   return (
     <Stack>
-      <Title order={2}>Administration</Title>
+      <Title order={1} size="h2">
+        Administration
+      </Title>
       {administers && (
         <>
           <Group component="nav" gap={4} aria-label="Parts of the administration">

@@ -23,7 +23,9 @@ export function AuditPage() {
   };
   return (
     <Stack component="section" aria-label="Audit trail">
-      <Title order={3}>Audit trail</Title>
+      <Title order={2} size="h3">
+        Audit trail
+      </Title>
       <Text>
         It can only be added to. Whether it is whole, “kata audit verify” tells at the computer that the
         service runs on.

@@ -25,7 +25,9 @@ export function BackupsPage() {
   return (
     <Stack component="section" aria-label="Backups">
       <Group justify="space-between">
-        <Title order={3}>Backups</Title>
+        <Title order={2} size="h3">
+          Backups
+        </Title>
         <Button
           leftSection={<IconDatabaseExport size={20} />}
           loading={make.isPending || told?.running === true}

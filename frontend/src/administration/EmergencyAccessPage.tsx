@@ -13,7 +13,9 @@ export function EmergencyAccessPage() {
   const broken = useQuery({ queryKey: ["broken-glass"], queryFn: api.brokenGlass });
   return (
     <Stack component="section" aria-label="Emergency access">
-      <Title order={3}>Emergency access</Title>
+      <Title order={2} size="h3">
+        Emergency access
+      </Title>
       <Text>
         Restricted records that somebody opened though they are not in the care team. Look at each: what
         happened, and whether it was needed.

@@ -91,6 +91,9 @@ async function done(answer: Promise<{ error?: unknown; response: Response }>): P
 /** Behind the last row that is known already; without one, from the beginning. */
 const behind = (after: string | null) => (after === null ? {} : { after });
 
+/** Longer than the service itself waits for the device. */
+const STOP_LIMIT_MS = 4000;
+
 /** Every call that the page makes. */
 export const api = {
   // Who one is.
@@ -318,7 +321,8 @@ export const api = {
   pause: () => unwrap(client.POST("/api/station/pause")),
   less: () => unwrap(client.POST("/api/station/less")),
   goBack: () => unwrap(client.POST("/api/station/return")),
-  stop: () => unwrap(client.POST("/api/station/stop")),
+  /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */
+  stop: () => done(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_LIMIT_MS) })),
   acknowledge: () => unwrap(client.POST("/api/station/acknowledge")),
   simulator: () => unwrap(client.GET("/api/simulator")),
   setPedal: (down: boolean) => unwrap(client.POST("/api/simulator/pedal", { body: { down } })),

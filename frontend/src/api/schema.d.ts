@@ -2240,9 +2240,29 @@ export interface webhooks {
         put?: never;
         /**
          * Live
-         * @description What the service sends on the WebSocket /api/live. It expects nothing back.
+         * @description What the service sends on the WebSocket /api/live.
          */
         post: operations["livelive_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    live_stop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Live Stop
+         * @description What a page may send on the WebSocket /api/live: the same as POST /api/station/stop. Anything else is left unread.
+         */
+        post: operations["live_stoplive_stop_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -6827,6 +6847,46 @@ export interface components {
             stations: components["schemas"]["StationShown"][];
         };
         /**
+         * StopAnswerMessage
+         * @description What came of a Stop that was asked for on this connection.
+         */
+        StopAnswerMessage: {
+            /**
+             * Sequence
+             * @description Without gaps on one connection; a gap means: connect again.
+             */
+            sequence: number;
+            /**
+             * Sent At
+             * Format: date-time
+             * @description UTC, by the service's clock.
+             */
+            sent_at: string;
+            /**
+             * Estop
+             * @enum {string}
+             */
+            estop: "closed" | "pressed" | "released" | "unknown";
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
+            /**
+             * Kind
+             * @default stop_answer
+             * @constant
+             */
+            kind: "stop_answer";
+            /**
+             * Number
+             * @description Of the Stop that it answers.
+             */
+            number: number;
+            /** @description Null: the device has confirmed it. */
+            refusal: components["schemas"]["RefusalLive"] | null;
+        };
+        /**
          * StopCauseLive
          * @description Why the apparatus has stopped.
          */
@@ -6875,6 +6935,23 @@ export interface components {
              * @description The motors hold the arm still, until the stop is acknowledged.
              */
             arm_held: boolean;
+        };
+        /**
+         * StopMessage
+         * @description The one thing that a page sends here: it waits for no handshake, as a request over a new connection may have to.
+         */
+        StopMessage: {
+            /**
+             * Kind
+             * @default stop
+             * @constant
+             */
+            kind: "stop";
+            /**
+             * Number
+             * @description The page's own; comes back with the answer.
+             */
+            number: number;
         };
         /**
          * Stretch
@@ -16681,7 +16758,31 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SnapshotMessage"] | components["schemas"]["ChangeMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["SavedMessage"];
+                "application/json": components["schemas"]["SnapshotMessage"] | components["schemas"]["ChangeMessage"] | components["schemas"]["EventMessage"] | components["schemas"]["SavedMessage"] | components["schemas"]["StopAnswerMessage"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": unknown;
+                };
+            };
+        };
+    };
+    live_stoplive_stop_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StopMessage"];
             };
         };
         responses: {

@@ -24,7 +24,7 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
   const leaving = useMemo(() => (taught ? leavings(taught, limits) : []), [taught, limits]);
   return (
     <Card withBorder component="section" aria-label="The motion">
-      <Title order={3} mb="sm">
+      <Title order={2} size="h3" mb="sm">
         The motion
       </Title>
       <ProblemNote error={motion.error} />

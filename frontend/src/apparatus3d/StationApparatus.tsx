@@ -36,7 +36,9 @@ export default function StationApparatus() {
   return (
     <Card withBorder component="section" aria-label="Arm and apparatus">
       <Group justify="space-between" mb="sm">
-        <Title order={3}>Arm and apparatus</Title>
+        <Title order={2} size="h3">
+          Arm and apparatus
+        </Title>
         {shown && (
           <Text fw={600}>
             <Text span c={GHOST} inherit aria-hidden>

@@ -42,7 +42,9 @@ function Opened({ title, notNow, children }: { title: string; notNow: string; ch
   return (
     <Card withBorder component="section" aria-label={title}>
       <Group justify="space-between">
-        <Title order={3}>{title}</Title>
+        <Title order={2} size="h3">
+          {title}
+        </Title>
         <Button
           variant="default"
           h={44}

@@ -64,7 +64,9 @@ export function AssessmentForm(props: {
     >
       <form onSubmit={submit} noValidate>
         <Stack>
-          <Title order={4}>{assessment ? "Change assessment" : "New assessment"}</Title>
+          <Title order={3} size="h4">
+            {assessment ? "Change assessment" : "New assessment"}
+          </Title>
           <Group align="start">
             <TextInput
               label="When"

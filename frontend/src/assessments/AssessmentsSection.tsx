@@ -40,7 +40,9 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   return (
     <Stack gap="xs" component="section" aria-label="Assessments">
       <Group justify="space-between">
-        <Title order={3}>Assessments</Title>
+        <Title order={2} size="h3">
+          Assessments
+        </Title>
         <Group>
           <ButtonLink
             variant="default"

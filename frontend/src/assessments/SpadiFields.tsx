@@ -26,7 +26,9 @@ export function SpadiFields(props: {
       <SimpleGrid cols={{ base: 1, lg: 2 }} spacing="xl">
         {HALVES.map((half) => (
           <Stack key={half.subscale} gap="sm">
-            <Title order={4}>{half.title}</Title>
+            <Title order={3} size="h4">
+              {half.title}
+            </Title>
             {items.map(
               (item, place) =>
                 item.subscale === half.subscale && (

@@ -31,7 +31,9 @@ export function Episodes({ patient }: { patient: Patient }) {
   return (
     <Stack gap="xs">
       <Group justify="space-between">
-        <Title order={3}>Care</Title>
+        <Title order={2} size="h3">
+          Care
+        </Title>
         {writes && episodes.data && !patient.archived_at && (
           <Group>
             {free.map((side) => (
@@ -49,7 +51,11 @@ export function Episodes({ patient }: { patient: Patient }) {
       {goingOn.map((one) => (
         <EpisodeCard key={one.id} episode={one} onSaved={saved} />
       ))}
-      {past.length > 0 && <Title order={4}>Past episodes</Title>}
+      {past.length > 0 && (
+        <Title order={3} size="h4">
+          Past episodes
+        </Title>
+      )}
       {past.map((one) => (
         <EpisodeCard key={one.id} episode={one} onSaved={saved} archived={patient.archived_at !== null} />
       ))}

@@ -18,7 +18,9 @@ export function DataSection({ patientId }: { patientId: string }) {
   const who = patient.data;
   return (
     <Stack gap="xs" component="section" aria-label="Data">
-      <Title order={3}>Data</Title>
+      <Title order={2} size="h3">
+        Data
+      </Title>
       {who.erased_at ? (
         <Text>What told who this is was erased. What the shoulder did stays, without a person.</Text>
       ) : (

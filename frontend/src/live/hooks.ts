@@ -1,7 +1,9 @@
 import { useQueryClient } from "@tanstack/react-query";
-import { useEffect, useSyncExternalStore } from "react";
+import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
-import { isAlive, type LiveState, store } from "./store";
+import { ageTenths, isAlive, type LiveState, store } from "./store";
+
+const AGE_EVERY_MS = 500;
 
 function useStore<T>(select: (state: LiveState) => T): T {
   return useSyncExternalStore(store.subscribe, () => select(store.get()));
@@ -12,6 +14,18 @@ export const useConnected = (): boolean => useStore((state) => state.connected);
 
 /** The values shown are of now. When false, nothing may look alive. */
 export const useAlive = (): boolean => useStore(isAlive);
+
+/** How old what is shown is, in tenths of a second: of the device's own last word, and of its way to here. Null before any. */
+export function useAge(): number | null {
+  const [age, setAge] = useState<number | null>(null);
+  useEffect(() => {
+    const look = () => setAge(ageTenths(store.get(), Date.now()));
+    look();
+    const looking = setInterval(look, AGE_EVERY_MS);
+    return () => clearInterval(looking);
+  }, []);
+  return age;
+}
 
 export const useHeardAt = (): number | null =>
   useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));

@@ -1,12 +1,17 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../api/client";
-import { isAlive, LiveStore, LOST_AFTER_MS } from "./store";
+import { ageTenths, isAlive, LiveStore, LOST_AFTER_MS, OPEN_WITHIN_MS, STOP_ANSWER_MS } from "./store";
 
 class FakeSocket {
   onmessage: ((event: { data: string }) => void) | null = null;
   onclose: (() => void) | null = null;
   onerror: (() => void) | null = null;
   closed = false;
+  readyState = WebSocket.OPEN;
+  sent: string[] = [];
+  send(text: string) {
+    this.sent.push(text);
+  }
   close() {
     this.closed = true;
   }
@@ -94,7 +99,7 @@ describe("the live store", () => {
   });
 
   it("tries again and again, a little slower each time", () => {
-    for (const pause of [250, 500, 1000, 2000, 2000]) {
+    for (const pause of [250, 500, 1000, 1000, 1000]) {
       const tries = sockets.length;
       socket().onclose?.();
       vi.advanceTimersByTime(pause - 1);
@@ -121,5 +126,73 @@ describe("the live store", () => {
     socket().say({ kind: "event", sequence: 3, event: { number: 1, code: "mode", message: "idle" } });
     expect(saved).toEqual(["r1"]);
     expect(store.get().events.map((event) => event.code)).toEqual(["mode"]);
+  });
+
+  it("judges by the age of what comes: what waited on its way is old, by whatever clock the service goes", () => {
+    // The service's clock is an hour behind.
+    const sent_at = (lateMs: number) => new Date(Date.now() - 3_600_000 - lateMs).toISOString();
+    socket().say({ ...snapshot(), sent_at: sent_at(0) });
+    expect(isAlive(store.get())).toBe(true);
+    socket().say({ ...change(2, { mode: "playing" }), sent_at: sent_at(LOST_AFTER_MS + 1) });
+    expect(isAlive(store.get())).toBe(false);
+    expect(ageTenths(store.get(), Date.now())).toBe(12);
+    socket().say({ ...change(3, {}), sent_at: sent_at(20) });
+    expect(isAlive(store.get())).toBe(true);
+  });
+
+  it("takes two clocks that drift apart for two clocks", () => {
+    const began = Date.now();
+    socket().say({ ...snapshot(), sent_at: new Date(began).toISOString() });
+    // In an hour the service's clock loses three seconds.
+    for (let n = 2; n < 3600; n++) {
+      vi.advanceTimersByTime(1000);
+      const passed = Date.now() - began;
+      socket().say({ ...change(n, {}), sent_at: new Date(began + passed * (1 - 3 / 3600)).toISOString() });
+      expect(store.get().connected).toBe(true);
+    }
+  });
+
+  it("does not wait for a connection that nobody answers", () => {
+    vi.advanceTimersByTime(OPEN_WITHIN_MS + 500);
+    expect(sockets[0]?.closed).toBe(true);
+    vi.advanceTimersByTime(250);
+    expect(sockets).toHaveLength(2);
+  });
+
+  it("asks for Stop over the connection that is open, and tells what the device said", async () => {
+    socket().say(snapshot());
+    const stopped = store.stop();
+    expect(socket().sent).toEqual(['{"kind":"stop","number":1}']);
+    const answer = { kind: "stop_answer", sequence: 2, number: 1, refusal: null };
+    socket().say(answer);
+    expect(await stopped).toEqual(answer);
+  });
+
+  it.each([
+    ["nobody is connected", () => {}, () => {}],
+    ["no answer comes in time", () => socket().say(snapshot()), () => vi.advanceTimersByTime(STOP_ANSWER_MS)],
+    ["the connection ends", () => socket().say(snapshot()), () => socket().onclose?.()],
+  ])("says that Stop has to go another way when %s", async (_, before, after) => {
+    before();
+    const stopped = store.stop();
+    after();
+    expect(await stopped).toBeNull();
+  });
+
+  it("tells when what is shown is newer than an answer, or that nobody tells any more", async () => {
+    await store.told();
+    socket().say(snapshot());
+    let told = false;
+    const telling = store.told().then(() => {
+      told = true;
+    });
+    socket().say(change(2, {}));
+    await Promise.resolve();
+    expect(told).toBe(false);
+    socket().say(change(3, {}));
+    await telling;
+    const lost = store.told();
+    vi.advanceTimersByTime(LOST_AFTER_MS + 500);
+    await lost;
   });
 });

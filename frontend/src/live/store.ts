@@ -1,22 +1,31 @@
 import type { Live, Schemas, StationInfo } from "../api/client";
+import { socketTo } from "./socket";
 
 export type LiveMessage =
   | Schemas["SnapshotMessage"]
   | Schemas["ChangeMessage"]
   | Schemas["EventMessage"]
-  | Schemas["SavedMessage"];
+  | Schemas["SavedMessage"]
+  | Schemas["StopAnswerMessage"];
 
-/** Silence for this long counts as a lost connection; the service speaks ten times a second. */
+/** A last message this old counts as a lost connection; the service speaks ten times a second. */
 export const LOST_AFTER_MS = 1200;
 const LOOK_EVERY_MS = 250;
-const RECONNECT_MS = [250, 500, 1000, 2000];
+/** So that the page is right again within three seconds of the service's return. */
+const RECONNECT_MS = [250, 500, 1000, 1000];
+/** A connection that is not made by then is tried anew: where a cable was pulled, the browser itself would wait for minutes. */
+export const OPEN_WITHIN_MS = 2000;
+/** Stop goes another way when it is not answered over the live connection by then. */
+export const STOP_ANSWER_MS = 600;
+/** Two clocks drift apart; a connection over which everything comes later and later does so faster than this. */
+const DRIFT = 0.001;
 const EVENTS_KEPT = 50;
 
 /** What the page knows of the station at this moment. Replaced whole at every change, never altered. */
 export interface LiveState {
   /** Messages are coming. Without them nothing below is to be believed. */
   connected: boolean;
-  /** Of the last message, by this computer's clock. */
+  /** When the last message was sent, by this computer's clock. */
   heardAt: number | null;
   station: StationInfo | null;
   live: Live | null;
@@ -31,8 +40,13 @@ export class LiveStore {
   #listeners = new Set<() => void>();
   #savedListeners = new Set<(saved: Schemas["SavedMessage"]) => void>();
   #lostListeners = new Set<() => void>();
+  #stops = new Map<number, (answer: Schemas["StopAnswerMessage"] | null) => void>();
+  #stopNumber = 0;
   #socket: WebSocket | null = null;
+  #triedAt = 0;
   #sequence = 0;
+  /** Of this connection: the least that a message took, by two clocks that know nothing of each other, and when that was. */
+  #quickest: { ms: number; at: number } | null = null;
   #failures = 0;
   #reconnecting: ReturnType<typeof setTimeout> | null = null;
   #connect: () => WebSocket;
@@ -76,10 +90,52 @@ export class LiveStore {
 
   get = (): LiveState => this.#state;
 
+  /**
+   * Ask for Stop over the connection that is open already. What the device said to it; null when nothing was heard in time,
+   * and another way has to be taken.
+   */
+  stop(): Promise<Schemas["StopAnswerMessage"] | null> {
+    const socket = this.#socket;
+    if (!socket || !this.#state.connected || socket.readyState !== WebSocket.OPEN)
+      return Promise.resolve(null);
+    this.#stopNumber += 1;
+    const asked: Schemas["StopMessage"] = { kind: "stop", number: this.#stopNumber };
+    return new Promise((resolve) => {
+      const answered = (answer: Schemas["StopAnswerMessage"] | null) => {
+        clearTimeout(waiting);
+        this.#stops.delete(asked.number);
+        resolve(answer);
+      };
+      const waiting = setTimeout(() => answered(null), STOP_ANSWER_MS);
+      this.#stops.set(asked.number, answered);
+      socket.send(JSON.stringify(asked));
+    });
+  }
+
+  /** Until what is shown is newer than what the service has just answered, or nobody tells any more. */
+  told(): Promise<void> {
+    // The first message may have been on its way already.
+    let missing = 2;
+    return new Promise((resolve) => {
+      const look = () => {
+        if (--missing > 0 && this.#state.connected) return;
+        leave();
+        resolve();
+      };
+      const leave = this.subscribe(look);
+      if (!this.#state.connected) {
+        leave();
+        resolve();
+      }
+    });
+  }
+
   #open() {
     const socket = this.#connect();
     this.#socket = socket;
+    this.#triedAt = Date.now();
     this.#sequence = 0;
+    this.#quickest = null;
     socket.onmessage = (event) => this.#take(socket, JSON.parse(String(event.data)) as LiveMessage);
     socket.onclose = () => this.#again(socket);
     socket.onerror = () => this.#again(socket);
@@ -93,7 +149,9 @@ export class LiveStore {
     }
     this.#sequence = message.sequence;
     this.#failures = 0;
-    const next: LiveState = { ...this.#state, connected: true, heardAt: Date.now() };
+    const heardAt = this.#sentAt(message);
+    const connected = Date.now() - heardAt <= LOST_AFTER_MS;
+    const next: LiveState = { ...this.#state, connected, heardAt };
     switch (message.kind) {
       case "snapshot":
         next.station = message.station;
@@ -108,16 +166,36 @@ export class LiveStore {
       case "saved":
         for (const listener of this.#savedListeners) listener(message);
         break;
+      case "stop_answer":
+        this.#stops.get(message.number)?.(message);
+        break;
     }
     this.#set(next);
+  }
+
+  /**
+   * When a message was sent, by this computer's clock. The service's clock may be wrong by hours: what counts is how much longer a
+   * message took than the quickest one of this connection. What waited in a network, or in a page that slept, is old when it comes.
+   */
+  #sentAt(message: LiveMessage): number {
+    const now = Date.now();
+    const took = now - Date.parse(message.sent_at);
+    if (Number.isNaN(took)) return now;
+    const before = this.#quickest;
+    const least = before ? Math.min(took, before.ms + DRIFT * (now - before.at)) : took;
+    this.#quickest = { ms: least, at: now };
+    return now - (took - least);
   }
 
   /** Silence is noticed by looking: a cable that is pulled closes no socket. */
   #look() {
     const { connected, heardAt } = this.#state;
-    if (connected && heardAt !== null && Date.now() - heardAt > LOST_AFTER_MS) {
+    const now = Date.now();
+    if (heardAt !== null && now - heardAt > LOST_AFTER_MS && connected) {
       this.#set({ ...this.#state, connected: false });
       if (this.#socket) this.#again(this.#socket);
+    } else if (!connected && this.#socket && now - this.#triedAt > OPEN_WITHIN_MS) {
+      this.#again(this.#socket);
     }
   }
 
@@ -133,6 +211,7 @@ export class LiveStore {
   #drop() {
     const socket = this.#socket;
     this.#socket = null;
+    for (const answered of [...this.#stops.values()]) answered(null);
     if (socket) {
       socket.onmessage = null;
       socket.onclose = null;
@@ -159,7 +238,10 @@ export function isAlive(state: LiveState): boolean {
   );
 }
 
-export const store = new LiveStore(() => {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  return new WebSocket(`${scheme}://${location.host}/api/live`);
-});
+/** How old the shown state is, in tenths of a second; null before anything has come. */
+export function ageTenths({ heardAt, live }: LiveState, now: number): number | null {
+  if (heardAt === null || live?.age_ms == null) return null;
+  return Math.round((Math.max(0, now - heardAt) + live.age_ms) / 100);
+}
+
+export const store = new LiveStore(() => socketTo("/api/live"));

@@ -55,7 +55,9 @@ export function PatientPage() {
       <Stack gap="xs">
         <Group justify="space-between" align="start">
           <div>
-            <Title order={2}>{who.name}</Title>
+            <Title order={1} size="h2">
+              {who.name}
+            </Title>
             {who.kana && (
               <Text c="dimmed" lang="ja">
                 {who.kana}
@@ -98,13 +100,17 @@ export function PatientPage() {
       <Episodes patient={who} />
       <AssessmentsSection patientId={patientId} />
       <Stack gap="xs">
-        <Title order={3}>Recordings</Title>
+        <Title order={2} size="h3">
+          Recordings
+        </Title>
         <ProblemNote error={recordings.error} />
         {recordings.data && <Recordings items={recordings.data.items} />}
       </Stack>
       <Programmes patientId={patientId} />
       <Stack gap="xs">
-        <Title order={3}>Sessions</Title>
+        <Title order={2} size="h3">
+          Sessions
+        </Title>
         <ProblemNote error={sessions.error} />
         {sessions.items && <SessionTable items={sessions.items} />}
         <More list={sessions} />

@@ -27,7 +27,9 @@ export function PatientsPage() {
   return (
     <Stack>
       <Group justify="space-between">
-        <Title order={2}>Patients</Title>
+        <Title order={1} size="h2">
+          Patients
+        </Title>
         <May permission="write_records">
           <Group>
             <ImportPatients />

@@ -20,7 +20,7 @@ export function NewProgrammePage() {
   useTitle("New programme");
   return (
     <Stack>
-      <Title order={2}>
+      <Title order={1} size="h2">
         New programme for{" "}
         <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
           {patient.data?.name ?? "the patient"}

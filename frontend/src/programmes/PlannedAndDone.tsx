@@ -17,7 +17,9 @@ export function PlannedAndDone({ sessionId }: { sessionId: string }) {
   const { programme, items, besides, timer, ended } = plan.data;
   return (
     <Stack gap="xs" component="section" aria-label="Planned and done">
-      <Title order={3}>Planned and done</Title>
+      <Title order={2} size="h3">
+        Planned and done
+      </Title>
       <Text>
         <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
           {programme.name}

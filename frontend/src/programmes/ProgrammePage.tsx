@@ -57,7 +57,9 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
     <Stack gap="xl">
       <Group justify="space-between" align="start">
         <div>
-          <Title order={2}>{programme.name}</Title>
+          <Title order={1} size="h2">
+            {programme.name}
+          </Title>
           <Group gap="lg">
             <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
               {patient.name}
@@ -91,7 +93,9 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
       {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}
       {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
       <Stack gap="sm" component="section" aria-label="Versions">
-        <Title order={3}>Versions</Title>
+        <Title order={2} size="h3">
+          Versions
+        </Title>
         <Versions versions={programme.versions} />
       </Stack>
       <Modal opened={renaming} onClose={name.close} title="Rename the programme">
@@ -171,7 +175,7 @@ function Version({ version, before }: { version: ProgrammeVersion; before: Progr
     <Card withBorder component="section" aria-label={`Version ${version.number}`}>
       <Stack gap="xs">
         <Group justify="space-between" align="start">
-          <Title order={4}>
+          <Title order={3} size="h4">
             Version {version.number}, {formatMoment(version.made_at)}, {version.made_by}
           </Title>
           <Button variant="default" aria-expanded={open} onClick={toggle}>

@@ -19,7 +19,9 @@ export function Programmes({ patientId }: { patientId: string }) {
   return (
     <Stack gap="xs" component="section" aria-label="Programmes">
       <Group justify="space-between">
-        <Title order={3}>Programmes</Title>
+        <Title order={2} size="h3">
+          Programmes
+        </Title>
         <May permission="write_records">
           <ButtonLink
             to="/patients/$patientId/programmes/new"

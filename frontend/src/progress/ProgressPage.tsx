@@ -70,7 +70,9 @@ export function ProgressPage() {
             {patient.data.name}
           </PageLink>
         )}
-        <Title order={2}>Progress</Title>
+        <Title order={1} size="h2">
+          Progress
+        </Title>
         <Text>Weeks are counted from the first assessment or session.</Text>
       </div>
       {CHARTS.map((one) => (
@@ -90,7 +92,9 @@ function ProgressChart(props: (typeof CHARTS)[number] & { episodeId: string }) {
   const found = progress.data;
   return (
     <Stack gap="xs" component="section" aria-label={title}>
-      <Title order={3}>{title}</Title>
+      <Title order={2} size="h3">
+        {title}
+      </Title>
       <ProblemNote error={progress.error} />
       {progress.isPending && <Skeleton h={340} />}
       {found && found.table.rows.length === 0 && <Text>{props.nothing}</Text>}

@@ -7,7 +7,7 @@ import { madeOf } from "../shared/madeOf";
 import { EditPanel } from "./EditPanel";
 
 vi.mock("../shared/Plot", () => ({
-  Plot: ({ label }: { label: string }) => <div role="img" aria-label={label} />,
+  Plot: ({ label }: { label: string }) => <figure aria-label={label} />,
 }));
 
 const RECORDING: Recording = {
@@ -71,7 +71,7 @@ describe("making a new recording of one", () => {
     press("To: less");
     expect(kept()).toBeNull();
     press("Preview");
-    await screen.findByRole("img");
+    await screen.findByRole("figure");
     const asked = { do: "trim", start_s: 0.5, end_s: 7.5 };
     expect(preview.mock.calls).toEqual([["a", asked]]);
 
@@ -85,11 +85,11 @@ describe("making a new recording of one", () => {
 
   it("has to be looked at again with another number", async () => {
     press("Preview");
-    await screen.findByRole("img");
+    await screen.findByRole("figure");
     expect(kept()).not.toBeNull();
     press("From: more");
     expect(kept()).toBeNull();
-    expect(screen.queryByRole("img")).toBeNull();
+    expect(screen.queryByRole("figure")).toBeNull();
   });
 
   it("says why it is refused, and keeps nothing", async () => {

@@ -166,7 +166,9 @@ export function EditPanel({
   return (
     <Card withBorder component="section" aria-label="Edit">
       <Stack>
-        <Title order={3}>Make a new recording of this one</Title>
+        <Title order={2} size="h3">
+          Make a new recording of this one
+        </Title>
         <Select
           size="lg"
           label="What to do"

@@ -67,7 +67,9 @@ export function RecordingPage() {
       <Group justify="space-between" align="start">
         {renamed === null ? (
           <Group gap="xs">
-            <Title order={2}>{it.name}</Title>
+            <Title order={1} size="h2">
+              {it.name}
+            </Title>
             {writes && (
               <ActionIcon
                 variant="subtle"

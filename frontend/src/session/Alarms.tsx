@@ -15,7 +15,7 @@ export function Alarms({ sessionId }: { sessionId: string }) {
   if (items.length === 0) return null;
   return (
     <Card withBorder component="section" aria-label="Alarms">
-      <Title order={3} mb="sm">
+      <Title order={2} size="h3" mb="sm">
         Alarms
       </Title>
       <Stack gap={4}>

@@ -28,7 +28,9 @@ export function Facts({ session }: { session: Session }) {
         </Stack>
       </Card>
       <Card withBorder component="section" aria-label="Checklist">
-        <Title order={4}>Checklist</Title>
+        <Title order={3} size="h4">
+          Checklist
+        </Title>
         {session.checks.length === 0 && <Text>Nobody has gone through it.</Text>}
         {session.checks.map((one) => (
           <Text key={`${one.check} ${one.at}`}>

@@ -22,7 +22,9 @@ export function RunFigures({ runId }: { runId: string }) {
       <SimpleGrid cols={{ base: 1, lg: 2 }}>
         {figures.data?.motors.map(({ motor, figure }) => (
           <div key={motor}>
-            <Title order={4}>Motor {motor}</Title>
+            <Title order={3} size="h4">
+              Motor {motor}
+            </Title>
             <Plot
               figure={figure}
               label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}

@@ -37,7 +37,7 @@ export function SessionPage() {
     <Stack>
       <Group justify="space-between" align="start">
         <div>
-          <Title order={2}>
+          <Title order={1} size="h2">
             Session of{" "}
             <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
               {it.patient.name}
@@ -75,7 +75,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
     <Card withBorder padding="lg" component="section" aria-label={`Playback ${number}`}>
       <Stack>
         <Group justify="space-between">
-          <Title order={3}>
+          <Title order={2} size="h3">
             {number}.{" "}
             <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
               {run.recording_name}

@@ -19,7 +19,9 @@ export function SessionsPage() {
   const found = usePages(["sessions", filters], (after) => api.sessions(asWanted(filters), after));
   return (
     <Stack>
-      <Title order={2}>Sessions</Title>
+      <Title order={1} size="h2">
+        Sessions
+      </Title>
       <SessionFilters
         value={filters}
         choices={choices.data}

@@ -1,49 +1,42 @@
-import { Badge } from "@mantine/core";
 import {
   IconAlertOctagonFilled,
   IconCircleCheck,
   IconHelpHexagon,
   IconLockExclamation,
+  IconPlugConnectedX,
 } from "@tabler/icons-react";
+import classes from "../alarms/alarms.module.css";
 import type { Live } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 
 const LOOKS = {
-  closed: { text: "E-stop ready", color: "gray", variant: "outline", Icon: IconCircleCheck },
-  pressed: { text: "E-stop pressed", color: "red.8", variant: "filled", Icon: IconAlertOctagonFilled },
-  released: {
-    text: "E-stop released, not acknowledged",
-    color: "yellow.4",
-    variant: "filled",
-    Icon: IconLockExclamation,
-  },
-  unknown: { text: "E-stop unknown", color: "red.8", variant: "outline", Icon: IconHelpHexagon },
+  closed: { text: "E-stop ready", Icon: IconCircleCheck },
+  pressed: { text: "E-stop pressed", Icon: IconAlertOctagonFilled },
+  released: { text: "E-stop released, not acknowledged", Icon: IconLockExclamation },
+  missing: { text: "E-stop does not answer", Icon: IconPlugConnectedX },
+  unknown: { text: "E-stop unknown", Icon: IconHelpHexagon },
 } as const;
 
-/** This station's emergency stop, each of the four different in words, icon, colour and fill. */
+type Look = keyof typeof LOOKS;
+
+/** Of the five: a switch that the apparatus does not hear is missing; what nobody tells us of is unknown. */
+export function estopLook(alive: boolean, told: Live["estop"] | null): Look {
+  if (!alive || told === null) return "unknown";
+  return told === "unknown" ? "missing" : told;
+}
+
+/** This station's emergency stop, each of the five different in words, icon, colour and edge. */
 export function EstopBadge() {
-  const alive = useAlive();
-  const told = useLive("estop");
-  return <EstopSign estop={alive && told ? told : "unknown"} />;
+  return <EstopSign estop={estopLook(useAlive(), useLive("estop"))} />;
 }
 
 /** Of whichever station. */
-export function EstopSign({ estop }: { estop: Live["estop"] }) {
-  const { text, color, variant, Icon } = LOOKS[estop];
+export function EstopSign({ estop: look }: { estop: Look }) {
+  const { text, Icon } = LOOKS[look];
   return (
-    <Badge
-      size="xl"
-      radius="sm"
-      color={color}
-      variant={variant}
-      autoContrast
-      leftSection={<Icon size={20} />}
-      tt="none"
-      data-testid="estop"
-      data-state={estop}
-      role="status"
-    >
+    <span className={classes.estop} data-testid="estop" data-state={look} role="status">
+      <Icon size={20} aria-hidden />
       {text}
-    </Badge>
+    </span>
   );
 }

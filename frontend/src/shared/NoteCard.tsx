@@ -25,7 +25,9 @@ export function NoteCard({ session }: { session: Session }) {
   return (
     <Card withBorder padding="lg" component="section" aria-label="Note">
       <Stack>
-        <Title order={3}>Note</Title>
+        <Title order={2} size="h3">
+          Note
+        </Title>
         {session.signed_at ? (
           <Signed session={session} />
         ) : writes ? (

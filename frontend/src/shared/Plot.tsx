@@ -1,6 +1,7 @@
-import { Skeleton } from "@mantine/core";
+import { Skeleton, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
+import { inScheme } from "./plotColours";
 import { type PlotWindow, windowOf } from "./window";
 
 // A double click shows all of it again, whatever part was last asked for.
@@ -25,11 +26,12 @@ export function Plot({
   label: string;
   onWindow?: (window: PlotWindow | null) => void;
 }) {
-  const place = useRef<HTMLDivElement>(null);
+  const place = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
   const heard = useRef(onWindow);
   heard.current = onWindow;
   const ending = useRef(() => {});
+  const scheme = useComputedColorScheme();
   useEffect(() => {
     const element = place.current;
     if (!element) return;
@@ -37,7 +39,8 @@ export function Plot({
     void import("plotly.js-cartesian-dist-min").then(async ({ default: Plotly }) => {
       if (gone) return;
       // Plotly writes into the layout it is given what is done to it.
-      const plot = await Plotly.react(element, figure.data, structuredClone(figure.layout), config);
+      const { data, layout } = inScheme(figure, scheme);
+      const plot = await Plotly.react(element, data, layout, config);
       plot.removeAllListeners("plotly_relayout");
       plot.on("plotly_relayout", (change) => {
         const window = windowOf(change);
@@ -49,13 +52,13 @@ export function Plot({
     return () => {
       gone = true;
     };
-  }, [figure]);
+  }, [figure, scheme]);
   useEffect(() => () => ending.current(), []);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>
       {!drawn && <Skeleton pos="absolute" inset={0} aria-label="The figure is being drawn" />}
-      <div ref={place} role="img" aria-label={label} data-drawn={drawn} />
+      <figure ref={place} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );
 }

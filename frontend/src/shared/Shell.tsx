@@ -1,5 +1,5 @@
 import { Box, Group } from "@mantine/core";
-import { Link, Outlet } from "@tanstack/react-router";
+import { Link, Outlet, useRouterState } from "@tanstack/react-router";
 import { AccountMenu } from "../access/AccountMenu";
 import { useMay } from "../access/hooks";
 import { useSavedRecords } from "../live/hooks";
@@ -18,9 +18,12 @@ const PAGES = [
 /** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
 export function Shell() {
   useSavedRecords();
+  // The page that stands there: the address is already the next one's while that is being fetched.
+  const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (
-    <StateBar top={<Top />}>
-      <Box component="main" p="md" maw={1400} mx="auto">
+    // On the station's own screen a stop stands in place of the work.
+    <StateBar top={<Top />} stopBanner={page !== "/"}>
+      <Box p="md" maw={1400} mx="auto">
         <Outlet />
       </Box>
     </StateBar>
@@ -30,7 +33,14 @@ export function Shell() {
 function Top() {
   return (
     <>
-      <PageLink to="/" fw={700} fz={22} c="indigo.9" underline="never" style={{ whiteSpace: "nowrap" }}>
+      <PageLink
+        to="/"
+        fw={700}
+        fz={22}
+        c="var(--kata-brand)"
+        underline="never"
+        style={{ whiteSpace: "nowrap" }}
+      >
         Kata <span lang="ja">肩型</span>
       </PageLink>
       <Group component="nav" gap={4} wrap="nowrap" aria-label="Pages">

@@ -1,10 +1,9 @@
 import { AppShell, Badge, Box, Group, Text } from "@mantine/core";
 import { IconPlugConnected, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
-import { useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
+import { Alarms } from "../alarms/Alarms";
+import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
 import { EstopBadge } from "./EstopBadge";
-import { formatClock } from "./format";
-import { KeptBanner } from "./KeptBanner";
 import { modeWords } from "./modes";
 import classes from "./Shell.module.css";
 import { StopBanner } from "./StopBanner";
@@ -13,16 +12,17 @@ import { StopButton } from "./StopButton";
 const HEADER = 124;
 
 /** What stands above everything while somebody is signed in, behind a locked screen too: what the apparatus does, and Stop. */
-export function StateBar({ children, top }: { children: ReactNode; top?: ReactNode }) {
+export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBanner?: boolean }) {
+  const { children, top, stopBanner = true } = props;
   return (
     // Above dialogs: nothing may lie over Stop.
     <AppShell header={{ height: HEADER }} padding={0} zIndex={400}>
       <AppShell.Header>
         <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
           <Box flex={1} miw={0}>
-            <Group gap="lg" mb={8} wrap="nowrap">
+            <Group gap="sm" mb={8} wrap="nowrap">
               {top ?? (
-                <Text fw={700} fz={22} c="indigo.9">
+                <Text fw={700} fz={22} c="var(--kata-brand)">
                   Kata <span lang="ja">肩型</span>
                 </Text>
               )}
@@ -38,9 +38,9 @@ export function StateBar({ children, top }: { children: ReactNode; top?: ReactNo
       </AppShell.Header>
       <AppShell.Main>
         <div className={classes.banners ?? ""}>
-          <StopBanner />
-          <LostBanner />
-          <KeptBanner />
+          {stopBanner && <StopBanner />}
+          <Starting />
+          <Alarms />
         </div>
         {children}
       </AppShell.Main>
@@ -71,35 +71,39 @@ function ConnectionBadge() {
   const connected = useConnected();
   const station = useStation();
   return (
-    <Group gap={6} data-testid="connection" data-connected={connected} role="status">
+    <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
-      <Text size="sm">
+      <Text size="sm" role="status">
         {connected ? `Live${station?.simulated ? ", simulated apparatus" : ""}` : "Connection lost"}
       </Text>
+      <Age />
     </Group>
   );
 }
 
-function LostBanner() {
+/** Of what the device said last. No screen reader is told of it twice a second. */
+function Age() {
+  const age = useAge();
+  if (age === null) return null;
+  return (
+    <Text size="sm" className={classes.age ?? ""} data-testid="age">
+      {formatAge(age)}
+    </Text>
+  );
+}
+
+const formatAge = (tenths: number) =>
+  tenths < 600 ? `${(tenths / 10).toFixed(1)} s old` : `${Math.floor(tenths / 600)} min old`;
+
+/** Before the first word there is nothing to be alarmed about yet. */
+function Starting() {
   const connected = useConnected();
   const device = useLive("device");
   const heardAt = useHeardAt();
-  const alive = useAlive();
-  if (alive) return null;
-  if (connected) {
-    return (
-      <Text className={classes.lost ?? ""} role="alert" data-testid="lost">
-        {device === "starting"
-          ? "The apparatus' control program is starting."
-          : "The apparatus' control program does not answer. It is started again by itself; nothing that moved goes on by itself."}
-      </Text>
-    );
-  }
+  if (connected ? device !== "starting" : heardAt !== null) return null;
   return (
-    <Text className={classes.lost ?? ""} role="alert" data-testid="lost">
-      {heardAt === null
-        ? "Connecting to the service …"
-        : `Connection lost. No live data since ${formatClock(heardAt)}: what is greyed out is old. The Stop button may not reach the apparatus; use the emergency stop.`}
+    <Text className={classes.lost ?? ""} role="status" data-testid="starting">
+      {connected ? "The apparatus' control program is starting." : "Connecting to the service …"}
     </Text>
   );
 }

@@ -1,43 +1,37 @@
-import { Alert, Button, Group, List, Text } from "@mantine/core";
-import { IconAlertOctagonFilled } from "@tabler/icons-react";
+import { Button, Group, List, Text, Title } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
 import { useOperates } from "../access/hooks";
+import { AlarmFrame, useAlarms } from "../alarms/Alarms";
 import { api } from "../api/client";
 import { useAlive, useLive, useRefusal } from "../live/hooks";
 import { ProblemNote } from "./problem";
 
 const LETS_GO = "Support the arm first: it will sink. Pressing Stop lets it go, too.";
 
-/** A latched stop, on every page: why, what to do, and the acknowledgement once that is possible. */
-export function StopBanner() {
+/**
+ * A latched stop: why, what to do, and the acknowledgement once that is possible. A banner on every page; on the station's it is
+ * `whole`, and stands in place of what one would do next.
+ */
+export function StopBanner({ whole = false }: { whole?: boolean }) {
   const alive = useAlive();
   const operates = useOperates();
   const stop = useLive("stop");
+  const alarm = useAlarms().find(({ code }) => code.startsWith("stop "));
   const refusal = useRefusal("acknowledge");
   const acknowledge = useMutation({ mutationFn: api.acknowledge });
   if (!stop) return null;
   const held = alive && stop.arm_held;
+  const size = whole ? "xl" : "md";
   return (
-    <Alert
-      color="red"
-      style={{ borderWidth: "0 0 4px" }}
-      variant="outline"
-      bg="white"
-      radius={0}
-      icon={<IconAlertOctagonFilled />}
-      title={
-        <Text inherit fz="lg">
-          {held ? "Stopped. The motors still hold the arm" : "The apparatus has been stopped"}
-        </Text>
-      }
-      role="alert"
-      data-testid="stop-banner"
-    >
+    <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner">
+      <Title order={2} fz={whole ? 36 : 20} mb="xs">
+        {held ? "Stopped. The motors still hold the arm" : "The apparatus has been stopped"}
+      </Title>
       <Group justify="space-between" align="start" gap="xl">
-        <List size="md" spacing={4} flex="1 1 20rem">
+        <List size={size} spacing={4} flex="1 1 20rem">
           {stop.causes.map((cause) => (
             <List.Item key={`${cause.code}-${cause.axis}`}>
-              <Text span fw={600}>
+              <Text span inherit fw={600}>
                 {cause.message}
               </Text>{" "}
               {cause.cleared && !held ? "This has cleared. " : ""}
@@ -48,7 +42,7 @@ export function StopBanner() {
         {operates ? (
           <div>
             <Button
-              size="lg"
+              size={whole ? "xl" : "lg"}
               color="dark"
               disabled={refusal !== null}
               loading={acknowledge.isPending}
@@ -56,7 +50,7 @@ export function StopBanner() {
             >
               {held ? "Acknowledge and let the arm go" : "Acknowledge"}
             </Button>
-            <Text size="sm" maw={320} mih={20} {...(held && { fw: 600 })}>
+            <Text size={whole ? "md" : "sm"} maw={320} mih={20} {...(held && { fw: 600 })}>
               {refusal ? refusal.message : held ? LETS_GO : "It starts nothing by itself."}
             </Text>
           </div>
@@ -67,6 +61,6 @@ export function StopBanner() {
         )}
       </Group>
       <ProblemNote error={acknowledge.error} />
-    </Alert>
+    </AlarmFrame>
   );
 }

@@ -1,7 +1,11 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Schemas } from "../api/client";
+import { store } from "../live/store";
 import { escapeStops, StopButton } from "./StopButton";
+
+type Answer = Schemas["StopAnswerMessage"];
 
 const asked = vi.fn<(request: Request) => Promise<Response>>();
 
@@ -21,6 +25,7 @@ beforeEach(() => {
 
 afterEach(() => {
   cleanup();
+  vi.restoreAllMocks();
   vi.unstubAllGlobals();
 });
 
@@ -55,6 +60,28 @@ describe("Stop", () => {
     fireEvent.keyDown(input, { key: "a" });
     await waitFor(() => expect(asked).toHaveBeenCalled());
     expect(asked).toHaveBeenCalledTimes(1);
+  });
+});
+
+describe("Stop while the live connection stands", () => {
+  it("goes over it, and makes no request", async () => {
+    const stop = vi.spyOn(store, "stop").mockResolvedValue({ refusal: null } as Answer);
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() =>
+      expect(screen.getByTestId("stop-answer").textContent).toContain("Confirmed by the device"),
+    );
+    expect(stop).toHaveBeenCalledTimes(1);
+    expect(asked).not.toHaveBeenCalled();
+  });
+
+  it("is not confirmed by a device that does not answer", async () => {
+    const refusal = { code: "no_answer", message: "The program did not answer.", next_step: "Look." };
+    vi.spyOn(store, "stop").mockResolvedValue({ refusal } as Answer);
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() => expect(screen.getByTestId("stop-answer").textContent).toContain("did not answer"));
+    expect(screen.getByTestId("stop-answer").textContent).toContain("Use the emergency stop");
   });
 });
 

@@ -14,6 +14,16 @@ export function escapeStops(connected: boolean, mode: Live["mode"] | undefined):
   return !connected || mode === undefined || MOVING.includes(mode);
 }
 
+/** Over the live connection, which stands already; by a request of its own where nothing is answered there. */
+async function askForStop(): Promise<void> {
+  const answer = await store.stop();
+  if (answer === null) return await api.stop();
+  if (answer.refusal) {
+    const { code, message, next_step } = answer.refusal;
+    throw new ProblemError({ code, detail: message, next_step });
+  }
+}
+
 /** One press, no dialog, on every page; tells whether the device has confirmed it. */
 export function StopButton() {
   const [sent, setSent] = useState<Sent | null>(null);
@@ -21,7 +31,7 @@ export function StopButton() {
   const stop = useCallback(async () => {
     setSent({ state: "sending" });
     try {
-      await api.stop();
+      await askForStop();
       setSent({ state: "confirmed", at: Date.now() });
     } catch (error) {
       setSent({ state: "failed", why: error instanceof ProblemError ? error.message : "No answer." });

@@ -1,9 +1,11 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
+import { lazy, Suspense } from "react";
 import { useAlive, useLive, useStation } from "../live/hooks";
 import { formatDeg } from "../shared/format";
-import { TRACES } from "../theme";
-import { Strip } from "./Strip";
 import classes from "./station.module.css";
+
+// Drawn by a library of its own, which the numbers need not wait for.
+const Strip = lazy(() => import("./Strip").then((module) => ({ default: module.Strip })));
 
 const WHAT = [
   { motor: 1, what: "Scapula, through the links" },
@@ -20,14 +22,16 @@ export function Angles() {
   return (
     <Card withBorder component="section" aria-label="Angles">
       <Group justify="space-between" mb="sm">
-        <Title order={3}>Angles</Title>
+        <Title order={2} size="h3">
+          Angles
+        </Title>
         <Group gap="lg">
           <Text size="sm">
-            <Text span c={TRACES.setpoint} fw={700}>
+            <Text span c="var(--kata-setpoint)" fw={700}>
               ━
             </Text>{" "}
             setpoint{" "}
-            <Text span c={TRACES.measured} fw={700}>
+            <Text span c="var(--kata-measured)" fw={700}>
               ━
             </Text>{" "}
             measured
@@ -67,7 +71,9 @@ function Axis({ axis, what }: { axis: number; what: string }) {
         </Text>
       </div>
       <div>
-        <Strip axis={axis} min={info.min_deg} max={info.max_deg} />
+        <Suspense fallback={<div className={classes.strip} />}>
+          <Strip axis={axis} min={info.min_deg} max={info.max_deg} />
+        </Suspense>
         <div className={classes.range} aria-hidden>
           {setpoint !== null && <div className={classes.setpoint} style={{ left: place(setpoint) }} />}
           {measured !== null && <div className={classes.measured} style={{ left: place(measured) }} />}

@@ -1,10 +1,12 @@
-import { Button, type ButtonProps, Text, Tooltip } from "@mantine/core";
+import { Button, type ButtonProps, Text } from "@mantine/core";
 import { useMutation } from "@tanstack/react-query";
-import type { ReactNode } from "react";
+import { type ReactNode, useId } from "react";
 import { useOperates } from "../access/hooks";
 import type { CommandName } from "../api/client";
 import { useRefusal } from "../live/hooks";
+import { store } from "../live/store";
 import { ProblemNote } from "../shared/problem";
+import classes from "./station.module.css";
 
 type Props = ButtonProps & {
   command: CommandName;
@@ -13,26 +15,38 @@ type Props = ButtonProps & {
   children: ReactNode;
 };
 
-/** One command to the apparatus. The service says whether it is possible now; the button only repeats why not. */
+/**
+ * One command to the apparatus. The service says whether it is possible now; the button only repeats why not. Once pressed, it waits
+ * until the apparatus has confirmed it and what is shown tells of it.
+ */
 export function CommandButton({ command, send, onDone, children, disabled, ...look }: Props) {
   const operates = useOperates();
   const refusal = useRefusal(command);
-  const sending = useMutation({ mutationFn: send, ...(onDone && { onSuccess: onDone }) });
-  const why = refusal ? `${refusal.message} ${refusal.next_step}` : "";
+  const about = useId();
+  const sending = useMutation({
+    mutationFn: async () => {
+      await send();
+      await store.told();
+    },
+    ...(onDone && { onSuccess: onDone }),
+  });
   if (!operates) return null;
+  const waits = sending.isPending;
   return (
     <div>
-      <Tooltip label={why} disabled={!refusal} multiline maw={320}>
-        <Button
-          size="xl"
-          {...look}
-          loading={sending.isPending}
-          disabled={refusal !== null || disabled === true}
-          onClick={() => sending.mutate()}
-        >
-          {children}
-        </Button>
-      </Tooltip>
+      <Button
+        size="xl"
+        {...look}
+        loading={waits}
+        disabled={refusal !== null || disabled === true}
+        aria-describedby={about}
+        onClick={() => sending.mutate()}
+      >
+        {children}
+      </Button>
+      <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
+        {waits ? WAITS : refusal && `${refusal.message} ${refusal.next_step}`}
+      </Text>
       {sending.error && (
         <Text component="div" mt="xs">
           <ProblemNote error={sending.error} />
@@ -41,3 +55,5 @@ export function CommandButton({ command, send, onDone, children, disabled, ...lo
     </div>
   );
 }
+
+const WAITS = "Sent. It waits for the apparatus to confirm it.";

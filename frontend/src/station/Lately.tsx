@@ -10,7 +10,7 @@ export function Lately() {
   if (events.length === 0) return null;
   return (
     <Card withBorder component="section" aria-label="Lately">
-      <Title order={3} mb="sm">
+      <Title order={2} size="h3" mb="sm">
         Lately
       </Title>
       <Stack gap={4}>

@@ -50,7 +50,9 @@ export function SimulatorPanel() {
   return (
     <Card withBorder className={classes.simulator ?? ""} component="section" aria-label="Simulated apparatus">
       <Stack className={connected ? "" : "stale"}>
-        <Title order={3}>Simulated apparatus</Title>
+        <Title order={2} size="h3">
+          Simulated apparatus
+        </Title>
         <Text size="sm">
           In place of hand, foot and the patient's switch. With a real apparatus this panel is not here.
         </Text>
@@ -96,7 +98,6 @@ export function SimulatorPanel() {
           </Button>
           <Button
             variant={state?.estop_pressed ? "filled" : "default"}
-            color={state?.estop_pressed ? "red.8" : "indigo"}
             aria-pressed={state?.estop_pressed === true}
             onClick={() => estop.mutate(!state?.estop_pressed)}
           >

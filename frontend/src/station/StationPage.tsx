@@ -1,4 +1,4 @@
-import { Alert, Card, Grid, Stack, Text, Title } from "@mantine/core";
+import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
@@ -8,6 +8,7 @@ import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
+import { StopBanner } from "../shared/StopBanner";
 import { useTitle } from "../shared/title";
 import { Angles } from "./Angles";
 import { Lately } from "./Lately";
@@ -29,6 +30,7 @@ export function StationPage() {
   const search = useSearch({ from: "/" });
   const run = useLive("run");
   const teaching = useLive("teaching");
+  const stop = useLive("stop");
   const navigate = useNavigate({ from: "/" });
   useTitle(station?.name ?? "Station");
   // Whoever is on the apparatus is the one this page is about.
@@ -41,12 +43,14 @@ export function StationPage() {
   });
   return (
     <Stack>
-      <Title order={2} style={{ position: "absolute", left: -9999 }}>
+      <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {station?.name ?? "Station"}
       </Title>
+      <StopBanner whole />
       <Grid gap="lg">
         <Grid.Col span={{ base: 12, md: 6 }}>
-          <Stack>
+          {/* Kept, so that nothing that was typed or chosen is lost over a stop. */}
+          <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
             <LeaseBar />
             {me && station && !worksAt(me, station.name) && (
               <Alert color="gray" variant="outline">
@@ -79,8 +83,12 @@ export function StationPage() {
                 <Loaded run={run} />
               </Card>
             )}
-            {diagnoses && station?.simulated && <SimulatorPanel />}
           </Stack>
+          {diagnoses && station?.simulated && (
+            <Box mt={stop === null ? "md" : 0}>
+              <SimulatorPanel />
+            </Box>
+          )}
         </Grid.Col>
         <Grid.Col span={{ base: 12, md: 6 }}>
           <Stack>

@@ -1,3 +1,4 @@
+import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -10,6 +11,7 @@ const HEIGHT = 56;
 /** The last seconds of one axis. Fed by the store itself, so that ten frames a second never pass through React. */
 export function Strip({ axis, min, max }: { axis: number; min: number; max: number }) {
   const place = useRef<HTMLDivElement>(null);
+  const colours = TRACES[useComputedColorScheme()];
   useEffect(() => {
     const element = place.current;
     if (!element) return;
@@ -27,8 +29,8 @@ export function Strip({ axis, min, max }: { axis: number; min: number; max: numb
         axes: [{ show: false }, { show: false }],
         series: [
           {},
-          { stroke: TRACES.setpoint, width: 1.5, points: { show: false } },
-          { stroke: TRACES.measured, width: 2, points: { show: false } },
+          { stroke: colours.setpoint, width: 1.5, points: { show: false } },
+          { stroke: colours.measured, width: 2, points: { show: false } },
         ],
       },
       [times, setpoints, measured],
@@ -61,6 +63,6 @@ export function Strip({ axis, min, max }: { axis: number; min: number; max: numb
       fit.disconnect();
       plot.destroy();
     };
-  }, [axis, min, max]);
+  }, [axis, min, max, colours]);
   return <div ref={place} aria-hidden />;
 }

@@ -23,7 +23,9 @@ export function TeachPanel({ patientId }: { patientId: string }) {
   return (
     <Card withBorder component="section" aria-label="Teach">
       <Stack>
-        <Title order={3}>Teach</Title>
+        <Title order={2} size="h3">
+          Teach
+        </Title>
         {teaching ? (
           <div className={alive ? "" : "stale"}>
             <Pedal />

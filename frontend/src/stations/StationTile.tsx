@@ -1,6 +1,7 @@
 import { Alert, Badge, Card, Group, Progress, Stack, Text, Title } from "@mantine/core";
 import { IconAlertTriangle, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
+import { AlarmFrame } from "../alarms/Alarms";
 import { EstopSign } from "../shared/EstopBadge";
 import {
   doingWords,
@@ -22,11 +23,13 @@ export function StationTile({ station, children }: { station: Shown; children?: 
       aria-label={name}
       data-testid="station"
       data-silent={station.silent}
-      bg={state ? "white" : "gray.1"}
+      {...(!state && { bg: "var(--kata-quiet)" })}
     >
       <Stack gap="sm">
         <Group justify="space-between">
-          <Title order={3}>{name}</Title>
+          <Title order={2} size="h3">
+            {name}
+          </Title>
           <Group gap="xs">
             {station.here && <Badge variant="light">{STATIONS.here}</Badge>}
             {state?.simulated && (
@@ -72,9 +75,12 @@ function Doing({ state }: { state: State }) {
         </Badge>
       </Group>
       {state.causes.map((cause) => (
-        <Alert key={`${cause.code} ${cause.axis}`} color="red.8" role="alert" icon={<IconAlertTriangle />}>
+        <AlarmFrame
+          key={`${cause.code} ${cause.axis}`}
+          priority={cause.cleared && !state.arm_held ? "medium" : "high"}
+        >
           {cause.message}
-        </Alert>
+        </AlarmFrame>
       ))}
       <Text fw={600}>{state.patient ? state.patient.name : STATIONS.nobody}</Text>
       {state.recording_name && <Text size="sm">{state.recording_name}</Text>}

@@ -1,7 +1,8 @@
-import { Alert, Code, SimpleGrid, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Code, SimpleGrid, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useState, useSyncExternalStore } from "react";
 import { May } from "../access/May";
+import { AlarmFrame } from "../alarms/Alarms";
 import { api } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
@@ -15,12 +16,10 @@ export function StationsPage() {
   const known = useSyncExternalStore(stations.subscribe, stations.get);
   return (
     <Stack>
-      <Title order={2}>{STATIONS.title}</Title>
-      {known.stations === null && known.lost && (
-        <Alert color="red.8" role="alert">
-          {STATIONS.lost}
-        </Alert>
-      )}
+      <Title order={1} size="h2">
+        {STATIONS.title}
+      </Title>
+      {known.stations === null && known.lost && <AlarmFrame priority="medium">{STATIONS.lost}</AlarmFrame>}
       {known.stations === null && !known.lost && (
         <>
           <Text role="status">{STATIONS.connecting}</Text>

@@ -1,4 +1,5 @@
 import type { Schemas } from "../api/client";
+import { socketTo } from "../live/socket";
 import type { Shown } from "./words";
 
 /** The service speaks at least every second. */
@@ -82,7 +83,4 @@ export class StationsStore {
   }
 }
 
-export const stations = new StationsStore(() => {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  return new WebSocket(`${scheme}://${location.host}/api/stations/live`);
-});
+export const stations = new StationsStore(() => socketTo("/api/stations/live"));

@@ -114,7 +114,8 @@ def restore(settings: Settings, file: Path, key: Path) -> Restored:
     """
     keys = identities(key)
     now = utc_now()
-    aside = aside_folder(settings, f"{now:%Y%m%d-%H%M%S}")
+    # With a part of the second: whoever tries again at once has a place of its own.
+    aside = aside_folder(settings, f"{now:%Y%m%d-%H%M%S-%f}")
     with without_service(settings), one_at_a_time(settings), work_folder(settings) as folder:
         database = Database(settings.effective_database_url)
         try:

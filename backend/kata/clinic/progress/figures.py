@@ -207,7 +207,9 @@ class _Panel:
     def title(self, text: str) -> dict[str, Any]:
         """What stands over it."""
         return {
-            "text": f"<b>{text}</b>",
+            "text": text,
+            # Not by markup: Plotly writes what that means into a style attribute, which the page's policy refuses.
+            "font": {"weight": "bold"},
             "xref": "paper",
             "yref": "paper",
             "x": self._x[0],

@@ -48,7 +48,9 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
     <Card withBorder component="section" aria-label="Session">
       <Stack>
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
-        <Title order={3}>{STEP_WORDS[step]}</Title>
+        <Title order={2} size="h3">
+          {STEP_WORDS[step]}
+        </Title>
         <ProblemNote error={visit.error} />
         {step === "begin" && (
           <>

@@ -1,0 +1,81 @@
+"""What others start Kata with: the compose file, and the unit for systemd."""
+
+import configparser
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from kata.device import config
+from tests.conftest import ROOT
+
+
+def compose(name: str = "docker-compose.yml") -> Any:
+    return yaml.safe_load((ROOT / name).read_text())
+
+
+def test_every_container_is_without_rights_and_writes_only_where_it_is_said() -> None:
+    services = compose()["services"]
+    assert set(services) == {"database", "station-1", "station-2", "proxy"}
+    for name, told in services.items():
+        uid = int(told["user"].partition(":")[0])
+        assert uid > 0, name
+        assert told["read_only"] is True, name
+        assert told["cap_drop"] == ["ALL"], name
+        assert told["security_opt"] == ["no-new-privileges:true"], name
+        assert told["healthcheck"]["test"], name
+        assert not told.get("privileged"), name
+
+
+def test_each_station_has_a_name_a_volume_and_real_time_of_its_own() -> None:
+    told = compose()
+    stations = {name: one for name, one in told["services"].items() if name.startswith("station-")}
+    names = set()
+    for name, one in stations.items():
+        mounts = dict(mount.split(":")[:2] for mount in one["volumes"])
+        assert mounts[name] == "/var/lib/kata"
+        assert name in told["volumes"]
+        file = next(Path(source) for source, target in mounts.items() if target == one["environment"]["KATA_STATION"])
+        names.add(config.read(ROOT / file).name)
+        assert one["ulimits"] == {"rtprio": 70, "memlock": -1}
+        assert one["depends_on"] == {"database": {"condition": "service_healthy"}}
+        assert "/health/live" in one["healthcheck"]["test"][-1], "a station without its database goes on"
+        assert f"https://{name}." in (ROOT / "deploy/proxy/Caddyfile").read_text()
+    assert len(names) == len(stations)
+
+
+def test_only_the_proxy_is_reached_from_outside_and_it_reaches_no_database() -> None:
+    services = compose()["services"]
+    assert [name for name, one in services.items() if "ports" in one] == ["proxy"]
+    assert "records" not in services["proxy"]["networks"]
+    assert services["database"]["networks"] == ["records"]
+    address = services["proxy"]["networks"]["pages"]["ipv4_address"]
+    assert services["station-1"]["environment"]["KATA_TRUSTED_PROXIES"] == address
+
+
+def test_no_secret_stands_in_the_compose_file() -> None:
+    text = (ROOT / "docker-compose.yml").read_text()
+    assert re.findall(r"PASSWORD: (?!\$\{)", text) == []
+
+
+def test_an_adapter_is_passed_through() -> None:
+    told = compose("deploy/rs485.yml")["services"]["station-1"]
+    assert [device.rpartition(":")[2] for device in told["devices"]] == ["/dev/rs485"]
+    assert config.read(ROOT / "deploy/stations/station-1.toml").port == "/dev/rs485"
+    assert told["environment"]["KATA_SIMULATE"] == "false"
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("Type", "notify"), ("WatchdogSec", "20"), ("Restart", "always"), ("User", "kata"), ("LimitRTPRIO", "70"),
+        ("LimitMEMLOCK", "infinity"), ("NoNewPrivileges", "yes"), ("ProtectSystem", "strict"), ("KillSignal", "SIGINT"),
+    ],
+)  # fmt: skip
+def test_the_unit_has_a_watchdog_real_time_and_no_rights_besides(key: str, value: str) -> None:
+    unit = configparser.ConfigParser(strict=False, interpolation=None)
+    unit.optionxform = str  # type: ignore[assignment,method-assign]
+    unit.read(ROOT / "deploy/systemd/kata.service")
+    assert unit["Service"][key] == value

@@ -1,0 +1,75 @@
+"""The invented clinic: marked, the same every time, and never among real patients."""
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import func, select
+from typer.testing import CliRunner
+
+from kata.cli import app
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.device import journal
+from kata.seed import MARK, SeedError, fill
+
+NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
+
+
+@pytest.fixture(scope="module")
+def databases(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Database]]:
+    """Two that were filled alike."""
+    made = [Database(f"sqlite:///{tmp_path_factory.mktemp('seed') / 'kata.db'}") for _ in range(2)]
+    for database in made:
+        upgrade(database)
+        fill(database, 1, NOW, patients=5)
+    yield made
+    for database in made:
+        database.close()
+
+
+def told(database: Database) -> list[Any]:
+    with database.read() as session:
+        runs = session.execute(select(RunRow.id, RunRow.started_at, RunRow.worst_rmse_deg).order_by(RunRow.id)).all()
+        people = session.execute(select(PatientRow.id, PatientRow.name, PatientRow.birth_date).order_by(PatientRow.id))
+        return [*map(tuple, runs), *map(tuple, people)]
+
+
+def test_people_have_months_of_history_and_are_marked_as_invented(databases: list[Database]) -> None:
+    with databases[0].read() as session:
+        people = session.scalars(select(PatientRow)).all()
+        assert len(people) == 5
+        assert all(one.notes == MARK and one.clinic_number.startswith("DEMO-") for one in people)
+        visits = session.scalars(select(SessionRow.started_at)).all()
+        assert max(visits) < NOW
+        assert max(session.scalars(select(AssessmentRow.assessed_at))) < NOW
+        assert (max(visits) - min(visits)).days > 80
+        assert all(session.scalars(select(SessionRow.signed_at)).all())
+        assert set(session.scalars(select(RunRow.outcome))) == {"completed", "stopped"}
+        runs = session.scalar(select(func.count()).select_from(RunRow)) or 0
+        assert runs > 80
+        assert session.scalar(select(func.count()).select_from(MotorTrackingRow)) == 5 * runs
+        assert session.scalar(select(func.count()).select_from(AssessmentRow).where(AssessmentRow.spadi_score > 0))
+
+
+def test_the_same_number_makes_the_same_clinic(databases: list[Database]) -> None:
+    one, other = (told(database) for database in databases)
+    assert one == other
+
+
+def test_nobody_is_invented_among_patients(databases: list[Database]) -> None:
+    before = told(databases[0])
+    with pytest.raises(SeedError, match="only put into an empty one"):
+        fill(databases[0], 2, NOW)
+    assert told(databases[0]) == before
+
+
+def test_the_command_refuses_while_somebody_works_there(tmp_path: Path) -> None:
+    with journal.claimed(tmp_path, 0.0):
+        result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path)])
+    assert result.exit_code == 1
