@@ -16,7 +16,6 @@ from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import runs
 from kata.device import journal
-from tests.outages import Server
 from tests.web.conftest import running
 from tests.web.test_derived import lifted, taught
 from tests.web.test_records import problem
@@ -28,16 +27,16 @@ FEW_S = 8.0
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
+def server() -> Iterator[postgresql.Server]:
     try:
         with postgresql.serving() as url:
-            yield Server(url)
+            yield postgresql.Server(url)
     except postgresql.MissingError as error:
         pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")
-def client(server: Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     folder = tmp_path_factory.mktemp("kata")
     with running(folder, database_url=server.url) as made:
         made.app.state.folder = folder  # type: ignore[attr-defined]
@@ -91,7 +90,7 @@ def noted(client: TestClient) -> list[str]:
 
 
 def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
-    client: TestClient, server: Server, told: list[Happening]
+    client: TestClient, server: postgresql.Server, told: list[Happening]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
@@ -139,7 +138,7 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
 
 
 def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_started_again(
-    client: TestClient, server: Server, told: list[Happening]
+    client: TestClient, server: postgresql.Server, told: list[Happening]
 ) -> None:
     until_mode(client, "idle")
     patient = client.post(
