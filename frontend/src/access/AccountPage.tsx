@@ -8,9 +8,11 @@ import { useTitle } from "../shared/title";
 import { ACCOUNT, MENU, SECOND_FACTOR } from "./accountWords";
 import { Door } from "./Door";
 import { useMe } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
 import { SecondFactor } from "./SecondFactor";
 import { access } from "./standing";
+import { LANGUAGE_WORDS } from "./words";
 
 /** One's own account: who one is here, password, second factor. */
 export function AccountPage() {
@@ -26,6 +28,12 @@ export function AccountPage() {
         <Text>{ACCOUNT.who(me.username, me.role)}</Text>
         {me.stations.length > 0 && <Text>{ACCOUNT.worksAt(me.stations)}</Text>}
       </div>
+      <Card withBorder component="section" aria-label={LANGUAGE_WORDS.language}>
+        <Title order={2} size="h3" mb="md">
+          {LANGUAGE_WORDS.language}
+        </Title>
+        <LanguageChoice own />
+      </Card>
       {me.password && (
         <Card withBorder component="section" aria-label={ACCOUNT.password}>
           <Title order={2} size="h3" mb="md">

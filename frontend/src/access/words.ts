@@ -27,3 +27,16 @@ export const ROLES = say<Record<Role, { name: string; may: string }>>(
     technician: { name: "保守担当者", may: "装置とその状態を管理します。患者のデータは閲覧できません。" },
   },
 );
+
+export const LANGUAGE_WORDS = say(
+  {
+    language: "Language",
+    whatItIs: "The page speaks it with you at whichever browser you sign in at.",
+    notWhileMoving: "It can be changed once the apparatus stands and has let go of the arm.",
+  },
+  {
+    language: "表示言語",
+    whatItIs: "どのブラウザでサインインしても、この言語で表示します。",
+    notWhileMoving: "装置が停止し、腕を離すと変更できます。",
+  },
+);

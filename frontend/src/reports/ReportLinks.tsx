@@ -1,7 +1,7 @@
 import { Button, Group, SegmentedControl } from "@mantine/core";
 import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
-import { LANGUAGES } from "../shared/language";
-import { type PaperLanguage, usePaperLanguage } from "../shared/paperLanguage";
+import { LANGUAGES, type Language } from "../shared/language";
+import { usePaperLanguage } from "../shared/paperLanguage";
 import { REPORT } from "./words";
 
 /** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
@@ -33,7 +33,7 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         aria-label={REPORT.language}
         size="md"
         value={language}
-        onChange={(chosen) => setLanguage(chosen as PaperLanguage)}
+        onChange={(chosen) => setLanguage(chosen as Language)}
         data={Object.entries(LANGUAGES).map(([value, name]) => ({
           value,
           label: <span lang={value}>{name}</span>,
