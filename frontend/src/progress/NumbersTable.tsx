@@ -3,6 +3,7 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../api/client";
 import { formatDeg, formatMoment } from "../shared/format";
+import { PROGRESS } from "./words";
 
 type Column = Schemas["ProgressColumn"];
 
@@ -18,12 +19,12 @@ export function NumbersTable({ title, table }: { title: string; table: Schemas["
           aria-expanded={shown}
           onClick={rows.toggle}
         >
-          {shown ? "Hide the numbers" : "Show the numbers"}
+          {shown ? PROGRESS.hideNumbers : PROGRESS.showNumbers}
         </Button>
       </Group>
       {shown && (
         <ScrollArea.Autosize mah={480} type="auto">
-          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={`Numbers: ${title}`}>
+          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={PROGRESS.numbers(title)}>
             <Table.Thead>
               <Table.Tr>
                 {table.columns.map((column) => (
