@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Page, Response, expect
+from playwright.sync_api import BrowserContext, Page, Response, expect
 
 from kata.access.sign_in import COOKIE
 from kata.database.base import utc_now
@@ -78,8 +78,10 @@ def clinic(tmp_path: Path) -> Iterator[Clinic]:
 
 
 @pytest.fixture
-def page(page: Page, clinic: Clinic) -> Page:
-    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+def page(context: BrowserContext, clinic: Clinic) -> Page:
+    """On the station page, signed in as administrator, the apparatus idle."""
+    page = context.new_page()
+    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
     page.goto(clinic.url)
     expect(page.get_by_test_id("mode")).to_have_text(IDLE, timeout=START_LIMIT_S * 1000)
     return page

@@ -59,7 +59,7 @@ function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }
       {found && found.table.rows.length > 0 && (
         <>
           <Text size="sm">{shows}</Text>
-          <Plot figure={found.figure} label={`${title}. ${shows} Its numbers can be shown below.`} />
+          <Plot figure={found.figure} label={PROGRESS.figure(title, shows)} />
           <NumbersTable title={title} table={found.table} />
         </>
       )}
