@@ -3,7 +3,6 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../api/client";
 import { formatDeg, formatMoment } from "../shared/format";
-import { told } from "../shared/told";
 import { PROGRESS } from "./words";
 
 type Column = Schemas["ProgressColumn"];
@@ -30,7 +29,7 @@ export function NumbersTable({ title, table }: { title: string; table: Schemas["
               <Table.Tr>
                 {table.columns.map((column) => (
                   <Table.Th key={column.name} scope="col" ta={alignment(column)}>
-                    {told(column.name)}
+                    {column.name}
                   </Table.Th>
                 ))}
               </Table.Tr>
@@ -58,5 +57,5 @@ const alignment = (column: Column) => (column.kind === "number" ? "right" : "lef
 function cellText(column: Column, value: string | number | null): string {
   if (typeof value === "number") return formatDeg(value, column.digits);
   if (value === null) return "–";
-  return column.kind === "moment" ? formatMoment(value) : told(value);
+  return column.kind === "moment" ? formatMoment(value) : value;
 }
