@@ -3,6 +3,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { api, type Programme } from "../api/client";
+import { Around } from "../shared/Around";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
@@ -21,11 +22,11 @@ export function NewProgrammePage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        {NEW.for.before}
-        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
-          {patient.data?.name ?? NEW.thePatient}
-        </PageLink>
-        {NEW.for.after}
+        <Around words={NEW.for}>
+          <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+            {patient.data?.name ?? NEW.thePatient}
+          </PageLink>
+        </Around>
       </Title>
       <ProblemNote error={patient.error} />
       <NewProgramme

@@ -4,8 +4,9 @@ import { api, type Schemas } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
+import { OUTCOMES, PLAN } from "./planWords";
 import { differences, itemWords } from "./told";
-import { OUTCOMES, PLAN, PLAYED } from "./words";
+import { PLAYED } from "./words";
 
 /** What a session's programme asked for, and what was done of it; nothing where there was no programme. */
 export function PlannedAndDone({ sessionId }: { sessionId: string }) {

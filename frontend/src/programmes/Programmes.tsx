@@ -6,8 +6,9 @@ import { api, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
+import { REGULARITY } from "./planWords";
 import { itemWords, versionWords } from "./told";
-import { NEW, PROGRAMME, REGULARITY, VERSIONS } from "./words";
+import { NEW, PROGRAMME, VERSIONS } from "./words";
 
 /** A patient's programmes, each with what it says now. */
 export function Programmes({ patientId }: { patientId: string }) {

@@ -3,6 +3,7 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../api/client";
 import { formatDeg, formatMoment } from "../shared/format";
+import { told } from "../shared/told";
 import { PROGRESS } from "./words";
 
 type Column = Schemas["ProgressColumn"];
@@ -29,7 +30,7 @@ export function NumbersTable({ title, table }: { title: string; table: Schemas["
               <Table.Tr>
                 {table.columns.map((column) => (
                   <Table.Th key={column.name} scope="col" ta={alignment(column)}>
-                    {column.name}
+                    {told(column.name)}
                   </Table.Th>
                 ))}
               </Table.Tr>
@@ -57,5 +58,7 @@ const alignment = (column: Column) => (column.kind === "number" ? "right" : "lef
 function cellText(column: Column, value: string | number | null): string {
   if (typeof value === "number") return formatDeg(value, column.digits);
   if (value === null) return "–";
-  return column.kind === "moment" ? formatMoment(value) : value;
+  if (column.kind === "moment") return formatMoment(value);
+  // A name that somebody gave stays as it is.
+  return column.name === "Recording" ? value : told(value);
 }
