@@ -114,7 +114,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
 
 def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
     heard: list[Response] = []
-    page.on("response", heard.append)
+    page.on("response", lambda answer: heard.append(answer))
     english: dict[str, list[str]] = {}
     barred: dict[str, list[str]] = {}
     for name, address in addresses(page, clinic).items():
@@ -159,7 +159,7 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefact
     look("after-stop")
     page.context.clear_cookies(name=COOKIE)
     page.goto(clinic.url)
-    expect(page.get_by_role("heading", name="サインイン")).to_be_visible()
+    expect(page.get_by_role("heading", name="サインイン")).to_be_visible(timeout=LONG_MS)
     expect(page.locator("html")).to_have_attribute("lang", "ja")
     look("door")
     page.get_by_role("textbox", name="ユーザー名").fill("nobody")
@@ -171,9 +171,9 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefact
 
 def test_the_page_speaks_what_somebody_chooses_wherever_they_sign_in(page: Page, clinic: Clinic) -> None:
     page.goto(f"{clinic.url}/account")
-    expect(page.get_by_role("heading", name="表示言語")).to_be_visible()
+    expect(page.get_by_role("heading", name="表示言語")).to_be_visible(timeout=LONG_MS)
     page.get_by_text("English", exact=True).click()
-    expect(page.get_by_role("heading", name="Language")).to_be_visible()
+    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
     expect(page.locator("html")).to_have_attribute("lang", "en")
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
     # Another browser that prefers Japanese: as soon as it knows who is there, it speaks English, too.
@@ -187,9 +187,9 @@ def test_the_page_speaks_what_somebody_chooses_wherever_they_sign_in(page: Page,
     # Before a sign-in, at the door, it is the browser's alone.
     other.clear_cookies(name=COOKIE)
     elsewhere.goto(clinic.url)
-    expect(elsewhere.get_by_role("heading", name="Sign in")).to_be_visible()
+    expect(elsewhere.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
     elsewhere.get_by_text("日本語", exact=True).click()
-    expect(elsewhere.get_by_role("heading", name="サインイン")).to_be_visible()
+    expect(elsewhere.get_by_role("heading", name="サインイン")).to_be_visible(timeout=LONG_MS)
     other.close()
     page.reload()
-    expect(page.get_by_role("heading", name="Language")).to_be_visible()
+    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)

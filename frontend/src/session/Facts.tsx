@@ -1,7 +1,8 @@
 import { Card, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas, Session } from "../api/client";
 import { formatClock } from "../shared/format";
-import { END_REASONS, FIXTURES, FORMAT } from "../shared/words";
+import { END_REASONS } from "../shared/noteWords";
+import { FIXTURES, FORMAT } from "../shared/words";
 import { CHECKS, FACTS, SUBJECT_SIDES } from "./words";
 
 const SUBJECTS: Record<string, string> = { ...FIXTURES, ...SUBJECT_SIDES };

@@ -4,7 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useId } from "react";
 import { api, type Run } from "../api/client";
 import { LOAD_LEVELS } from "./levels";
-import { LEVEL } from "./words";
+import { LEVEL } from "./playWords";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
 

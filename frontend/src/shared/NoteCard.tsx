@@ -6,9 +6,9 @@ import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
 import { formatMoment } from "./format";
 import { useKeepSession } from "./keepSession";
+import { END_REASONS, NOTE } from "./noteWords";
 import { usePaperLanguage } from "./paperLanguage";
 import { ProblemNote } from "./problem";
-import { END_REASONS, NOTE } from "./words";
 
 const SAVE_AFTER_MS = 800;
 

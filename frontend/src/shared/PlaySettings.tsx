@@ -1,7 +1,7 @@
 import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
+import { PLAYING } from "./playWords";
 import { Stepper, type Steps } from "./Stepper";
 import { type Settings, settingsWords } from "./settings";
-import { PLAYING } from "./words";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 

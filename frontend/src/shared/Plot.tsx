@@ -1,11 +1,11 @@
 import { Skeleton, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
+import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureWords";
 import { LANGUAGE } from "./language";
 import { inScheme } from "./plotColours";
 import { spoken } from "./plotWords";
 import { type PlotWindow, windowOf } from "./window";
-import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./words";
 
 // A double click shows all of it again, whatever part was last asked for.
 const config = {

@@ -1,7 +1,7 @@
 import { ActionIcon, Group, NumberInput, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useId } from "react";
-import { PLAYING } from "./words";
+import { PLAYING } from "./playWords";
 
 /** What a number is called, and its bounds. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };

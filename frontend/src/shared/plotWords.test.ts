@@ -20,6 +20,7 @@ it.each([
   "a figure of a page in %s has its words in that language, and nothing else changed",
   async (language, seen) => {
     localStorage.setItem("kata.language", language);
+    await (await import("./told")).learn();
     const { spoken } = await import("./plotWords");
     expect(spoken(FIGURE)).toEqual(seen);
     localStorage.clear();

@@ -1,5 +1,6 @@
 import type { Schemas } from "../api/client";
-import { FORMAT, PLAYING } from "./words";
+import { PLAYING } from "./playWords";
+import { FORMAT } from "./words";
 
 /** How a recording is played. */
 export type Settings = Pick<

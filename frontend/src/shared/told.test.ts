@@ -8,7 +8,9 @@ beforeEach(() => {
 
 async function speaking(language: "en" | "ja") {
   localStorage.setItem("kata.language", language);
-  return (await import("./told")).told;
+  const { learn, told } = await import("./told");
+  await learn();
+  return told;
 }
 
 describe("what the service says", () => {

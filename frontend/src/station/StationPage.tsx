@@ -1,6 +1,7 @@
 import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
+import { lazy, Suspense, useEffect } from "react";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
 import { api, type Patient } from "../api/client";
 import { LiveApparatus } from "../apparatus3d/lazily";
@@ -14,12 +15,15 @@ import { Angles } from "./Angles";
 import { Lately } from "./Lately";
 import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
-import { Loaded } from "./PlayPanel";
-import { SimulatorPanel } from "./SimulatorPanel";
 import { StandsFor } from "./StandsFor";
-import { TeachPanel } from "./TeachPanel";
-import { Visit } from "./visit/Visit";
 import { STATION } from "./words";
+
+// The first page tells what the apparatus does, and stops it; what is worked with comes right behind.
+const work = () => import("./work");
+const Loaded = lazy(() => work().then(({ Loaded }) => ({ default: Loaded })));
+const SimulatorPanel = lazy(() => work().then(({ SimulatorPanel }) => ({ default: SimulatorPanel })));
+const TeachPanel = lazy(() => work().then(({ TeachPanel }) => ({ default: TeachPanel })));
+const Visit = lazy(() => work().then(({ Visit }) => ({ default: Visit })));
 
 /** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
 export function StationPage() {
@@ -33,6 +37,7 @@ export function StationPage() {
   const teaching = useLive("teaching");
   const stop = useLive("stop");
   const navigate = useNavigate({ from: "/" });
+  useEffect(() => void work(), []);
   useTitle(station?.name ?? STATION.title);
   // Whoever is on the apparatus is the one this page is about.
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
@@ -68,20 +73,24 @@ export function StationPage() {
             {patient.data && <Text>{patientWords(patient.data)}</Text>}
             <ProblemNote error={patient.error} />
             <StandsFor wanted={patient.data?.affected_side ?? undefined} />
-            {/* What cannot be done now gives its place to what is going on. */}
-            {operates && patientId && !run && <TeachPanel patientId={patientId} />}
-            {operates && patientId && !teaching && (
-              <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
-            )}
-            {!operates && run && (
-              <Card withBorder component="section" aria-label={STATION.goesOn}>
-                <Loaded run={run} />
-              </Card>
-            )}
+            <Suspense>
+              {/* What cannot be done now gives its place to what is going on. */}
+              {operates && patientId && !run && <TeachPanel patientId={patientId} />}
+              {operates && patientId && !teaching && (
+                <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+              )}
+              {!operates && run && (
+                <Card withBorder component="section" aria-label={STATION.goesOn}>
+                  <Loaded run={run} />
+                </Card>
+              )}
+            </Suspense>
           </Stack>
           {diagnoses && station?.simulated && (
             <Box mt={stop === null ? "md" : 0}>
-              <SimulatorPanel />
+              <Suspense>
+                <SimulatorPanel />
+              </Suspense>
             </Box>
           )}
         </Grid.Col>
