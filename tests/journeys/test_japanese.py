@@ -112,6 +112,7 @@ def english_on(page: Page, records: set[str]) -> list[str]:
     return found
 
 
+@pytest.mark.timeout(900)
 def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
     heard: list[Response] = []
     page.on("response", lambda answer: heard.append(answer))
@@ -121,6 +122,8 @@ def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path)
         heard.clear()
         page.goto(clinic.url + address)
         expect(page.get_by_test_id("mode")).to_have_text(IDLE, timeout=START_LIMIT_S * 1000)
+        if name.startswith("station"):
+            expect(page.get_by_role("region", name="模擬装置")).to_be_visible(timeout=LONG_MS)
         page.wait_for_load_state("networkidle")
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         expect(page.locator("html")).to_have_attribute("lang", "ja")

@@ -82,6 +82,11 @@ export const FORMAT = say(
   },
 );
 
+export const FIELDS = say(
+  { showPassword: "Toggle password visibility" },
+  { showPassword: "パスワードの表示を切り替え" },
+);
+
 /** A note on a record. */
 export const NOTES = say({ save: "Save note", discard: "Discard" }, { save: "備考を保存", discard: "破棄" });
 
