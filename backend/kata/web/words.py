@@ -103,7 +103,7 @@ NAMES: Final[dict[str, str]] = {
     "contraindications": "禁忌",
     "decided_by": "決定者",
     "diagnosis": "診断名",
-    "disabled": "停止",
+    "disabled": "無効",
     "do": "編集の種類",
     "dominant_side": "利き手",
     "down": "ペダル",

@@ -21,7 +21,11 @@ export function Door({ title, children }: { title: string; children: ReactNode }
           {children}
         </Stack>
       </Card>
-      {nobody && <LanguageChoice />}
+      {nobody && (
+        <Box mt="md">
+          <LanguageChoice />
+        </Box>
+      )}
     </Box>
   );
 }
