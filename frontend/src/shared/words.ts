@@ -132,7 +132,7 @@ export const SHELL = say(
   {
     pages: "ページ",
     station: "ステーション",
-    stations: "一覧",
+    stations: "装置一覧",
     patients: "患者",
     sessions: "セッション",
     administration: "管理",
