@@ -109,9 +109,8 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
         until_mode(client, "paused")
         accepted(client, "play")
 
-        refused = client.get("/api/patients", headers={"accept-language": "ja"})
+        refused = client.get("/api/patients")
         assert (refused.status_code, refused.json()["code"]) == (503, "database_away")
-        assert "データベースが応答しません" in refused.json()["detail"]
         assert refused.headers["retry-after"]
         assert time.monotonic() - began < 2 * FEW_S
 

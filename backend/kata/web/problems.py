@@ -23,10 +23,6 @@ DATABASE_AWAY: Final = Refusal(
     message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
     next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
 )
-_DATABASE_AWAY_JA: Final = (
-    "データベースが応答しません。装置で起きたことはこのコンピューターに保存され、失われることはありません。",
-    "しばらくしてからもう一度お試しください。進行中の操作は続けられ、停止もいつでもできます。",
-)
 _AGAIN_IN_S: Final = 5
 
 
@@ -78,10 +74,8 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(DatabaseAwayError)
     def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
-        language = words.preferred(request.headers.get("accept-language", ""))
-        told = _DATABASE_AWAY_JA if language == "ja" else (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
-        headers = {"content-language": language, "retry-after": str(_AGAIN_IN_S)}
-        return document(503, DATABASE_AWAY.code, *told, headers=headers)
+        told = (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:
