@@ -76,6 +76,9 @@ class Settings(BaseSettings):
     """After so long a sign-in is over, whatever is done."""
     second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
     """Of whom a second factor is asked; everybody may have one."""
+    second_factor_key: Path | None = None
+    """The key that second factors are sealed with in the database; ``second-factor-key.txt`` in the data folder unless given. The same for
+    each service on one database."""
     openid_issuer: str = Field(default="", max_length=255)
     """The clinic's own OpenID Connect provider, by its issuer: what ``/.well-known/openid-configuration`` is put behind. Empty: there is none."""
     openid_client_id: str = ""
@@ -174,6 +177,11 @@ class Settings(BaseSettings):
     def journal(self) -> Path:
         """Folder of journals."""
         return self.data / "journal"
+
+    @property
+    def effective_second_factor_key(self) -> Path:
+        """The file that is really used."""
+        return (self.second_factor_key or self.data / "second-factor-key.txt").absolute()
 
     @property
     def backup_folder(self) -> Path:

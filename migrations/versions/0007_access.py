@@ -51,7 +51,7 @@ def upgrade() -> None:
         sa.Column("language", sa.String(length=8), nullable=False),
         sa.Column("password_hash", sa.String(length=200), nullable=True),
         sa.Column("password_changed_at", sa.DateTime(timezone=True), nullable=True),
-        sa.Column("totp_secret", sa.String(length=64), nullable=True),
+        sa.Column("totp_sealed", sa.String(length=160), nullable=True),
         sa.Column("totp_confirmed_at", sa.DateTime(timezone=True), nullable=True),
         sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
         sa.Column("code_hash", sa.String(length=64), nullable=True),
@@ -99,6 +99,7 @@ def upgrade() -> None:
         sa.Column("bytes", sa.BigInteger(), nullable=False),
         sa.Column("problem", sa.Text(), nullable=False),
         sa.Column("tested_at", sa.DateTime(timezone=True), nullable=True),
+        sa.Column("audit_rows", sa.BigInteger(), nullable=True),
         sa.Column("test_problem", sa.Text(), nullable=False),
         sa.PrimaryKeyConstraint("id", name="pk_backups"),
     )

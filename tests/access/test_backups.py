@@ -22,6 +22,8 @@ from kata.access.backups.folder import UnfinishedRestoreError, one_at_a_time, se
 from kata.access.backups.key import BackupError, identities, make_key, whereabouts
 from kata.access.backups.making import let_go, make
 from kata.access.backups.restoring import restore, try_and_note
+from kata.access.factor_key import factor_key
+from kata.access.second_factor import not_opened
 from kata.access.tables import AccountRow, BackupRow, SignInRow
 from kata.access.trail import Trail
 from kata.access.verify import Verdict, verify
@@ -190,6 +192,31 @@ def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
     assert "a backup was restored; what had been written since it was given up" in found.remarks[0]
     Trail(database, settings.effective_audit_anchor).close()
     assert verdict(settings).findings == []
+
+
+def test_a_backup_brings_the_key_of_the_second_factors_along(
+    settings: Settings, database: Database, tmp_path: Path
+) -> None:
+    of_then = factor_key(settings.effective_second_factor_key)
+    with database.write() as session:
+        account = session.scalars(select(AccountRow)).one()
+        account.totp_sealed = of_then.close("a secret", account.id)
+    file = backup_of(settings)
+    # Since then, another key is used here; and there is a computer that has none.
+    settings.effective_second_factor_key.unlink()
+    since = factor_key(settings.effective_second_factor_key).close("a secret", account.id)
+    database.close()
+    restore(settings, file, settings.backup_key_file)
+    key = factor_key(settings.effective_second_factor_key)
+    with database.read() as session:
+        assert not_opened(session, key) == 0
+    assert key.open(since, account.id) == "a secret"
+    if database.file:
+        new = Settings(data=tmp_path / "new", database_url="", second_factor_key=tmp_path / "elsewhere" / "key.txt")
+        restore(new, file, settings.backup_key_file)
+        with Database(new.effective_database_url).read() as session:
+            assert not_opened(session, factor_key(new.effective_second_factor_key)) == 0
+        assert not (new.data / "second-factor-key.txt").exists()
 
 
 def verdict(settings: Settings) -> Verdict:

@@ -25,7 +25,8 @@ class AccountRow(Base):
     password_hash: Mapped[str | None] = mapped_column(String(200))
     """argon2id, with its parameters; None where only OpenID Connect or a code lets in."""
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    totp_secret: Mapped[str | None] = mapped_column(String(64))
+    totp_sealed: Mapped[str | None] = mapped_column(String(160))
+    """What its codes are made of, sealed with a key that is not in the database."""
     totp_confirmed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     totp_last_step: Mapped[int | None] = mapped_column(BigInteger)
     """The last time step a code was taken of: none is taken twice."""
@@ -158,5 +159,7 @@ class BackupRow(Base):
     bytes: Mapped[int] = mapped_column(BigInteger)
     problem: Mapped[str] = mapped_column(Text, default="")
     tested_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    audit_rows: Mapped[int | None] = mapped_column(BigInteger)
+    """Of the audit trail, verified when it was tried; None where it was not."""
     test_problem: Mapped[str] = mapped_column(Text, default="")
     """Empty where the restored copy was whole and equal."""

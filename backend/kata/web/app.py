@@ -265,6 +265,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         set_up_secret=await asyncio.to_thread(prepare),
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
+        factor_key=await asyncio.to_thread(signing.opened_key, settings.effective_second_factor_key, database),
         limits=limits,
         openid=Provider(settings) if settings.openid_issuer else None,
     )

@@ -52,7 +52,10 @@ class Backup(Schema):
     problem: str = Field(description="Why there is none; empty when it was made.")
     tested_at: Moment | None = Field(description="When it was restored to see whether it can be.")
     test_problem: str = Field(
-        description="Why it is not known to be restorable; empty where it came back whole and equal."
+        description="Why it is not known to be restorable; empty where it came back whole and equal, and the audit trail in it whole."
+    )
+    audit_rows: int | None = Field(
+        ge=0, description="Rows of the audit trail that were verified when it was tried; null: none were."
     )
     there: bool = Field(description="The file is still where it was made.")
 

@@ -132,7 +132,7 @@ def confirm_openid(
     with database.write() as session:
         account = accounts.get(session, proven.account_id)
         _check_open(account)
-        if second_factor.accepted(session, account, given.code, access.now()) is None:
+        if second_factor.accepted(session, access.factor_key, account, given.code, access.now()) is None:
             raise ProblemError(401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one.")
         told = let_in(request, response, session, access, account, "oidc_two")
     access.throttle.was_no_failure(of_address)

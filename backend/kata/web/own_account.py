@@ -111,7 +111,7 @@ def begin_second_factor(database: TheDatabase, access: TheAccess, actor: TheActo
     """Begin to set up a second factor; it counts once a code was confirmed."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
-        address = second_factor.begin(accounts.get(session, actor.account_id))
+        address = second_factor.begin(access.factor_key, accounts.get(session, actor.account_id))
     return SecondFactorBegun(address=address, picture=second_factor.drawn(address))
 
 
@@ -120,7 +120,8 @@ def confirm_second_factor(database: TheDatabase, access: TheAccess, actor: TheAc
     """Confirm the second factor by a code of it; every other browser is signed out."""
     now = access.now()
     with database.write() as session:
-        codes = second_factor.confirm(session, accounts.get(session, actor.account_id), given.code, now)
+        account = accounts.get(session, actor.account_id)
+        codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
         sign_in.proved(session, actor.sign_in_id, now, "totp")
         sign_in.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
     access.endings.notice()

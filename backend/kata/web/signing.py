@@ -16,9 +16,10 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
-from kata.access import accounts, audit, demonstration, sign_in
+from kata.access import accounts, audit, demonstration, second_factor, sign_in
 from kata.access.actor import ACTING, DOING, Actor, Role
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.factor_key import FactorKey, factor_key
 from kata.access.openid import Provider, Sealed
 from kata.access.passwords import Passwords
 from kata.access.permissions import OF_ROLE, Permission
@@ -39,6 +40,10 @@ StationName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)
 ]
 _LOOK_EVERY_S: Final = 0.5
+_CLOSED: Final = (
+    "the second factors of %d accounts were sealed with another key than that in %s: add its line, from a backup or from another "
+    "service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then they sign in with recovery codes"
+)
 
 
 class Endings:
@@ -117,11 +122,25 @@ class Access:
     openid: Provider | None = None
     """The clinic's own, where it has one."""
     sealed: Sealed = field(default_factory=Sealed)
+    factor_key: FactorKey = field(default_factory=FactorKey)
+    """What second factors are kept with."""
     set_up_secret: str = ""
     """As it stands in the set-up link, to be printed; empty where there are administrators."""
     limits: Limits = field(default_factory=Limits)
     throttle: Throttle = field(default_factory=Throttle)
     now: Callable[[], datetime] = utc_now
+
+
+def opened_key(file: Path, database: Database) -> FactorKey:
+    """The key of the second factors; the log says where there are some that it does not open.
+
+    :raises FactorKeyError: when it cannot be used.
+    """
+    key = factor_key(file)
+    with database.read() as session:
+        if closed := second_factor.not_opened(session, key):
+            log.error(_CLOSED, closed, file)
+    return key
 
 
 def _access(request: Request) -> Access:

@@ -34,7 +34,9 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     """Why there is none; empty when there is."""
     tested_at: datetime | None = None
     test_problem: str = ""
-    """Why it is not known to be restorable; empty where it was whole and equal."""
+    """Why it is not known to be restorable; empty where it was whole and equal, and its audit trail whole."""
+    audit_rows: int | None = None
+    """Of the audit trail, verified in what came back."""
 
 
 def leave_note(settings: Settings, note: Note) -> None:

@@ -45,6 +45,7 @@ def backup(
         _fail(f"It does not come back whole: {note.test_problem}")
     else:
         typer.echo("Restored to try it: whole, and equal to the database at its moment.")
+        typer.echo(_audited(note.audit_rows))
     if settings.backup_key_file.exists():
         typer.echo(
             f"Key: {settings.backup_key_file}. Without it the backup is worth nothing; a copy of it belongs elsewhere."
@@ -89,6 +90,11 @@ def _tell(tried: Tried) -> None:
         f"Whole: made on {told.made_at:%Y-%m-%d %H:%M} UTC by Kata {told.program}, {len(told.tables)} tables, {rows} rows, "
         "equal to the database at that moment. Nothing was changed."
     )
+    typer.echo(_audited(tried.audit_rows))
+
+
+def _audited(rows: int | None) -> str:
+    return "There is no audit trail in it yet." if rows is None else f"The audit trail in it is whole: {rows} rows verified."
 
 
 def _settings(**given: Any) -> Settings:
