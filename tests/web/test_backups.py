@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.problems import ProblemError
 from kata.settings import Settings
-from kata.web.backups import Backups, due, next_at
+from kata.web.backups import Backups, due, next_at, night_lock
 from tests.signed_in import signed_in
 
 TOKYO = ZoneInfo("Asia/Tokyo")
@@ -89,6 +90,39 @@ def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Se
     # Twice the arm was in use; once it was not, and then none was due any more.
     assert asked == [True, True, False]
     database.close()
+
+
+def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_path: Path, services_url: str) -> None:
+    """All of them see that it is due in the same moment."""
+    databases = [Database(services_url) for _ in range(3)]
+    upgrade(databases[0])
+    services = [
+        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False)
+        for n, database in enumerate(databases)
+    ]
+
+    async def night() -> None:
+        async with AsyncExitStack() as stack:
+            for service in services:
+                (tmp_path / str(services.index(service))).mkdir()
+                await stack.enter_async_context(service.each_night(first_look_s=0.0, look_s=0.05))
+            async with asyncio.timeout(LIMIT_S):
+                while not (states := [await one.state() for one in services])[0].items:  # noqa: ASYNC110
+                    await asyncio.sleep(0.05)
+                while any(state.running for state in states):
+                    states = [await one.state() for one in services]
+                    await asyncio.sleep(0.05)
+        for state in states:
+            (made,) = state.items
+            assert (made.kind, made.problem, made.test_problem) == ("nightly", "", "")
+
+    asyncio.run(night())
+    assert len(list(tmp_path.glob("*/backups/*"))) == 1
+    # The lock was given back: somebody else may have the next night.
+    (lock := night_lock(databases[1])) and lock.close()
+    assert lock is not None
+    for database in databases:
+        database.close()
 
 
 def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Database]) -> None:

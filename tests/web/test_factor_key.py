@@ -50,7 +50,10 @@ def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) ->
     app, _ = enrol(shared.sign_in(mine), shared.clock.seconds())
     enrol(shared.sign_in(hers), shared.clock.seconds())
     with shared.database.write() as session:
-        rows = {row.username: row for row in session.scalars(select(AccountRow).where(AccountRow.username.in_([mine, hers])))}
+        rows = {
+            row.username: row
+            for row in session.scalars(select(AccountRow).where(AccountRow.username.in_([mine, hers])))
+        }
         rows[hers].totp_sealed = rows[mine].totp_sealed
     shared.clock.forward(60)
     given = {"username": hers, "password": PASSWORD, "code": app.at(shared.clock.seconds())}

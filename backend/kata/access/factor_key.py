@@ -6,6 +6,7 @@ it does not open. When the key is lost, so are the secrets: recovery codes go on
 
 import os
 from base64 import urlsafe_b64decode, urlsafe_b64encode
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 from uuid import UUID
@@ -64,12 +65,13 @@ def factor_key(file: Path) -> FactorKey:
     :raises FactorKeyError: when it cannot be written or read, when others can read it, or when it holds something else.
     """
     try:
-        try:
+        # Somebody else, at the same moment.
+        with suppress(FileExistsError):
             _make(file)
-        except FileExistsError:
-            pass
         if file.stat().st_mode & 0o007:
-            raise FactorKeyError(f"Others on this computer can read {file}, the key of the second factors: chmod 600 {file}")
+            raise FactorKeyError(
+                f"Others on this computer can read {file}, the key of the second factors: chmod 600 {file}"
+            )
         lines = [line.strip() for line in file.read_text(encoding="utf-8").splitlines()]
         keys = [urlsafe_b64decode(line) for line in lines if line and not line.startswith("#")]
         if not keys or any(len(key) * 8 != _BITS for key in keys):

@@ -68,6 +68,8 @@ class SignInRow(Base):
     account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), index=True)
     secret_hash: Mapped[str] = mapped_column(String(64), unique=True)
     """SHA-256 of the cookie's secret."""
+    before_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    """Of the one before: good for some seconds from ``proved_at``, for what was on its way."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime)
     seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
     """When its user last did something; what a page asks for by itself does not count."""
@@ -159,7 +161,9 @@ class BackupRow(Base):
     bytes: Mapped[int] = mapped_column(BigInteger)
     problem: Mapped[str] = mapped_column(Text, default="")
     tested_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    audit_rows: Mapped[int | None] = mapped_column(BigInteger)
-    """Of the audit trail, verified when it was tried; None where it was not."""
     test_problem: Mapped[str] = mapped_column(Text, default="")
     """Empty where the restored copy was whole and equal."""
+    audit_rows: Mapped[int | None] = mapped_column(BigInteger)
+    """Of the audit trail, verified when it was tried; None where it was not."""
+    audit_problem: Mapped[str] = mapped_column(Text, default="")
+    """Where that trail was not whole."""

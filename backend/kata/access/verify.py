@@ -101,7 +101,11 @@ def verify(
     for gap in given_up:
         verdict.remarks.append(f"Row {gap.number}: a backup was restored; what had been written since it was given up.")
     for lines in before:
-        of_then = [line for line in lines if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number]
+        of_then = [
+            line
+            for line in lines
+            if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number
+        ]
         _anchor([line for line in of_then if not any(gap.holds(line) for gap in given_up)], verdict, seen)
     after = [_lines(file) for file in anchors]
     for lines in after:

@@ -165,7 +165,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
     app.state.access = await _opened(settings, database)
-    await stack.enter_async_context(app.state.access.endings.watched())
+    await stack.enter_async_context(app.state.access.endings.watched(app.state.remembered))
     figures = FigureWorker()
     stack.callback(figures.close)
 

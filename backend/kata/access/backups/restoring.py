@@ -53,14 +53,20 @@ class Tried:
 
     contents: Contents
     problems: list[str]
-    """Where what came back is not equal to what was backed up, or the audit trail in it not whole; empty where both are."""
-    audit_rows: int | None
-    """Of the audit trail, verified in what came back; None where there is none yet, or the database itself came back damaged."""
+    """Where what came back is not equal to what was backed up; empty where it is."""
+    audit_rows: int | None = None
+    """Of the audit trail, verified in what came back; None where there is none yet, or what came back is not equal."""
+    audit_problem: str = ""
+    """Where that trail is not whole; empty where it is. The backup is what was backed up all the same."""
 
     def noted(self, note: Note) -> Note:
         """With what came of it."""
         return msgspec.structs.replace(
-            note, tested_at=utc_now(), test_problem="; ".join(self.problems), audit_rows=self.audit_rows
+            note,
+            tested_at=utc_now(),
+            test_problem="; ".join(self.problems),
+            audit_rows=self.audit_rows,
+            audit_problem=self.audit_problem,
         )
 
 
@@ -83,7 +89,7 @@ def try_backup(settings: Settings, database: Database, file: Path, keys: list[Id
         contents = unseal(file, keys, folder, _check(settings, database))
         with scratch(database, folder / DATABASE) as made:
             if problems := _problems(made, contents):
-                return Tried(contents, problems, None)
+                return Tried(contents, problems)
             return _audited(made, contents, folder / DATA / ANCHOR)
 
 
@@ -192,16 +198,12 @@ def _problems(made: Database, contents: Contents) -> list[str]:
 
 
 def _audited(made: Database, contents: Contents, anchor: Path) -> Tried:
-    """The audit trail in it, verified as ``kata audit verify`` does it: a damaged one is found while an older backup is still there."""
+    """The audit trail in it, verified as ``kata audit verify`` does it: damage is found while there are backups from before it."""
     if AuditRow.__tablename__ not in contents.tables:
-        return Tried(contents, [], None)
+        return Tried(contents, [])
     with made.read() as session:
         verdict = verify(session, [anchor], of_backup=contents.anchored)
-    if verdict.whole:
-        return Tried(contents, [], verdict.rows)
-    first = verdict.findings[0]
-    told = f"the audit trail in it is not whole: {first.message} Ask for all of it: kata audit verify"
-    return Tried(contents, [told], verdict.rows)
+    return Tried(contents, [], verdict.rows, "" if verdict.whole else verdict.findings[0].message)
 
 
 def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: datetime) -> None:
@@ -220,7 +222,8 @@ def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: d
 
 def _exchange(settings: Settings, there: list[Path], restored: Path, aside: Path) -> None:
     """What else belongs to the clinic: what is there aside, what was backed up in its place. An anchor that is there goes on,
-    and so does a key of second factors."""
+    and so does a key of second factors.
+    """
     data, anchor, key = settings.data, restored / ANCHOR, restored / FACTOR_KEY
     if anchor.exists():
         if not settings.effective_audit_anchor.exists():
