@@ -30,6 +30,7 @@ from kata.access.trail import Trail
 from kata.access.verify import Verdict, verify
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
+from kata.database.copies import copy
 from kata.database.engine import Database
 from kata.database.tally import Tally, tallies
 from kata.database.upgrade import upgrade
@@ -251,10 +252,9 @@ def test_what_is_written_while_a_backup_is_made_is_no_damage_of_its_trail(
 ) -> None:
     """The anchor is copied behind the database, and speaks of later rows."""
     trail = Trail(database, settings.effective_audit_anchor)
-    copied = making.copy
 
     def with_somebody_at_work(*given: Any) -> Any:
-        told = copied(*given)
+        told = copy(*given)
         add_patient(database, "K-2")
         assert trail.until_written()
         return told

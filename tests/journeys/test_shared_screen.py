@@ -1,7 +1,7 @@
 """The screens stand where patients sit, and whoever leaves one leaves nothing on it: passwords, signing out, and what a browser keeps."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 import pytest
@@ -108,7 +108,8 @@ def test_signing_out_is_in_sight_everywhere_and_leaves_nothing(page: Page, clini
     expect(page.get_by_role("heading", name=NAME)).to_be_visible()
     menu(page, "Sign out")
     expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
-    for way in (lambda: None, page.go_back, page.reload, lambda: page.goto(record)):
+    ways: tuple[Callable[[], object], ...] = (page.content, page.go_back, page.reload, lambda: page.goto(record))
+    for way in ways:
         way()
         expect(page.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
         assert NAME not in page.content()

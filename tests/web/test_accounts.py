@@ -335,9 +335,9 @@ def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
             other = here.sign_in(username)
             assert other.post("/api/me/password", json=change).status_code == 204
         else:
-            change = {"disabled": True} if how == "disabled" else {"role": "viewer"}
             path = f"/api/accounts/{here.id_of(username)}"
-            assert here.administrator.patch(path, json=change).status_code == 200
+            rights: Any = {"disabled": True} if how == "disabled" else {"role": "viewer"}
+            assert here.administrator.patch(path, json=rights).status_code == 200
         limit = time.monotonic() + LIMIT_S
         while at_both[1].post("/api/station/stop").status_code != 401:
             assert time.monotonic() < limit

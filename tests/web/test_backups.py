@@ -119,8 +119,10 @@ def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_pat
     asyncio.run(night())
     assert len(list(tmp_path.glob("*/backups/*"))) == 1
     # The lock was given back: somebody else may have the next night.
-    (lock := night_lock(databases[1])) and lock.close()
+    lock = night_lock(databases[1])
     assert lock is not None
+    assert night_lock(databases[2]) is None
+    lock.close()
     for database in databases:
         database.close()
 
