@@ -1,4 +1,4 @@
-import "./shared/language";
+import { speak } from "./shared/language";
 import "@mantine/core/styles.css";
 import "./page.css";
 import { MantineProvider } from "@mantine/core";
@@ -21,7 +21,7 @@ if (!root) throw new Error("index.html has no root");
 
 const doing = new Doing();
 client.use(minding(access, doing));
-keepGuard(access, doing, queries, store);
+keepGuard(access, doing, queries, store, speak);
 // Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
 setNonce(nonce);
 createRoot(root).render(

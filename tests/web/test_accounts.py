@@ -4,15 +4,18 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
+from uuid import UUID
 
 import pyotp
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import select
 from starlette.websockets import WebSocketDisconnect
 
 from kata.access import set_up
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
 from tests.web.conftest import running
 from tests.web.signing_in import OTHER, PASSWORD, Clinic, clinic, code
 
@@ -80,6 +83,19 @@ def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(share
     assert code(browser.post("/api/me/second-factor", json={}), 403) == "password_needed"
     assert code(browser.post("/api/me/second-factor", json={"password": OTHER}), 403) == "wrong_password"
     assert browser.post("/api/me/second-factor", json={"password": PASSWORD}).status_code == 200
+
+
+def test_the_page_speaks_to_somebody_in_the_language_they_chose_at_whichever_browser(shared: Clinic) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
+    assert code(browser.put("/api/me/language", json={"language": "klingon"}), 422) == "invalid"
+    assert browser.put("/api/me/language", json={"language": "ja"}).json()["language"] == "ja"
+    assert shared.sign_in(username).get("/api/me").json()["language"] == "ja"
+    assert shared.sign_in(shared.account()).get("/api/me").json()["language"] == ""
+    with shared.database.read() as session:
+        newest = session.scalars(select(AuditRow).where(AuditRow.action == "choose_language")).all()[-1]
+    assert (newest.outcome, newest.account_id) == ("done", UUID(browser.get("/api/me").json()["account_id"]))
 
 
 def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:

@@ -91,6 +91,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "confirm_second_factor": Rule("own_account", enrolling=True),
         "remove_second_factor": Rule("own_account"),
         "change_password": Rule("own_account"),
+        "choose_language": Rule("own_account"),
         "list_own_sign_ins": Rule("own_account"),
         "end_own_sign_in": Rule("own_account"),
         # Accounts.

@@ -1,4 +1,4 @@
-"""REST for one's own account: lock and unlock the screen, password, second factor, where one is signed in."""
+"""REST for one's own account: language, lock and unlock the screen, password, second factor, where one is signed in."""
 
 from typing import Annotated
 from uuid import UUID
@@ -12,8 +12,15 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Moment, Schema
 from kata.problems import not_found
 from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
+from kata.web.words import Language
 
 router = APIRouter(prefix="/api/me", tags=["own account"])
+
+
+class Speaks(Schema):
+    """A language of the page."""
+
+    language: Language = Field(description="en: English. ja: Japanese.")
 
 
 class Unlock(Schema):
@@ -69,6 +76,15 @@ class OwnSignIns(Schema):
     """The newest first."""
 
     items: list[OwnSignIn]
+
+
+@router.put("/language", responses=PROBLEMS.of(401, 422))
+def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, given: Speaks) -> Me:
+    """Choose the language that the page speaks with oneself, at whichever browser."""
+    with database.write() as session:
+        accounts.get(session, actor.account_id).language = given.language
+        session.flush()
+        return me(session, actor, access)
 
 
 @router.post("/lock", status_code=204, responses=PROBLEMS.of(401, 409))

@@ -7,11 +7,12 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { Door } from "./Door";
 import { useMe } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
 import { Proving } from "./Proving";
 import { SecondFactor } from "./SecondFactor";
 import { access } from "./standing";
-import { ROLES } from "./words";
+import { LANGUAGE_WORDS, ROLES } from "./words";
 
 /** One's own account: who one is here, password, second factor. */
 export function AccountPage() {
@@ -29,6 +30,12 @@ export function AccountPage() {
         </Text>
         {me.stations.length > 0 && <Text>Works at {me.stations.join(", ")}.</Text>}
       </div>
+      <Card withBorder component="section" aria-label={LANGUAGE_WORDS.language}>
+        <Title order={2} size="h3" mb="md">
+          {LANGUAGE_WORDS.language}
+        </Title>
+        <LanguageChoice own />
+      </Card>
       {me.password && (
         <Card withBorder component="section" aria-label="Password">
           <Title order={2} size="h3" mb="md">

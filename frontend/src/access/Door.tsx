@@ -1,9 +1,12 @@
 import { Box, Card, Stack, Text, Title } from "@mantine/core";
 import type { ReactNode } from "react";
 import classes from "./access.module.css";
+import { useStanding } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
 
 /** What stands before the page: a card in the middle of an otherwise empty screen. */
 export function Door({ title, children }: { title: string; children: ReactNode }) {
+  const nobody = useStanding().is === "out";
   return (
     <Box className={classes.door ?? ""} component="main">
       <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
@@ -17,6 +20,7 @@ export function Door({ title, children }: { title: string; children: ReactNode }
           {children}
         </Stack>
       </Card>
+      {nobody && <LanguageChoice />}
     </Box>
   );
 }

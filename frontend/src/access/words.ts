@@ -1,4 +1,5 @@
 import type { Schemas } from "../api/client";
+import { say } from "../shared/language";
 
 export type Role = Schemas["Me"]["role"];
 
@@ -15,3 +16,16 @@ export const ROLES: Record<Role, { name: string; may: string }> = {
     may: "Looks after the apparatus and its state. Sees no patient's data.",
   },
 };
+
+export const LANGUAGE_WORDS = say(
+  {
+    language: "Language",
+    whatItIs: "The page speaks it with you at whichever browser you sign in at.",
+    notWhileMoving: "It can be changed once the apparatus stands and has let go of the arm.",
+  },
+  {
+    language: "表示言語",
+    whatItIs: "どのブラウザでサインインしても、この言語で表示します。",
+    notWhileMoving: "装置が停止し、腕を離すと変更できます。",
+  },
+);

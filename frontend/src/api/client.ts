@@ -1,4 +1,5 @@
 import createClient from "openapi-fetch";
+import { LANGUAGE, type Language } from "../shared/language";
 import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
 
@@ -59,7 +60,12 @@ export class ProblemError extends Error {
 }
 
 /** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
-export const client = createClient<paths>({ baseUrl: location.origin, fetch: (request) => fetch(request) });
+export const client = createClient<paths>({
+  baseUrl: location.origin,
+  // What is wrong with a field the service says in the page's language.
+  headers: { "Accept-Language": LANGUAGE },
+  fetch: (request) => fetch(request),
+});
 
 /** The data of an answer, or the problem thrown. */
 async function unwrap<T>(
@@ -109,6 +115,7 @@ export const api = {
   setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
   lockScreen: () => done(client.POST("/api/me/lock")),
   unlock: (password: string) => unwrap(client.POST("/api/me/unlock", { body: { password } })),
+  chooseLanguage: (language: Language) => unwrap(client.PUT("/api/me/language", { body: { language } })),
   changePassword: (body: Schemas["ChangePassword"]) => done(client.POST("/api/me/password", { body })),
   beginSecondFactor: (password: string | null) =>
     unwrap(client.POST("/api/me/second-factor", { body: { password } })),

@@ -1,6 +1,7 @@
 import { Button, Group, SegmentedControl } from "@mantine/core";
 import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
-import { type PaperLanguage, usePaperLanguage } from "../shared/paperLanguage";
+import type { Language } from "../shared/language";
+import { usePaperLanguage } from "../shared/paperLanguage";
 
 /** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
@@ -31,7 +32,7 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         aria-label="Language of the report"
         size="md"
         value={language}
-        onChange={(chosen) => setLanguage(chosen as PaperLanguage)}
+        onChange={(chosen) => setLanguage(chosen as Language)}
         data={[
           { value: "en", label: "English" },
           { value: "ja", label: <span lang="ja">日本語</span> },

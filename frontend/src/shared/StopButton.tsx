@@ -4,14 +4,13 @@ import { useCallback, useEffect, useState } from "react";
 import { api, type Live, ProblemError } from "../api/client";
 import { store } from "../live/store";
 import { formatClock } from "./format";
+import { isMoving } from "./modes";
 
 type Sent = { state: "sending" } | { state: "confirmed"; at: number } | { state: "failed"; why: string };
 
-const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
-
 /** Whether Esc means Stop now: while something moves, or while nobody can say that nothing does. */
 export function escapeStops(connected: boolean, mode: Live["mode"] | undefined): boolean {
-  return !connected || mode === undefined || MOVING.includes(mode);
+  return !connected || mode === undefined || isMoving(mode);
 }
 
 /** Over the live connection, which stands already; by a request of its own where nothing is answered there. */

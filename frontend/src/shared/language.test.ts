@@ -1,12 +1,15 @@
-import { afterEach, expect, test, vi } from "vitest";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 const spoken = (told: string) =>
   Object.defineProperty(navigator, "language", { value: told, configurable: true });
 
+// Whatever stood before the first of these tests has loaded it already.
+beforeEach(() => vi.resetModules());
 afterEach(() => {
   Reflect.deleteProperty(navigator, "language");
+  vi.restoreAllMocks();
   localStorage.clear();
-  vi.resetModules();
+  vi.unstubAllGlobals();
 });
 
 test.each([
@@ -33,3 +36,39 @@ test.each([
   expect([LANGUAGE, LOCALE, document.documentElement.lang]).toEqual([language, locale, language]);
   expect(say({ stop: "Stop" }, { stop: "停止" }).stop).toBe(language === "ja" ? "停止" : "Stop");
 });
+
+const reloads = () => {
+  const reload = vi.fn();
+  vi.stubGlobal("location", { reload });
+  return reload;
+};
+
+test("another language loads the page anew, the same one, none or nonsense does not", async () => {
+  spoken("en-GB");
+  const reload = reloads();
+  const { speak } = await import("./language");
+  for (const told of ["en", "", "klingon"]) speak(told);
+  expect(reload).not.toHaveBeenCalled();
+  speak("ja");
+  expect(reload).toHaveBeenCalledOnce();
+  expect(localStorage.getItem("kata.language")).toBe("ja");
+});
+
+test.each(["throws", "forgets"])(
+  "a browser that %s what it is to keep loads the page only once",
+  async (does) => {
+    spoken("en-GB");
+    const reload = reloads();
+    vi.spyOn(Storage.prototype, "getItem").mockImplementation(() => {
+      if (does === "throws") throw new DOMException("denied", "SecurityError");
+      return null;
+    });
+    vi.spyOn(Storage.prototype, "setItem").mockImplementation(() => {
+      if (does === "throws") throw new DOMException("denied", "SecurityError");
+    });
+    const { LANGUAGE, speak } = await import("./language");
+    expect(LANGUAGE).toBe("en");
+    speak("ja");
+    expect(reload).not.toHaveBeenCalled();
+  },
+);

@@ -18,3 +18,8 @@ export function modeWords(live: Pick<Live, "mode" | "stop" | "run">): string {
   if (live.mode === "playing" && live.run?.reversing) return "Taking the arm back";
   return MODE_WORDS[live.mode];
 }
+
+const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
+
+/** The motors move or hold an arm: somebody operates it. */
+export const isMoving = (mode: Live["mode"]): boolean => MOVING.includes(mode);
