@@ -3,7 +3,6 @@
 import asyncio
 import time
 from collections.abc import Callable
-from contextlib import AsyncExitStack
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -95,6 +94,8 @@ def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Se
 def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_path: Path, services_url: str) -> None:
     """All of them see that it is due in the same moment."""
     databases = [Database(services_url) for _ in range(3)]
+    for n in range(3):
+        (tmp_path / str(n)).mkdir()
     upgrade(databases[0])
     services = [
         Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False)
@@ -102,19 +103,14 @@ def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_pat
     ]
 
     async def night() -> None:
-        async with AsyncExitStack() as stack:
-            for service in services:
-                (tmp_path / str(services.index(service))).mkdir()
-                await stack.enter_async_context(service.each_night(first_look_s=0.0, look_s=0.05))
-            async with asyncio.timeout(LIMIT_S):
-                while not (states := [await one.state() for one in services])[0].items:  # noqa: ASYNC110
-                    await asyncio.sleep(0.05)
-                while any(state.running for state in states):
-                    states = [await one.state() for one in services]
-                    await asyncio.sleep(0.05)
-        for state in states:
-            (made,) = state.items
-            assert (made.kind, made.problem, made.test_problem) == ("nightly", "", "")
+        for service in services:
+            service.begin("nightly")
+        made = [service._running for service in services if service._running]
+        assert len(made) == 3
+        await asyncio.gather(*made)
+        for service in services:
+            (one,) = (await service.state()).items
+            assert (one.kind, one.problem, one.test_problem) == ("nightly", "", "")
 
     asyncio.run(night())
     assert len(list(tmp_path.glob("*/backups/*"))) == 1
