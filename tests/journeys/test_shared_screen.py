@@ -74,7 +74,7 @@ def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, s
 
 
 def kept(page: Page) -> dict[str, Any]:
-    """Everything that a page can leave in a browser."""
+    """Everything that a page can leave in a browser, and can read there."""
     told: dict[str, Any] = page.evaluate(
         """async () => ({
             local: {...localStorage}, session: {...sessionStorage}, cookie: document.cookie,
@@ -82,6 +82,14 @@ def kept(page: Page) -> dict[str, Any]:
         })"""
     )
     return told
+
+
+@pytest.fixture
+def page(page: Page, clinic: Clinic) -> Page:
+    """With its cookie as the service sets it."""
+    page.context.clear_cookies()
+    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url, "httpOnly": True}])
+    return page
 
 
 def assert_nobodys(page: Page, context: BrowserContext) -> None:
