@@ -1,5 +1,6 @@
 import createClient from "openapi-fetch";
-import { LANGUAGE, type Language } from "../shared/language";
+import { LANGUAGE, type Language, say } from "../shared/language";
+import { told } from "../shared/told";
 import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
 
@@ -42,6 +43,19 @@ export type AuditWanted = Omit<
   "after" | "limit"
 >;
 
+const UNHEARD = say(
+  {
+    unclear: "The service gave an answer that cannot be understood.",
+    silent: "The service does not answer.",
+    check: "Check the network, and that the service is running.",
+  },
+  {
+    unclear: "サービスの応答を理解できませんでした。",
+    silent: "サービスが応答しません。",
+    check: "ネットワークと、サービスが動いていることを確認してください。",
+  },
+);
+
 /** An error answer of the service: a sentence, and what to do next. */
 export class ProblemError extends Error {
   readonly code: string;
@@ -50,11 +64,11 @@ export class ProblemError extends Error {
   readonly fields: Record<string, string>;
 
   constructor(problem: Partial<Schemas["Problem"]>) {
-    super(problem.detail ?? "The service gave an answer that cannot be understood.");
+    super(problem.detail === undefined ? UNHEARD.unclear : told(problem.detail));
     this.code = problem.code ?? "unknown";
-    this.nextStep = problem.next_step ?? "";
+    this.nextStep = told(problem.next_step ?? "");
     this.fields = Object.fromEntries(
-      (problem.errors ?? []).map((error) => [error.pointer.split("/").at(-1) ?? "", error.detail]),
+      (problem.errors ?? []).map((error) => [error.pointer.split("/").at(-1) ?? "", told(error.detail)]),
     );
   }
 }
@@ -77,8 +91,8 @@ async function unwrap<T>(
   } catch {
     throw new ProblemError({
       code: "no_connection",
-      detail: "The service does not answer.",
-      next_step: "Check the network, and that the service is running.",
+      detail: UNHEARD.silent,
+      next_step: UNHEARD.check,
     });
   }
   if (given.data === undefined || given.data === null) {
