@@ -7,8 +7,6 @@ One dependency for HTTP and the WebSocket. What a request names, in its path, it
 import asyncio
 import json
 import logging
-import time
-from collections import OrderedDict
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -30,7 +28,8 @@ from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.away import DatabaseAwayError
 from kata.database.engine import Database
 from kata.problems import ProblemError
-from kata.web.signing import Me, actor_at, address_of, cookie_of
+from kata.web.remembered import Remembered
+from kata.web.signing import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)
 
@@ -43,73 +42,6 @@ _PATIENCE_S: Final = 0.5
 """So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
 _SHORTEST_TOKEN: Final = 20
 """Characters: 100 bits and more by chance."""
-
-
-class Remembered:
-    """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
-
-    A Stop is taken from whoever is remembered, so that it waits for no database; and while there is none, what has begun goes on
-    with them.
-    """
-
-    _MOST: Final = 1000
-    _STOPS_FOR_S: Final = 3600.0
-    _SEEN_EVERY_S: Final = 30.0
-
-    def __init__(self) -> None:
-        self._actors: OrderedDict[str, tuple[Actor, float]] = OrderedDict()
-        self._seen_s: dict[str, float] = {}
-        self._told: dict[str, Me] = {}
-        self.writing: set[asyncio.Task[None]] = set()
-        """That somebody did something is being written down: nobody's command waits for that."""
-
-    def put(self, cookie: str, actor: Actor) -> None:
-        """Has been let in just now."""
-        key = secrets.hashed(cookie)
-        self._actors[key] = actor, time.monotonic()
-        self._actors.move_to_end(key)
-        while len(self._actors) > self._MOST:
-            self._drop(next(iter(self._actors)))
-
-    def who_was_here(self, cookie: str, longest_s: float) -> Actor | None:
-        """Who this was when the database last answered, no longer ago than a sign-in lasts."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < longest_s else None
-
-    def forget(self, cookie: str) -> None:
-        """Is not let in any more."""
-        self._drop(secrets.hashed(cookie))
-
-    def tell(self, cookie: str, told: Me) -> None:
-        """What the page was told of who they are."""
-        self._told[secrets.hashed(cookie)] = told
-
-    def told(self, cookie: str) -> Me | None:
-        """What it was told last."""
-        return self._told.get(secrets.hashed(cookie))
-
-    def forget_account(self, account_id: UUID) -> None:
-        """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
-        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
-            self._drop(key)
-
-    def _drop(self, key: str) -> None:
-        self._actors.pop(key, None)
-        self._seen_s.pop(key, None)
-        self._told.pop(key, None)
-
-    def who_may_stop(self, cookie: str) -> Actor | None:
-        """Who this was within the last hour; None: the database has to be asked."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
-
-    def is_news(self, cookie: str) -> bool:
-        """Whether that its user did something has to be written down: twice a minute is enough."""
-        key, now = secrets.hashed(cookie), time.monotonic()
-        if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
-            return False
-        self._seen_s[key] = now
-        return True
 
 
 async def allowed(connection: HTTPConnection) -> None:
