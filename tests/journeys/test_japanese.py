@@ -120,7 +120,8 @@ def english_on(page: Page, records: set[str]) -> list[str]:
     """Texts with a word of three Latin letters or more that nobody has written and that is not called so in Japanese."""
     found = []
     for text in page.evaluate(SEEN):
-        left = text
+        # A file's place, and what the audit trail keeps as JSON.
+        left = re.sub(r'/[\w./-]+|\w+: \{".*\}', "", text)
         for record in sorted(records, key=len, reverse=True):
             left = left.replace(record, "")
         words = set(re.findall(r"[A-Za-z_]{3,}", left)) - OURS
