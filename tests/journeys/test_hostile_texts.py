@@ -148,7 +148,7 @@ ONE_AT_A_TIME: Final = {
 }  # fmt: skip
 """What stands on the page of one record alone, and of which ten have been looked at."""
 NEWEST: Final = {
-    "backups.file", "backups.problem", "backups.test_problem", "broken_glass.reason", "broken_glass.reviewed_by",
+    "backups.file", "backups.problem", "backups.test_problem", "backups.audit_problem", "broken_glass.reason", "broken_glass.reviewed_by",
 }  # fmt: skip
 """Of which a page lists the newest hundred or two."""
 _UNLIKE: Final = 10
@@ -214,9 +214,9 @@ NOT_KEPT: Final = {
 """Texts that are asked for and told to nobody: secrets; and files, which are numbers."""
 MADE_BY_KATA: Final = {
     # Where a list goes on, what a file is called, where it lies.
-    "AuditPage.next", "DeviceEventPage.next", "PatientPage.next", "SessionPage.next", "BackupList.folder", "BackupList.key_file",
+    "AssessmentPage.next", "AuditPage.next", "DeviceEventPage.next", "EpisodeAssessments.next", "PatientPage.next", "SessionPage.next", "BackupList.folder", "BackupList.key_file",
     # Words and sentences of the program's own, in which nobody's text stands.
-    "AuditEntry.role", "CheckAnswer.subject", "Health.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
+    "AuditEntry.role", "CheckAnswer.subject", "Ready.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
     "ProgressColumn.name", "ProgressTable.rows", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence",
     "SpadiItem.text", "SpadiItem.text_ja", "StopCauseLive.code", "StopCauseLive.message", "StopCauseLive.next_step",
     "RunLive.changes", "RunLive.resistance", "Draft.text",
@@ -225,7 +225,10 @@ MADE_BY_KATA: Final = {
     # Of the apparatus, its configuration, and the files that are beside it.
     "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "Motion.id", "Motion.name",
     "UnderstoodMotion.left_alone", "ImportedPatients.left_out",
+    "Account.openid", "Away.address", "Came.to", "Me.openid", "StationShown.name", "StationVersion.config", "StationVersion.software",
+    "WaysIn.openid",
     # Only while somebody is at it.
+    "StationTold.operator", "StationTold.recording_name", "StationTold.station",
     "LeaseLive.holder", "LeaseLive.taken_from", "RunLive.recording_name",
 }  # fmt: skip
 """Texts of the API that do not come out of what people write."""

@@ -7,8 +7,8 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -21,14 +21,18 @@ from kata.access import chain
 from kata.access.actor import DOING
 from kata.access.anchor import Anchor, Line
 from kata.access.audit import NOTED, entry, note, written
-from kata.access.chain import Entry, Head, Outcome
+from kata.access.chain import Entry, Head
 from kata.access.changes import Changes
 from kata.access.repeats import Repeats
 from kata.access.restored import restored
 from kata.access.tables import AuditRow
 from kata.database.engine import Database
 
+ROWS: Final = "kata.audit"
+"""The logger that is told every row; only where the log is collected (``web/logs.py``)."""
+
 log = logging.getLogger(__name__)
+_rows = logging.getLogger(ROWS)
 
 _ROOM: Final = 2000
 _AT_ONCE: Final = 500
@@ -66,18 +70,17 @@ class Chained:
             action = doing.action if doing else "unnamed"
             entries = [entry(action, "done", changes.patient_id, subject, changes.detail())]
         if entries:
-            session.info[_HEAD] = (
-                chain.append(session, entries, self._anchor_id, self._anchored),
-                {one.outcome for one in entries},
-            )
+            session.info[_HEAD] = chain.append(session, entries, self._anchor_id, self._anchored), entries
 
     def committed(self, session: Session) -> None:
         """Say at the edge that it stands in the trail."""
-        noted: tuple[Head, set[Outcome]] | None = session.info.pop(_HEAD, None)
+        noted: tuple[Head, list[Entry]] | None = session.info.pop(_HEAD, None)
         if noted:
+            head, entries = noted
             if doing := DOING.get():
-                doing.told |= noted[1]
-            self._stands(noted[0])
+                doing.told |= {one.outcome for one in entries}
+            self._stands(head)
+            elsewhere(head, entries)
 
     def _stands(self, head: Head) -> None:
         """The chain has come to ``head``."""
@@ -258,6 +261,16 @@ def _goes_on(session: Session, last: Line) -> bool:
         return True
     stands = session.scalar(select(AuditRow.hash).where(AuditRow.number == last.head.number))
     return stands == last.head.hash or any(gap.holds(last) for gap in restored(session))
+
+
+def elsewhere(head: Head, entries: Sequence[Entry]) -> None:
+    """Tell the log what now stands in the trail up to ``head``: a program that collects it keeps it where this service cannot reach."""
+    if _rows.isEnabledFor(logging.INFO):
+        for number, one in enumerate(entries, head.number - len(entries) + 1):
+            row = {name: value for name, value in asdict(one).items() if value not in ("", None)} | {"number": number}
+            if number == head.number:
+                row["hash"] = head.hash.hex()
+            _rows.info("%s %s", one.action, one.outcome, extra={"audit": row})
 
 
 def named(head: Head) -> str:

@@ -7,8 +7,6 @@ One dependency for HTTP and the WebSocket. What a request names, in its path, it
 import asyncio
 import json
 import logging
-import time
-from collections import OrderedDict
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -29,6 +27,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.database.engine import Database
 from kata.problems import ProblemError
+from kata.web.remembered import Remembered
 from kata.web.signing import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)
@@ -40,58 +39,6 @@ _ASKED: Final = "asked"
 _READING: Final = ("GET", "HEAD")
 _SHORTEST_TOKEN: Final = 20
 """Characters: 100 bits and more by chance."""
-
-
-class Remembered:
-    """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
-
-    A Stop is taken from whoever is remembered, so that it waits for no database.
-    """
-
-    _MOST: Final = 1000
-    _STOPS_FOR_S: Final = 3600.0
-    _SEEN_EVERY_S: Final = 30.0
-
-    def __init__(self) -> None:
-        self._actors: OrderedDict[str, tuple[Actor, float]] = OrderedDict()
-        self._seen_s: dict[str, float] = {}
-        self.writing: set[asyncio.Task[None]] = set()
-        """That somebody did something is being written down: nobody's command waits for that."""
-
-    def put(self, cookie: str, actor: Actor) -> None:
-        """Has been let in just now."""
-        key = secrets.hashed(cookie)
-        self._actors[key] = actor, time.monotonic()
-        self._actors.move_to_end(key)
-        while len(self._actors) > self._MOST:
-            forgotten, _ = self._actors.popitem(last=False)
-            self._seen_s.pop(forgotten, None)
-
-    def forget(self, cookie: str) -> None:
-        """Is not let in any more."""
-        self._drop(secrets.hashed(cookie))
-
-    def forget_account(self, account_id: UUID) -> None:
-        """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
-        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
-            self._drop(key)
-
-    def _drop(self, key: str) -> None:
-        self._actors.pop(key, None)
-        self._seen_s.pop(key, None)
-
-    def who_may_stop(self, cookie: str) -> Actor | None:
-        """Who this was within the last hour; None: the database has to be asked."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
-
-    def is_news(self, cookie: str) -> bool:
-        """Whether that its user did something has to be written down: twice a minute is enough."""
-        key, now = secrets.hashed(cookie), time.monotonic()
-        if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
-            return False
-        self._seen_s[key] = now
-        return True
 
 
 async def allowed(connection: HTTPConnection) -> None:

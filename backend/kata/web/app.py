@@ -165,7 +165,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
     stack.push_async_callback(asyncio.to_thread, trail.close)
     app.state.access = await _opened(settings, database)
-    await stack.enter_async_context(app.state.access.endings.watched())
+    await stack.enter_async_context(app.state.access.endings.watched(app.state.remembered))
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -265,6 +265,7 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         set_up_secret=await asyncio.to_thread(prepare),
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
+        factor_key=await asyncio.to_thread(signing.opened_key, settings.effective_second_factor_key, database),
         limits=limits,
         openid=Provider(settings) if settings.openid_issuer else None,
     )

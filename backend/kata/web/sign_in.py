@@ -97,7 +97,7 @@ def sign_in_by_password(
                     "The second factor is needed, too.",
                     "Type the code that your app shows.",
                 )
-            accepted = second_factor.accepted(session, account, given.code, access.now())
+            accepted = second_factor.accepted(session, access.factor_key, account, given.code, access.now())
             if accepted is None:
                 raise ProblemError(
                     401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one."

@@ -10,6 +10,7 @@ import { Door } from "./Door";
 import { useMe } from "./hooks";
 import { LanguageChoice } from "./LanguageChoice";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { Proving } from "./Proving";
 import { SecondFactor } from "./SecondFactor";
 import { access } from "./standing";
 import { LANGUAGE_WORDS } from "./words";
@@ -116,13 +117,9 @@ function ChangePassword({ me }: { me: Me }) {
 function OwnSignIns() {
   const queries = useQueryClient();
   const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
-  const end = useMutation({
-    mutationFn: api.endOwnSignIn,
-    onSettled: () => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] }),
-  });
   return (
     <Stack>
-      <ProblemNote error={found.error ?? end.error} />
+      <ProblemNote error={found.error} />
       {(found.data?.items ?? []).map((one) => (
         <Group key={one.id} justify="space-between" wrap="nowrap">
           <div>
@@ -134,13 +131,13 @@ function OwnSignIns() {
             <Text size="sm">{ACCOUNT.lastUsed(formatMoment(one.seen_at), one.agent)}</Text>
           </div>
           {!one.here && (
-            <Button
+            <Proving
               variant="default"
-              loading={end.isPending && end.variables === one.id}
-              onClick={() => end.mutate(one.id)}
+              act={(password) => api.endOwnSignIn(one.id, password)}
+              onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
               {ACCOUNT.signItOut}
-            </Button>
+            </Proving>
           )}
         </Group>
       ))}

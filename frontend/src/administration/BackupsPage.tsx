@@ -104,7 +104,16 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
                 {one.kind === "nightly" ? BACKUPS.byItself : BACKUPS.askedFor}
               </Text>
             </Table.Td>
-            <Table.Td>{triedWords(one)}</Table.Td>
+            <Table.Td>
+              {triedWords(one)}
+              {one.audit_rows !== null && (
+                <Text size="sm" {...(one.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
+                  {one.audit_problem
+                    ? BACKUPS.auditBroken(one.audit_problem)
+                    : BACKUPS.auditWhole(one.audit_rows)}
+                </Text>
+              )}
+            </Table.Td>
             <Table.Td ta="right">{one.problem ? "–" : sizeWords(one.bytes)}</Table.Td>
             <Table.Td>
               <Text size="sm" style={{ overflowWrap: "anywhere" }}>

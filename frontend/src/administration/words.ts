@@ -244,6 +244,8 @@ export const BACKUPS = say(
     notRestorable: (problem: string) => `Not known to be restorable: ${problem}`,
     notTried: "Not tried yet",
     cameBack: (moment: string) => `Came back whole and equal, ${moment}`,
+    auditWhole: (rows: number) => `The audit trail in it is whole: ${rows} rows.`,
+    auditBroken: (told: string) => `The audit trail in it is not whole: ${told}`,
   },
   {
     title: "バックアップ",
@@ -269,6 +271,8 @@ export const BACKUPS = say(
     notRestorable: (problem) => `復元を確認できません：${problem}`,
     notTried: "未確認",
     cameBack: (moment) => `完全に一致（${moment}）`,
+    auditWhole: (rows) => `監査証跡は完全です（${rows}件）。`,
+    auditBroken: (told) => `監査証跡に欠損または改変があります：${told}`,
   },
 );
 

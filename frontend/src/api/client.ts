@@ -137,8 +137,13 @@ export const api = {
   removeSecondFactor: (password: string | null) =>
     done(client.DELETE("/api/me/second-factor", { body: { password } })),
   ownSignIns: () => unwrap(client.GET("/api/me/sign-ins")),
-  endOwnSignIn: (sign_in_id: string) =>
-    done(client.DELETE("/api/me/sign-ins/{sign_in_id}", { params: { path: { sign_in_id } } })),
+  endOwnSignIn: (sign_in_id: string, password: string | null) =>
+    done(
+      client.DELETE("/api/me/sign-ins/{sign_in_id}", {
+        params: { path: { sign_in_id } },
+        body: { password },
+      }),
+    ),
   // Who else may come in, and what was done.
   accounts: () => unwrap(client.GET("/api/accounts")),
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),

@@ -2912,6 +2912,16 @@ export interface components {
              */
             test_problem: string;
             /**
+             * Audit Rows
+             * @description Rows of the audit trail that were verified when it was tried; null: none were.
+             */
+            audit_rows: number | null;
+            /**
+             * Audit Problem
+             * @description Where the audit trail in it is not whole; empty where it is. It can be restored all the same.
+             */
+            audit_problem: string;
+            /**
              * There
              * @description The file is still where it was made.
              */
@@ -13857,7 +13867,11 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             204: {
@@ -13904,6 +13918,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
