@@ -8,6 +8,9 @@ export const PLOTLY = say<Record<string, string>>(
   {
     "Download plot as a PNG": "PNG画像として保存",
     "Download plot": "画像として保存",
+    "Share chart...": "グラフを共有…",
+    "Box Select": "四角で選択",
+    "Lasso Select": "囲んで選択",
     Zoom: "拡大範囲の選択",
     Pan: "移動",
     "Zoom in": "拡大",
