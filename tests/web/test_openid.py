@@ -60,7 +60,7 @@ def theirs(served: tuple[Clinic, Provider]) -> Iterator[Provider]:
     _, made = served
     yield made
     made.claims, made.header, made.metadata = {}, {}, {}
-    made.signs_with, made.forged, made.status = None, "", 200
+    made.signs_with, made.forged, made.moved, made.status = None, "", "", 200
 
 
 def linked(clinic: Clinic, theirs: Provider, role: Any = "therapist") -> str:
