@@ -20,9 +20,6 @@ from tests.signed_in import signed_in_at
 
 START_LIMIT_S = 60.0
 
-# Playwright's five seconds are what an idle computer keeps to. What has to be quick says so in its own test.
-expect.set_options(timeout=20_000)
-
 
 class Clinic:
     """``kata serve --simulate`` in a process of its own."""

@@ -22,7 +22,7 @@ def test_a_recording_is_made_into_another_and_looked_at_first(page: Page, artefa
     page.get_by_role("option", name="Warm-up").click()
     panel.get_by_label("Begin with less by", exact=True).and_(panel.get_by_role("textbox")).fill("180")
     panel.get_by_role("button", name="Preview").click()
-    expect(panel.get_by_role("alert")).to_contain_text("180 deg less: the motion goes through")
+    expect(panel.get_by_role("alert")).to_contain_text("180 deg less: the motion goes through", timeout=LONG_MS)
     expect(keep).to_be_hidden()
 
     panel.get_by_role("combobox", name="What to do").click()
