@@ -9,7 +9,8 @@ FROM python:3.11-slim
 RUN --mount=type=bind,from=build,source=/wheels,target=/wheels \
     pip install --no-cache-dir --no-index --no-deps /wheels/*.whl \
     && apt-get update && apt-get install --yes --no-install-recommends postgresql-client && rm -rf /var/lib/apt/lists/* \
-    && useradd --system --uid 10001 --groups dialout --create-home --home-dir /var/lib/kata kata
+    && useradd --system --uid 10001 --groups dialout --create-home --home-dir /var/lib/kata kata \
+    && install --directory --owner kata --group kata --mode 0700 /var/lib/kata-shared
 USER kata
 ENV KATA_DATA=/var/lib/kata \
     KATA_HOST=0.0.0.0 \

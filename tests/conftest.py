@@ -84,6 +84,15 @@ def postgresql_url() -> Iterator[str]:
         pytest.skip(str(error))
 
 
+@pytest.fixture
+def services_url(postgresql_url: str) -> Iterator[str]:
+    """For services that share a database: they upgrade it, and leave nothing."""
+    yield postgresql_url
+    made = Database(postgresql_url)
+    _empty(made)
+    made.close()
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
     """On SQLite and, where its programs are on the machine, on PostgreSQL; upgraded, empty."""
@@ -95,7 +104,11 @@ def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Databas
     upgrade(made)
     yield made
     if request.param == "postgresql":
-        with made.writer.begin() as connection:
-            connection.exec_driver_sql("DROP SCHEMA public CASCADE")
-            connection.exec_driver_sql("CREATE SCHEMA public")
+        _empty(made)
     made.close()
+
+
+def _empty(made: Database) -> None:
+    with made.writer.begin() as connection:
+        connection.exec_driver_sql("DROP SCHEMA public CASCADE")
+        connection.exec_driver_sql("CREATE SCHEMA public")

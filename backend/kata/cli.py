@@ -25,6 +25,7 @@ from kata.access.audit_commands import app as audit
 from kata.access.backups.commands import backup, restore_command
 from kata.access.backups.folder import UnfinishedRestoreError
 from kata.access.backups.key import BackupError
+from kata.access.factor_key import FactorKeyError
 from kata.access.openid import OpenIdError
 from kata.access.set_up import LASTS
 from kata.bench.commands import app as bench
@@ -257,6 +258,7 @@ async def _serve(settings: Settings) -> None:
         BackupError,
         ConfigError,
         DatabaseError,
+        FactorKeyError,
         FolderInUseError,
         LetterheadError,
         OpenIdError,

@@ -10,6 +10,8 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 from platformdirs import user_data_path
 from pydantic import Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+from sqlalchemy.engine import make_url
+from sqlalchemy.exc import ArgumentError
 
 
 class Settings(BaseSettings):
@@ -20,7 +22,8 @@ class Settings(BaseSettings):
     data: Path = Field(default_factory=lambda: user_data_path("kata"))
     """Folder for database, journals and the simulator's files."""
     database_url: str = ""
-    """SQLAlchemy's; a SQLite file in the data folder when empty."""
+    """SQLAlchemy's; a SQLite file in the data folder when empty. To PostgreSQL on another computer it goes by TLS, and only to a server whose
+    certificate is good for that name, unless it says another ``sslmode`` itself."""
     station: Path | None = None
     """The station's TOML file."""
     simulate: bool = False
@@ -76,6 +79,9 @@ class Settings(BaseSettings):
     """After so long a sign-in is over, whatever is done."""
     second_factor: Literal["administrators", "everyone", "nobody"] = "administrators"
     """Of whom a second factor is asked; everybody may have one."""
+    second_factor_key: Path | None = None
+    """The key that second factors are sealed with in the database; ``second-factor-key.txt`` in the data folder unless given. The same for
+    each service on one database."""
     openid_issuer: str = Field(default="", max_length=255)
     """The clinic's own OpenID Connect provider, by its issuer: what ``/.well-known/openid-configuration`` is put behind. Empty: there is none."""
     openid_client_id: str = ""
@@ -155,7 +161,7 @@ class Settings(BaseSettings):
     @property
     def effective_database_url(self) -> str:
         """What is really opened."""
-        return self.database_url or f"sqlite:///{self.data / 'kata.db'}"
+        return by_tls(self.database_url) if self.database_url else f"sqlite:///{self.data / 'kata.db'}"
 
     @property
     def effective_audit_anchor(self) -> Path:
@@ -164,16 +170,23 @@ class Settings(BaseSettings):
 
     @property
     def is_on_loopback(self) -> bool:
-        """Whether only this computer reaches the service; a name other than localhost is not trusted to be it."""
-        try:
-            return self.host == "localhost" or ip_address(self.host).is_loopback
-        except ValueError:
-            return False
+        """Whether only this computer reaches the service."""
+        return _is_this_computer(self.host)
 
     @property
     def journal(self) -> Path:
         """Folder of journals."""
         return self.data / "journal"
+
+    @property
+    def spool(self) -> Path:
+        """Folder of what happened at the station, until the database has it."""
+        return self.data / "spool"
+
+    @property
+    def effective_second_factor_key(self) -> Path:
+        """The file that is really used."""
+        return (self.second_factor_key or self.data / "second-factor-key.txt").absolute()
 
     @property
     def backup_folder(self) -> Path:
@@ -186,16 +199,38 @@ class Settings(BaseSettings):
         return (self.backup_key or self.data / "backup-key.txt").absolute()
 
 
+def by_tls(database_url: str) -> str:
+    """The same; by TLS with a certificate that is looked at, where PostgreSQL is on another computer and nothing else is said."""
+    try:
+        url = make_url(database_url)
+    except ArgumentError:
+        # Whoever opens it says what is wrong with it.
+        return database_url
+    told = url.query.get("host") or url.host or ""
+    hosts = [one for part in ((told,) if isinstance(told, str) else told) for one in part.split(",") if one]
+    here = all(
+        host.startswith(("/", "@")) or _is_this_computer(host.partition(":")[0] if host.count(":") == 1 else host)
+        for host in hosts
+    )
+    if url.get_backend_name() != "postgresql" or here or "sslmode" in url.query:
+        return database_url
+    return url.update_query_dict({"sslmode": "verify-full"}).render_as_string(hide_password=False)
+
+
 def is_safe(url: object) -> bool:
     """Whether nobody reads along who is between here and there: by TLS, or on this very computer."""
     parts = urlsplit(url) if isinstance(url, str) else None
     if parts is None or not parts.hostname:
         return False
+    return parts.scheme == "https" or (parts.scheme == "http" and _is_this_computer(parts.hostname))
+
+
+def _is_this_computer(host: str) -> bool:
+    """A name other than localhost is not trusted to be it."""
     try:
-        on_loopback = parts.hostname == "localhost" or ip_address(parts.hostname).is_loopback
+        return host == "localhost" or ip_address(host).is_loopback
     except ValueError:
-        on_loopback = False
-    return parts.scheme == "https" or (parts.scheme == "http" and on_loopback)
+        return False
 
 
 def _parted(text: str) -> list[str]:

@@ -1,4 +1,4 @@
-import "./shared/language";
+import { speak } from "./shared/language";
 import "@mantine/core/styles.css";
 import "./page.css";
 import { MantineProvider } from "@mantine/core";
@@ -12,6 +12,7 @@ import { access } from "./access/standing";
 import { client } from "./api/client";
 import { store } from "./live/store";
 import { router } from "./router";
+import { learn } from "./shared/told";
 import { scheme, theme, variables } from "./theme";
 
 const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTime: 5_000 } } });
@@ -21,21 +22,24 @@ if (!root) throw new Error("index.html has no root");
 
 const doing = new Doing();
 client.use(minding(access, doing));
-keepGuard(access, doing, queries, store);
+keepGuard(access, doing, queries, store, speak);
 // Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
 setNonce(nonce);
-createRoot(root).render(
-  <StrictMode>
-    <MantineProvider
-      theme={theme}
-      cssVariablesResolver={variables}
-      colorSchemeManager={scheme}
-      defaultColorScheme="auto"
-      getStyleNonce={() => nonce}
-    >
-      <QueryClientProvider client={queries}>
-        <RouterProvider router={router} />
-      </QueryClientProvider>
-    </MantineProvider>
-  </StrictMode>,
+const drawn = createRoot(root);
+void learn().then(() =>
+  drawn.render(
+    <StrictMode>
+      <MantineProvider
+        theme={theme}
+        cssVariablesResolver={variables}
+        colorSchemeManager={scheme}
+        defaultColorScheme="auto"
+        getStyleNonce={() => nonce}
+      >
+        <QueryClientProvider client={queries}>
+          <RouterProvider router={router} />
+        </QueryClientProvider>
+      </MantineProvider>
+    </StrictMode>,
+  ),
 );

@@ -10,6 +10,7 @@ declare module "plotly.js-cartesian-dist-min" {
       layout: Record<string, unknown>,
       config: Record<string, unknown>,
     ): Promise<Drawn>;
+    register(locale: { moduleType: "locale"; name: string; dictionary: object; format: object }): void;
     purge(element: HTMLElement): void;
   };
   export default Plotly;

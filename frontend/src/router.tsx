@@ -13,9 +13,11 @@ import { OPENID_PATH } from "./access/openId";
 import { readAuditFilters } from "./administration/auditFilters";
 import { ProblemError } from "./api/client";
 import { readFilters } from "./sessions/filters";
+import { Around } from "./shared/Around";
 import { PageLink } from "./shared/links";
 import { Shell } from "./shared/Shell";
 import { StationPage } from "./station/StationPage";
+import { NO_PAGE } from "./words";
 
 // Only the station's page, the state bar and the door come at once; every other page is fetched when it is needed.
 const root = createRootRoute({ component: Page, notFoundComponent: NotFound, errorComponent: Broken });
@@ -172,10 +174,12 @@ function NotFound() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        There is no such page
+        {NO_PAGE.none}
       </Title>
       <Text>
-        The address may be old. <PageLink to="/">Go to the station.</PageLink>
+        <Around words={NO_PAGE.old}>
+          <PageLink to="/">{NO_PAGE.toStation}</PageLink>
+        </Around>
       </Text>
     </Stack>
   );
@@ -186,13 +190,9 @@ function Broken({ error }: ErrorComponentProps) {
   return (
     <Stack role="alert">
       <Title order={1} size="h2">
-        This page cannot be shown
+        {NO_PAGE.broken}
       </Title>
-      <Text>
-        {error instanceof ProblemError
-          ? `${error.message} ${error.nextStep}`
-          : "Something went wrong in it. Reload it; the apparatus goes on as it was."}
-      </Text>
+      <Text>{error instanceof ProblemError ? `${error.message} ${error.nextStep}` : NO_PAGE.wrong}</Text>
     </Stack>
   );
 }

@@ -1,10 +1,12 @@
 import { type CSSVariablesResolver, createTheme, localStorageColorSchemeManager } from "@mantine/core";
+import { FIELDS } from "./shared/words";
 
 // Red, yellow and cyan are alarm colours (IEC 60601-1-8); nothing else wears them, but for Stop itself.
 export const theme = createTheme({
   primaryColor: "indigo",
   primaryShade: 8,
-  fontFamily: "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Noto Sans CJK JP', sans-serif",
+  fontFamily:
+    "system-ui, 'Segoe UI', Roboto, 'Noto Sans', 'Hiragino Sans', 'Yu Gothic UI', 'Noto Sans JP', 'Noto Sans CJK JP', sans-serif",
   defaultRadius: "md",
   components: {
     // Below the header, which keeps Stop in reach.
@@ -14,6 +16,8 @@ export const theme = createTheme({
     Button: { defaultProps: { size: "md" } },
     TextInput: { defaultProps: { size: "md" } },
     Select: { defaultProps: { size: "md" } },
+    // It names the button itself, in English only.
+    PasswordInput: { defaultProps: { visibilityToggleButtonProps: { "aria-label": FIELDS.showPassword } } },
     Textarea: { defaultProps: { size: "md" } },
   },
 });

@@ -51,7 +51,7 @@ def upgrade() -> None:
         sa.Column("language", sa.String(length=8), nullable=False),
         sa.Column("password_hash", sa.String(length=200), nullable=True),
         sa.Column("password_changed_at", sa.DateTime(timezone=True), nullable=True),
-        sa.Column("totp_secret", sa.String(length=64), nullable=True),
+        sa.Column("totp_sealed", sa.String(length=160), nullable=True),
         sa.Column("totp_confirmed_at", sa.DateTime(timezone=True), nullable=True),
         sa.Column("totp_last_step", sa.BigInteger(), nullable=True),
         sa.Column("code_hash", sa.String(length=64), nullable=True),
@@ -100,6 +100,8 @@ def upgrade() -> None:
         sa.Column("problem", sa.Text(), nullable=False),
         sa.Column("tested_at", sa.DateTime(timezone=True), nullable=True),
         sa.Column("test_problem", sa.Text(), nullable=False),
+        sa.Column("audit_rows", sa.BigInteger(), nullable=True),
+        sa.Column("audit_problem", sa.Text(), nullable=False),
         sa.PrimaryKeyConstraint("id", name="pk_backups"),
     )
     op.create_index("ix_backups_at", "backups", ["at"], unique=False)
@@ -148,6 +150,7 @@ def upgrade() -> None:
         sa.Column("id", sa.Uuid(), nullable=False),
         sa.Column("account_id", sa.Uuid(), nullable=False),
         sa.Column("secret_hash", sa.String(length=64), nullable=False),
+        sa.Column("before_hash", sa.String(length=64), nullable=True),
         sa.Column("began_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("seen_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("proved_at", sa.DateTime(timezone=True), nullable=False),
@@ -159,9 +162,25 @@ def upgrade() -> None:
         sa.Column("end_reason", sa.String(length=16), nullable=False),
         sa.ForeignKeyConstraint(["account_id"], ["accounts.id"], name="fk_sign_ins_account_id_accounts"),
         sa.PrimaryKeyConstraint("id", name="pk_sign_ins"),
+        sa.UniqueConstraint("before_hash", name="uq_sign_ins_before_hash"),
         sa.UniqueConstraint("secret_hash", name="uq_sign_ins_secret_hash"),
     )
     op.create_index("ix_sign_ins_account_id", "sign_ins", ["account_id"], unique=False)
+    schemas = op.create_table(
+        "schemas",
+        sa.Column("revision", sa.String(length=32), nullable=False),
+        sa.Column("oldest", sa.String(length=32), nullable=False),
+        sa.PrimaryKeyConstraint("revision", name="pk_schemas"),
+    )
+    op.bulk_insert(schemas, [{"revision": revision, "oldest": "0007"}])
+    op.create_table(
+        "spools",
+        sa.Column("id", sa.Uuid(), nullable=False),
+        sa.Column("station", sa.String(length=100), nullable=False),
+        sa.Column("taken", sa.BigInteger(), nullable=False),
+        sa.Column("at", sa.DateTime(timezone=True), nullable=False),
+        sa.PrimaryKeyConstraint("id", name="pk_spools"),
+    )
     op.create_table(
         "station_versions",
         sa.Column("station", sa.String(length=100), nullable=False),
@@ -186,6 +205,8 @@ def upgrade() -> None:
 def downgrade() -> None:
     op.drop_index("ix_patients_restricted", table_name="patients")
     op.drop_column("patients", "restricted")
+    op.drop_table("spools")
+    op.drop_table("schemas")
     op.drop_table("station_versions")
     op.drop_index("ix_sign_ins_account_id", table_name="sign_ins")
     op.drop_table("sign_ins")

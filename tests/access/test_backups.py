@@ -5,9 +5,12 @@ import io
 import logging
 import os
 import tarfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event, Thread
+from typing import Any
 from uuid import uuid4
 
 import msgspec
@@ -16,17 +19,21 @@ import pytest
 from pyrage.x25519 import Identity
 from sqlalchemy import select
 
-from kata.access.backups import book, restoring, sealed
+from kata.access.backups import book, making, restoring, sealed
 from kata.access.backups.book import take_notes_in
 from kata.access.backups.folder import UnfinishedRestoreError, one_at_a_time, served
 from kata.access.backups.key import BackupError, identities, make_key, whereabouts
 from kata.access.backups.making import let_go, make
 from kata.access.backups.restoring import restore, try_and_note
-from kata.access.tables import AccountRow, BackupRow, SignInRow
+from kata.access.factor_key import factor_key
+from kata.access.second_factor import not_opened
+from kata.access.tables import AccountRow, AuditRow, BackupRow, SignInRow
 from kata.access.trail import Trail
 from kata.access.verify import Verdict, verify
+from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
+from kata.database.copies import copy
 from kata.database.engine import Database
 from kata.database.tally import Tally, tallies
 from kata.database.upgrade import upgrade
@@ -172,10 +179,9 @@ def test_nobody_comes_in_over_a_restore_with_what_was_open_at_the_backup(
 def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
     settings: Settings, database: Database, tmp_path: Path
 ) -> None:
-    trail = Trail(database, settings.effective_audit_anchor)
-    file = backup_of(settings)
-    add_patient(database, "K-2")
-    trail.close()
+    with trail_of(settings, database):
+        file = backup_of(settings)
+        add_patient(database, "K-2")
     database.close()
     elsewhere = settings
     if database.file:
@@ -188,8 +194,99 @@ def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
     found = verdict(settings)
     assert found.findings == []
     assert "a backup was restored; what had been written since it was given up" in found.remarks[0]
-    Trail(database, settings.effective_audit_anchor).close()
+    with trail_of(settings, database):
+        pass
     assert verdict(settings).findings == []
+
+
+@contextmanager
+def trail_of(settings: Settings, database: Database) -> Iterator[Trail]:
+    """As a service has it."""
+    with (
+        closing(Keeping(database, "Station 1", settings.spool)) as kept,
+        closing(Trail(database, settings.effective_audit_anchor, kept)) as trail,
+    ):
+        assert trail.until_written()
+        yield trail
+
+
+def test_a_backup_brings_the_key_of_the_second_factors_along(
+    settings: Settings, database: Database, tmp_path: Path
+) -> None:
+    of_then = factor_key(settings.effective_second_factor_key)
+    with database.write() as session:
+        account = session.scalars(select(AccountRow)).one()
+        account.totp_sealed = of_then.close("a secret", account.id)
+    file = backup_of(settings)
+    # Since then, another key is used here; and there is a computer that has none.
+    settings.effective_second_factor_key.unlink()
+    since = factor_key(settings.effective_second_factor_key).close("a secret", account.id)
+    database.close()
+    restore(settings, file, settings.backup_key_file)
+    key = factor_key(settings.effective_second_factor_key)
+    with database.read() as session:
+        assert not_opened(session, key) == 0
+    assert key.open(since, account.id) == "a secret"
+    if database.file:
+        new = Settings(data=tmp_path / "new", database_url="", second_factor_key=tmp_path / "elsewhere" / "key.txt")
+        restore(new, file, settings.backup_key_file)
+        with Database(new.effective_database_url).read() as session:
+            assert not_opened(session, factor_key(new.effective_second_factor_key)) == 0
+        assert not (new.data / "second-factor-key.txt").exists()
+
+
+def test_a_try_verifies_the_audit_trail_in_what_came_back(settings: Settings, database: Database) -> None:
+    with trail_of(settings, database):
+        add_patient(database, "K-2")
+    with database.read() as session:
+        rows = len(session.scalars(select(AuditRow.number)).all())
+    whole = make(settings, "asked")
+    assert (whole.test_problem, whole.audit_rows, whole.audit_problem) == ("", rows, "")
+    assert rows > 2
+
+    # Somebody who may write to the database takes the last row away, and what forbids it.
+    with database.writer.begin() as connection:
+        on = "" if database.file else " ON audit"
+        connection.exec_driver_sql(f"DROP TRIGGER audit_kept{on}")
+        connection.exec_driver_sql(f"DELETE FROM audit WHERE number = {rows}")
+    cut_off = make(settings, "asked")
+    assert cut_off.test_problem == "", "it can be restored all the same"
+    assert cut_off.audit_rows == rows - 1
+    assert f"Row {rows} is not there: the trail was anchored with them, and cut off." in cut_off.audit_problem
+    take_notes_in(settings, database)
+    with database.read() as session:
+        assert sorted(row.audit_problem != "" for row in session.scalars(select(BackupRow))) == [False, True]
+    tried = try_and_note(settings, Path(cut_off.file), settings.backup_key_file)
+    assert (tried.problems, tried.audit_problem) == ([], cut_off.audit_problem)
+
+
+def test_what_is_written_while_a_backup_is_made_is_no_damage_of_its_trail(
+    settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The anchor is copied behind the database, and speaks of later rows."""
+    with trail_of(settings, database) as trail:
+
+        def with_somebody_at_work(*given: Any) -> Any:
+            told = copy(*given)
+            add_patient(database, "K-2")
+            assert trail.until_written()
+            return told
+
+        monkeypatch.setattr(making, "copy", with_somebody_at_work)
+        note = make(settings, "asked")
+    assert (note.test_problem, note.audit_problem) == ("", "")
+    assert note.audit_rows
+
+
+def test_the_trail_of_several_services_is_whole_without_the_others_anchors(
+    settings: Settings, database: Database, tmp_path: Path
+) -> None:
+    for name in ("other", "audit"):
+        of_it = settings.model_copy(update={"audit_anchor": tmp_path / f"{name}.anchor"})
+        with trail_of(of_it, database):
+            add_patient(database, f"K-{name}")
+    note = make(settings, "asked")
+    assert (note.test_problem, note.audit_problem) == ("", "")
 
 
 def verdict(settings: Settings) -> Verdict:

@@ -87,6 +87,14 @@ def test_soak(tmp_path: Path) -> None:
     assert set(told["figures"]) == {"soak_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
 
 
+def test_pages(tmp_path: Path) -> None:
+    told = bench("pages", "--pages", "4", "--stalled", "2", "--seconds", "1", out=tmp_path / "pages.json")
+    figures = told["figures"]
+    for suffix in ("1", "all", "stalled"):
+        assert 0 < figures[f"delivery_p99_ms_{suffix}"] <= figures[f"delivery_max_ms_{suffix}"]
+        assert {f"lateness_p999_ms_{suffix}", f"missed_{suffix}", f"growth_mb_{suffix}"} <= set(figures)
+
+
 def test_sign_in(tmp_path: Path) -> None:
     told = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
     figures = told["figures"]

@@ -12,7 +12,7 @@ from sqlalchemy import select
 from kata.clinic.events import service
 from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.events.writer import EventWriter
+from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
@@ -127,24 +127,25 @@ def kept(database: Database) -> list[DeviceEventRow]:
         return list(session.scalars(select(DeviceEventRow).order_by(DeviceEventRow.at, DeviceEventRow.code)))
 
 
-def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database) -> None:
-    writer = EventWriter(database)
+def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database, tmp_path: Path) -> None:
+    keeping = Keeping(database, "Station 1", tmp_path)
     alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
     for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
-        writer.put(item)
-    writer.close()
+        keeping.put_event(item)
+    keeping.close()
     rows = kept(database)
     assert [(row.code, row.kind) for row in rows] == [("operator_stop", "alarm"), ("torque", "event")]
     assert rows[0].ended_at == AT + timedelta(minutes=1)
     assert rows[1].ended_at is None
 
 
-def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database) -> None:
-    writer = EventWriter(database)
+def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database, tmp_path: Path) -> None:
+    keeping = Keeping(database, "Station 1", tmp_path)
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
-        writer.put(item)
-    writer.close()
+        keeping.put_event(item)
+    keeping.close()
     assert [row.code for row in kept(database)] == ["a", "c"]
+    assert '"code":"b"' in (tmp_path / "refused.jsonl").read_text()
 
 
 @pytest.fixture
@@ -154,26 +155,24 @@ def sqlite(tmp_path: Path) -> Database:
     return made
 
 
-def test_a_locked_database_delays_nobody_and_what_has_no_room_is_counted(
-    sqlite: Database, caplog: pytest.LogCaptureFixture
-) -> None:
-    writer = EventWriter(sqlite, room=2, again_s=0.01)
+def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
+    keeping = Keeping(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
+    assert keeping.until_taken(10)
+    told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
     with sqlite.writer.connect() as locking, locking.begin():
-        # The thread takes the first and waits with it: how many more it has taken by then is nobody's concern.
-        def put_many() -> None:
-            for n in range(50):
-                writer.put(happening(f"e{n}"))
 
-        putting = threading.Thread(target=put_many)
+        def put_all() -> None:
+            for one in told:
+                keeping.put_event(one)
+
+        putting = threading.Thread(target=put_all)
         putting.start()
         putting.join(5.0)
         assert not putting.is_alive()
-    writer.put(happening("last", at=AT + timedelta(hours=1)))
-    writer.close()
-    codes = [row.code for row in kept(sqlite)]
-    assert 1 <= len(codes) < 50
-    assert codes == sorted(set(codes), key=codes.index)
-    assert "not written down any more" in caplog.text
+        assert keeping.spool.until_written(5.0)
+        assert keeping.delivery.waiting == 50
+    keeping.close()
+    assert [row.code for row in kept(sqlite)] == [one.code for one in told]
 
 
 def test_what_a_station_left_open_when_its_service_ended_is_over(database: Database) -> None:

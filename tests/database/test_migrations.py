@@ -20,6 +20,8 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import event
 
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.recordings.tables import SAMPLES as TAUGHT
 from kata.clinic.sessions import learning
@@ -247,6 +249,49 @@ def test_a_database_of_a_newer_program_is_refused_and_left_as_it_is(tmp_path: Pa
         upgrade(database)
     assert contents(database) == before
     assert [one.name for one in tmp_path.glob("*version*")] == []
+
+
+def newer(database: Database, revision: str, oldest: str, *statements: str) -> None:
+    """As the program after this one, or after that, would leave it."""
+    with database.writer.begin() as connection:
+        for statement in statements:
+            connection.exec_driver_sql(statement)
+        connection.exec_driver_sql(f"INSERT INTO schemas (revision, oldest) VALUES ('{revision}', '{oldest}')")
+        connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+
+
+def test_a_station_goes_on_with_what_its_neighbours_newer_program_has_only_added_to(empty: Database) -> None:
+    upgrade(empty)
+    newer(
+        empty, "0999", "0007",
+        "ALTER TABLE device_events ADD COLUMN weather VARCHAR(20)",
+        "ALTER TABLE patients ADD COLUMN shoe_size INTEGER DEFAULT 0 NOT NULL",
+    )  # fmt: skip
+    upgrade(empty)
+    with empty.writer.connect() as connection:
+        assert connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalar_one() == "0999"
+    with empty.write() as session:
+        patient = patients.create(session, PatientCreate(clinic_number="1", name="N", affected_side="left"))
+    with empty.read() as session:
+        assert patients.get(session, patient.id).name == "N"
+
+
+def test_a_newer_database_from_which_something_was_taken_away_is_refused_to_the_program_before(empty: Database) -> None:
+    upgrade(empty)
+    newer(empty, "1000", "0999", "DROP TABLE spools")
+    with pytest.raises(DatabaseError, match="written by a newer version of Kata"):
+        upgrade(empty)
+
+
+def test_each_migration_from_now_on_says_which_programs_it_serves(empty: Database) -> None:
+    upgrade(empty)
+    present = max(file.name[:4] for file in (migrations() / "versions").glob("*.py"))
+    with empty.read() as session:
+        oldest = session.scalar(sa.text("SELECT oldest FROM schemas ORDER BY revision DESC LIMIT 1"))
+        newest = session.scalar(sa.text("SELECT max(revision) FROM schemas"))
+    assert newest == present
+    assert oldest is not None
+    assert oldest <= present
 
 
 def test_a_file_is_copied_before_it_is_upgraded_and_two_copies_are_kept(tmp_path: Path) -> None:

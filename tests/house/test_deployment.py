@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from kata.device import config
+from kata.settings import by_tls
 from tests.conftest import ROOT
 
 
@@ -49,10 +50,36 @@ def test_each_station_has_a_name_a_volume_and_real_time_of_its_own() -> None:
 def test_only_the_proxy_is_reached_from_outside_and_it_reaches_no_database() -> None:
     services = compose()["services"]
     assert [name for name, one in services.items() if "ports" in one] == ["proxy"]
-    assert "records" not in services["proxy"]["networks"]
-    assert services["database"]["networks"] == ["records"]
+    assert services["database"]["network_mode"] == "none"
+    assert "listen_addresses=" in services["database"]["command"]
+    with_socket = {name for name, one in services.items() if "database-socket" in str(one["volumes"])}
+    assert with_socket == {"database", "station-1", "station-2"}
+    url = services["station-1"]["environment"]["KATA_DATABASE_URL"].replace("${", "").replace("}", "")
+    assert by_tls(url) == url, "by a socket on this computer"
+    assert "@/kata?host=/run/postgresql" in url
     address = services["proxy"]["networks"]["pages"]["ipv4_address"]
     assert services["station-1"]["environment"]["KATA_TRUSTED_PROXIES"] == address
+
+
+def test_what_is_logged_goes_to_the_clinics_log_server_by_tls() -> None:
+    told, services = compose("deploy/logs.yml")["services"], compose()["services"]
+    assert set(told) == set(services)
+    for name, one in told.items():
+        options = one["logging"]["options"]
+        assert options["syslog-address"].startswith("tcp+tls://"), name
+        assert options["syslog-tls-ca-cert"], name
+        assert "syslog-tls-skip-verify" not in options, name
+        assert options["mode"] == "non-blocking", f"{name} waits for nobody's log server"
+    for station in ("station-1", "station-2"):
+        assert services[station]["environment"]["KATA_LOG_FORMAT"] == "json", "with the rows of the audit trail"
+
+
+def test_the_stations_open_what_the_others_have_sealed() -> None:
+    services = compose()["services"]
+    for station in ("station-1", "station-2"):
+        key = Path(services[station]["environment"]["KATA_SECOND_FACTOR_KEY"])
+        assert f"shared:{key.parent}" in services[station]["volumes"]
+    assert "/var/lib/kata-shared" in (ROOT / "Dockerfile").read_text()
 
 
 def test_no_secret_stands_in_the_compose_file() -> None:

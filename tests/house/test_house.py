@@ -49,6 +49,18 @@ def test_the_locked_packages_have_hashes_and_no_address(name: str) -> None:
             assert package["integrity"].startswith("sha512-"), path
 
 
+def test_the_page_writes_texts_never_markup() -> None:
+    """And nothing is run that was a text: React puts strings into text nodes, and nothing here goes round that."""
+    dangerous = re.compile(
+        r"dangerouslySetInnerHTML|\b(?:inner|outer)HTML\b|insertAdjacentHTML|document\.write|createContextualFragment"
+        r"|\bsrcdoc\b|\beval\(|new Function\(|javascript:|\b(?:window|parent|opener|top|source)\.postMessage\("
+    )
+    pages = [*(ROOT / "frontend/src").rglob("*.ts*"), *(ROOT / "frontend/public").rglob("*.js")]
+    assert len(pages) > 100
+    found = [path.name for path in pages if not path.name.endswith(".d.ts") and dangerous.search(path.read_text())]
+    assert found == []
+
+
 def _licence(dist: Distribution) -> str:
     told = message_from_string(dist.read_text("METADATA") or "")
     classifiers = [line.rpartition("::")[2] for line in told.get_all("Classifier", []) if line.startswith("License")]

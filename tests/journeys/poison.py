@@ -33,8 +33,8 @@ NOT_WRITTEN: Final = frozenset(
         "rom_measurements.motion", "rom_measurements.kind", "rom_measurements.position", "runs.method", "runs.outcome",
         "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
         # Secrets, or what is left of them.
-        "accounts.code_hash", "accounts.password_hash", "accounts.totp_secret", "recovery_codes.code_hash",
-        "sign_ins.secret_hash", "accounts.oidc_subject",
+        "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
+        "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
         # Made by the program, of what stands elsewhere.
         "patients.search_text", "stations.config", "run_corrections.station",
         "station_versions.software", "station_versions.station", "station_versions.config",

@@ -92,6 +92,8 @@ def test_nobody_is_shut_out_of_any_page(page: Page, clinic: Clinic, scheme: Any,
         page.goto(clinic.url + address)
         expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
         expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
+        if name in ("station", "station-patient"):
+            expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
         page.wait_for_load_state("networkidle")
         expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
         if violations := wrong(page):

@@ -40,6 +40,8 @@ class Provider:
     """Signed by whoever knows the public key: `none` or HS256."""
     status: int = 200
     """Of every answer."""
+    moved: str = ""
+    """Where every answer redirects to."""
     hangs: threading.Event | None = None
     """Until it is set, nothing is answered."""
     asked: list[dict[str, str]] = field(default_factory=list)
@@ -58,6 +60,8 @@ class Provider:
         """Of its HTTP side."""
         if self.hangs:
             self.hangs.wait(60)
+        if self.moved:
+            return 307, {"Location": self.moved}, b""
         if self.status != 200:
             return self.status, {}, b"{}"
         split = urlsplit(path)

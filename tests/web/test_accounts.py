@@ -1,16 +1,26 @@
 """Passwords, codes, second factor, lock screen, set-up link and accounts, as somebody comes by them over HTTP."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+from uuid import UUID
 
 import pyotp
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import select
 from starlette.websockets import WebSocketDisconnect
 
 from kata.access import set_up
+from kata.access.actor import Role
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
+from tests.web.conftest import running
 from tests.web.signing_in import OTHER, PASSWORD, Clinic, clinic, code
+
+LIMIT_S: Final = 60.0
+"""A busy computer's; the watch looks twice a second."""
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +65,37 @@ def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) ->
     assert browser.get("/api/me").json()["enrolling"] is True, "taken away, it is asked for again at once"
 
 
+@pytest.mark.parametrize("role", ["viewer", "technician", "therapist", "administrator"])
+def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, tmp_path: Path) -> None:
+    with running(tmp_path, simulate=False, second_factor="everyone") as client:
+        everybody = Clinic(client)
+        browser = everybody.sign_in(everybody.account(role))
+        assert browser.get("/api/me").json()["enrolling"] is True
+        for path in ("/api/station", "/api/patients", "/api/accounts", "/api/events"):
+            assert browser.get(path).status_code == 403, path
+        enrol(browser, everybody.clock.seconds())
+        assert browser.get("/api/station").status_code == 200
+
+
 def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(shared: Clinic) -> None:
     browser = shared.sign_in(shared.account())
     shared.clock.forward(660)
     assert code(browser.post("/api/me/second-factor", json={}), 403) == "password_needed"
     assert code(browser.post("/api/me/second-factor", json={"password": OTHER}), 403) == "wrong_password"
     assert browser.post("/api/me/second-factor", json={"password": PASSWORD}).status_code == 200
+
+
+def test_the_page_speaks_to_somebody_in_the_language_they_chose_at_whichever_browser(shared: Clinic) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
+    assert code(browser.put("/api/me/language", json={"language": "klingon"}), 422) == "invalid"
+    assert browser.put("/api/me/language", json={"language": "ja"}).json()["language"] == "ja"
+    assert shared.sign_in(username).get("/api/me").json()["language"] == "ja"
+    assert shared.sign_in(shared.account()).get("/api/me").json()["language"] == ""
+    with shared.database.read() as session:
+        newest = session.scalars(select(AuditRow).where(AuditRow.action == "choose_language")).all()[-1]
+    assert (newest.outcome, newest.account_id) == ("done", UUID(browser.get("/api/me").json()["account_id"]))
 
 
 def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
@@ -74,6 +109,30 @@ def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
     for _ in range(5):
         answer = browser.post("/api/me/unlock", json={"password": OTHER})
     assert code(browser.post("/api/me/unlock", json={"password": PASSWORD}), 429) == "too_many_tries", answer.text
+
+
+@pytest.mark.parametrize("how", ["unlocked", "a new password", "a second factor"])
+def test_whoever_shows_again_who_they_are_goes_on_under_another_secret(shared: Clinic, how: str) -> None:
+    browser = shared.sign_in(shared.account())
+    before, here = browser.cookies[COOKIE], browser.get("/api/me/sign-ins").json()["items"][0]["id"]
+    stolen = shared.browser()
+    stolen.cookies.set(COOKIE, before)
+    if how == "unlocked":
+        browser.post("/api/me/lock")
+        assert browser.post("/api/me/unlock", json={"password": PASSWORD}).status_code == 200
+    elif how == "a new password":
+        change = {"old_password": PASSWORD, "password": OTHER}
+        assert browser.post("/api/me/password", json=change).status_code == 204
+    else:
+        enrol(browser, shared.clock.seconds())
+    assert browser.cookies[COOKIE] != before
+    # What was on its way at this moment still arrives, a Stop above all; then the old one is worth nothing.
+    for request in (stolen.get("/api/me"), stolen.post("/api/station/stop"), browser.get("/api/me")):
+        assert request.status_code in (200, 503), request.text
+    shared.clock.forward(11)
+    assert stolen.get("/api/me").status_code == 401
+    assert stolen.post("/api/station/stop").status_code == 401
+    assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, "the same sign-in: lease and sockets go on"
 
 
 def test_a_new_password_signs_the_other_browsers_out(shared: Clinic) -> None:
@@ -188,9 +247,12 @@ def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> No
     other = next(item["id"] for item in there.get("/api/me/sign-ins").json()["items"] if item["here"])
     assert other in {item["id"] for item in here.get("/api/me/sign-ins").json()["items"] if not item["here"]}
     stranger = shared.sign_in(shared.account())
-    assert stranger.delete(f"/api/me/sign-ins/{other}").status_code == 404
+    assert stranger.request("DELETE", f"/api/me/sign-ins/{other}", json={}).status_code == 404
     assert there.get("/api/me").status_code == 200
-    assert here.delete(f"/api/me/sign-ins/{other}").status_code == 204
+    shared.clock.forward(660)
+    again = here.request("DELETE", f"/api/me/sign-ins/{other}", json={})
+    assert code(again, 403) == "password_needed", "nobody who comes by ends it"
+    assert here.request("DELETE", f"/api/me/sign-ins/{other}", json={"password": PASSWORD}).status_code == 204
     assert there.get("/api/me").status_code == 401
 
 
@@ -264,6 +326,38 @@ def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: st
         answer = shared.administrator.patch(path, json={"disabled": True} if what == "disabled" else {"role": "viewer"})
     assert answer.status_code == 200, answer.text
     assert code(browser.post("/api/station/stop"), 401) == "not_signed_in"
+
+
+@pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
+def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
+    how: str, tmp_path: Path, services_url: str
+) -> None:
+    """Two stations on one database: within a second, as for sockets, also while no page of theirs listens."""
+    with (
+        running(tmp_path / "1", simulate=False, database_url=services_url) as first,
+        running(tmp_path / "2", simulate=False, database_url=services_url) as second,
+    ):
+        here, there = Clinic(first), Clinic(second)
+        username = here.account()
+        at_both = here.sign_in(username), there.browser()
+        at_both[1].cookies.update(at_both[0].cookies)
+        stays = there.sign_in(there.account())
+        for browser in (*at_both, stays):
+            assert browser.post("/api/station/stop").status_code in (200, 503)
+        if how == "signed out there":
+            assert at_both[0].post("/api/sign-out").status_code == 204
+        elif how == "a new password":
+            change = {"old_password": PASSWORD, "password": OTHER}
+            other = here.sign_in(username)
+            assert other.post("/api/me/password", json=change).status_code == 204
+        else:
+            path = f"/api/accounts/{here.id_of(username)}"
+            rights: Any = {"disabled": True} if how == "disabled" else {"role": "viewer"}
+            assert here.administrator.patch(path, json=rights).status_code == 200
+        limit = time.monotonic() + LIMIT_S
+        while at_both[1].post("/api/station/stop").status_code != 401:
+            assert time.monotonic() < limit
+        assert stays.post("/api/station/stop").status_code in (200, 503)
 
 
 def test_a_sign_in_is_one_row_of_the_trail_and_a_try_in_vain_names_the_account(shared: Clinic) -> None:

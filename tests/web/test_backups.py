@@ -16,7 +16,7 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.problems import ProblemError
 from kata.settings import Settings
-from kata.web.backups import Backups, due, next_at
+from kata.web.backups import Backups, due, next_at, night_lock
 from tests.signed_in import signed_in
 
 TOKYO = ZoneInfo("Asia/Tokyo")
@@ -89,6 +89,38 @@ def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Se
     # Twice the arm was in use; once it was not, and then none was due any more.
     assert asked == [True, True, False]
     database.close()
+
+
+def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_path: Path, services_url: str) -> None:
+    """All of them see that it is due in the same moment."""
+    databases = [Database(services_url) for _ in range(3)]
+    for n in range(3):
+        (tmp_path / str(n)).mkdir()
+    upgrade(databases[0])
+    services = [
+        Backups(Settings(data=tmp_path / str(n), database_url=services_url), database, lambda: False)
+        for n, database in enumerate(databases)
+    ]
+
+    async def night() -> None:
+        for service in services:
+            service.begin("nightly")
+        made = [service._running for service in services if service._running]
+        assert len(made) == 3
+        await asyncio.gather(*made)
+        for service in services:
+            (one,) = (await service.state()).items
+            assert (one.kind, one.problem, one.test_problem) == ("nightly", "", "")
+
+    asyncio.run(night())
+    assert len(list(tmp_path.glob("*/backups/*"))) == 1
+    # The lock was given back: somebody else may have the next night.
+    lock = night_lock(databases[1])
+    assert lock is not None
+    assert night_lock(databases[2]) is None
+    lock.close()
+    for database in databases:
+        database.close()
 
 
 def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Database]) -> None:

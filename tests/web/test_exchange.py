@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
 from zipfile import ZipFile
@@ -92,6 +93,35 @@ def test_what_is_not_understood_is_told_by_its_path(client: TestClient) -> None:
     assert [error["pointer"] for error in told["errors"]] == ["Patient.gender", "Patient.birthDate"]
     problem(imported(client, fhir_patient(), side="middle"), 422, "invalid")
     problem(imported(client, []), 422, "invalid")
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("/api/patients/import/fhir?affected_side=right", "application/fhir+json"),
+        ("/api/patients/{patient}/recordings/import?name=N&side=right", "text/csv"),
+        ("/api/patients/{patient}/recordings/import/preview?side=right", "text/csv"),
+    ],
+)
+def test_nothing_that_was_taken_in_is_kept_as_a_file(
+    client: TestClient, patient: dict[str, Any], path: str, kind: str
+) -> None:
+    """So there is nothing that a virus scanner could keep from being handed on; this is what scanners are tried with."""
+    eicar = rb"X5O!P%@AP[4\PZX54(P^)7CC)7}$EICAR-STANDARD-ANTIVIRUS-TEST-FILE!$H+H*"
+    app: Any = client.app
+    folder = Path(app.state.access.folder)
+    for content in (
+        eicar,
+        b"time_s,a\n0," + eicar,
+        b'{"resourceType": "Patient", "photo": "' + eicar + b'"}',
+        b"PK\x03\x04" + eicar,
+    ):
+        url = path.format(patient=patient["id"])
+        answer = client.post(url, content=content, headers={"content-type": kind})
+        assert answer.status_code in (415, 422), answer.text
+        assert b"EICAR" not in answer.content
+    kept = [file for file in folder.rglob("*") if file.is_file() and b"EICAR" in file.read_bytes()]
+    assert kept == []
 
 
 def test_the_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> None:

@@ -70,6 +70,7 @@ def page(client: TestClient, browser: Browser | None = None) -> Iterator[Page]:
 def noted(client: TestClient, action: str) -> list[str]:
     """Details of what the audit trail has of it."""
     app: Any = client.app
+    assert app.state.trail.until_written()
     with app.state.database.read() as session:
         query = select(AuditRow.detail).where(AuditRow.action == action, AuditRow.outcome == "done")
         return list(session.scalars(query.order_by(AuditRow.number)))
@@ -183,7 +184,6 @@ def test_a_playback_whose_browser_is_lost_is_paused_and_let_go_half_a_minute_lat
 def test_who_takes_over_while_a_recording_is_checked_does_not_find_it_loaded(
     client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Taking over is written down too: while it is checked the database's one writer is free."""
     until_mode(client, "idle")
     check, answers = Allowed.check, []
 

@@ -1,5 +1,6 @@
 """What is secret or a patient's stands in no log, whatever goes wrong."""
 
+import json
 import logging
 from typing import Any
 
@@ -9,8 +10,12 @@ from pydantic import ValidationError
 from sqlalchemy import text
 
 from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
+from kata.access.trail import ROWS
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import PatientCreate
+from kata.web import logs
+from kata.web.logs import JsonLines, Lines
 
 SECRET = "correct horse battery staple 7391"
 NAME = "Yamada Hanako of the log"
@@ -48,6 +53,49 @@ def test_signing_in_is_logged_without_the_password(client: TestClient, caplog: p
         client.post("/api/sign-in", json={"username": "nobody", "password": [SECRET]})
         client.post("/api/sign-in/link", json={"secret": SECRET})
     assert SECRET not in logged(caplog)
+
+
+def test_every_row_of_the_audit_trail_is_a_line_of_the_log_that_is_collected(
+    client: TestClient, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Where a program takes it elsewhere, it cannot be taken back; what a field said is in neither."""
+    app: Any = client.app
+    body = {"clinic_number": "K-told", "name": NAME, "affected_side": "right"}
+    with caplog.at_level(logging.INFO, logger=ROWS):
+        made = client.post("/api/patients", json=body).json()
+        assert client.get(f"/api/patients/{made['id']}").status_code == 200
+        assert app.state.trail.until_written()
+    lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
+    told = {line["message"]: line["audit"] for line in lines}
+    row = told["create_patient done"]
+    assert (row["patient_id"], row["role"], row["who"]) == (made["id"], "administrator", "Test administrator")
+    with app.state.database.read() as session:
+        stands = session.get_one(AuditRow, row["number"])
+        assert (stands.action, stands.hash.hex()) == ("create_patient", row["hash"])
+    assert told["get_patient done"]["number"] > row["number"]
+    assert NAME not in json.dumps(lines, ensure_ascii=False)
+
+
+def test_whoever_reads_a_terminal_is_spared_them() -> None:
+    before = logging.getLogger(ROWS).level
+    handlers = list(logging.getLogger().handlers)
+    try:
+        logs.begin("json")
+        assert logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+        logs.begin("plain")
+        assert not logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+    finally:
+        logging.getLogger(ROWS).setLevel(before)
+        logging.getLogger().handlers[:] = handlers
+
+
+def test_a_line_of_the_log_is_one_line_whatever_stands_in_it() -> None:
+    record = logging.LogRecord("kata", logging.INFO, "", 0, "a name\nand %s", ("2026 CRITICAL forged\r\n",), None)
+    formatted = JsonLines().format(record)
+    assert "\n" not in formatted
+    assert "\r" not in formatted
+    assert "\n" not in Lines().format(record)
+    assert "\r" not in Lines().format(record)
 
 
 def test_what_does_not_fit_is_named_without_what_it_was() -> None:

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
@@ -15,6 +16,7 @@ from starlette.websockets import WebSocketDisconnect
 from kata.access.openid import OpenIdError
 from kata.access.openid import Provider as OurSide
 from kata.doctor import examine
+from kata.problems import ProblemError
 from kata.settings import Settings
 from tests.web.conftest import running
 from tests.web.provider import CLIENT, SECRET, Provider, provider
@@ -58,7 +60,7 @@ def theirs(served: tuple[Clinic, Provider]) -> Iterator[Provider]:
     _, made = served
     yield made
     made.claims, made.header, made.metadata = {}, {}, {}
-    made.signs_with, made.forged, made.status = None, "", 200
+    made.signs_with, made.forged, made.moved, made.status = None, "", "", 200
 
 
 def linked(clinic: Clinic, theirs: Provider, role: Any = "therapist") -> str:
@@ -380,6 +382,31 @@ def test_a_provider_that_does_not_answer_is_told_in_words(clinic: Clinic, theirs
     assert code(answer, 503) == "provider_down"
     assert "password" in answer.json()["next_step"]
     assert (last_row(clinic)["outcome"], last_row(clinic)["detail"]) == ("refused", {"why": "provider_down"})
+
+
+def test_nothing_is_said_to_whom_the_provider_redirects_to(clinic: Clinic, theirs: Provider) -> None:
+    linked(clinic, theirs)
+    asked: list[str] = []
+
+    class Elsewhere(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked.append(self.path)
+
+        do_POST = do_GET  # noqa: N815
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Elsewhere) as elsewhere:
+        threading.Thread(target=elsewhere.serve_forever).start()
+        try:
+            browser = clinic.browser()
+            given = theirs.authorize(begin(browser))
+            theirs.moved = f"http://127.0.0.1:{elsewhere.server_port}/"
+            assert code(browser.post("/api/sign-in/openid", json=given), 503) == "provider_down"
+            ours = OurSide(Settings(data=Path("/nowhere"), openid_issuer=theirs.issuer, openid_client_id="kata"))
+            with pytest.raises(ProblemError, match="does not answer"):
+                ours.look()
+        finally:
+            elsewhere.shutdown()
+    assert asked == []
 
 
 def test_a_provider_that_hangs_holds_up_nobody_else(clinic: Clinic, theirs: Provider) -> None:

@@ -38,7 +38,9 @@ PUBLIC: Final = {
     "get_ways_in", "begin_openid", "sign_in_by_openid", "confirm_openid",
 }  # fmt: skip
 ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
-OWN: Final = ENROLLING | {"remove_second_factor", "change_password", "list_own_sign_ins", "end_own_sign_in"}
+OWN: Final = ENROLLING | {
+    "remove_second_factor", "change_password", "choose_language", "list_own_sign_ins", "end_own_sign_in",
+}  # fmt: skip
 LEAVES_LESS: Final = {"lock_screen", "remove_second_factor"}
 """Whoever is let through to it may do less from then on; tests/web/test_accounts.py asks for them."""
 STATION: Final = {"get_station", "list_stations", "list_events", "stop"}

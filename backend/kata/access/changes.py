@@ -6,7 +6,7 @@ from uuid import UUID
 from sqlalchemy import event, inspect
 from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
-_QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "stations"})
+_QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"})
 """Tables that are records of what happened themselves, or kept by the machinery; who changes them on purpose notes it."""
 _QUIET_COLUMNS: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
 _MOST: Final = 8

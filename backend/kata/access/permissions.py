@@ -52,19 +52,22 @@ class Rule:
     """Also behind a locked screen."""
     enrolling: bool = False
     """Also while a second factor is still to be set up."""
+    away: bool = False
+    """Also while the database does not answer, for whoever was let in when it last did. Names no record: those cannot be looked up."""
     token: bool = False
     """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
 
 
 _PUBLIC: Final = Rule("public")
-_OWN: Final = Rule("own_account", locked=True, enrolling=True)
+_OWN: Final = Rule("own_account", locked=True, enrolling=True, away=True)
 _READ: Final = Rule("read_records")
 _WRITE: Final = Rule("write_records")
 _WRITE_HERE: Final = Rule("write_records", here=True)
 _OPERATE: Final = Rule("operate", here=True)
-_DIAGNOSE: Final = Rule("diagnose", here=True)
+_GO_ON: Final = Rule("operate", here=True, away=True)
+_DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
 _ADMINISTER: Final = Rule("administer")
-_WATCH: Final = Rule("see_station", locked=True)
+_WATCH: Final = Rule("see_station", locked=True, away=True)
 
 RULES: Final[Mapping[str, Rule]] = MappingProxyType(
     {
@@ -91,6 +94,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "confirm_second_factor": Rule("own_account", enrolling=True),
         "remove_second_factor": Rule("own_account"),
         "change_password": Rule("own_account"),
+        "choose_language": Rule("own_account"),
         "list_own_sign_ins": Rule("own_account"),
         "end_own_sign_in": Rule("own_account"),
         # Accounts.
@@ -190,21 +194,21 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "list_stations": _WATCH,
         "get_station": _WATCH,
         "list_events": Rule("see_station"),
-        "stop": Rule("stop", locked=True),
-        "take_lease": _OPERATE,
-        "release_lease": _OPERATE,
+        "stop": Rule("stop", locked=True, away=True),
+        "take_lease": _GO_ON,
+        "release_lease": _GO_ON,
         "turn": _OPERATE,
         "teach": _OPERATE,
-        "finish_teaching": _OPERATE,
+        "finish_teaching": _GO_ON,
         "load": _OPERATE,
-        "unload": _OPERATE,
-        "approach": _OPERATE,
-        "play": _OPERATE,
-        "pause": _OPERATE,
-        "less": _OPERATE,
-        "return_to_rest": _OPERATE,
-        "acknowledge": _OPERATE,
-        "get_simulator": Rule("diagnose"),
+        "unload": _GO_ON,
+        "approach": _GO_ON,
+        "play": _GO_ON,
+        "pause": _GO_ON,
+        "less": _GO_ON,
+        "return_to_rest": _GO_ON,
+        "acknowledge": _GO_ON,
+        "get_simulator": Rule("diagnose", away=True),
         "set_pedal": _DIAGNOSE,
         "set_estop": _DIAGNOSE,
         "guide_arm": _DIAGNOSE,

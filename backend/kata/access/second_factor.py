@@ -1,15 +1,19 @@
-"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each."""
+"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each.
+
+What the codes are made of is sealed (:mod:`kata.access.factor_key`); whoever looks at one brings the key along.
+"""
 
 from datetime import datetime
 from typing import Final, Literal, get_args
 
 import pyotp
 import segno
-from sqlalchemy import delete, update
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from kata.access import secrets
 from kata.access.actor import Role
+from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow, RecoveryCodeRow
 from kata.problems import ProblemError
 
@@ -29,7 +33,7 @@ def asked_of(who: Asked) -> frozenset[Role]:
     return roles[who]
 
 
-def begin(account: AccountRow) -> str:
+def begin(key: FactorKey, account: AccountRow) -> str:
     """A new secret, which counts once a code of it was confirmed: the address that an app takes (``otpauth://``).
 
     :raises ProblemError: 409 where there is one already.
@@ -38,8 +42,9 @@ def begin(account: AccountRow) -> str:
         raise ProblemError(
             409, "second_factor_there", "There is a second factor already.", "Take it away first, to set up another."
         )
-    account.totp_secret = pyotp.random_base32()
-    return pyotp.TOTP(account.totp_secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
+    secret = pyotp.random_base32()
+    account.totp_sealed = key.close(secret, account.id)
+    return pyotp.TOTP(secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
 
 
 def drawn(address: str) -> str:
@@ -47,14 +52,14 @@ def drawn(address: str) -> str:
     return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
 
 
-def confirm(session: Session, account: AccountRow, code: str, now: datetime) -> list[str]:
+def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime) -> list[str]:
     """The app is set up: it counts from now on. Returns the recovery codes, which nobody can see again.
 
     :raises ProblemError: 422 when the code is wrong; 409 when none was begun.
     """
-    if account.totp_secret is None or account.totp_confirmed_at:
+    if account.totp_sealed is None or account.totp_confirmed_at:
         raise ProblemError(409, "nothing_begun", "No second factor is being set up.", "Begin anew.")
-    if not _takes(account, code, now):
+    if not _takes(key, account, code, now):
         raise ProblemError(
             422,
             "wrong_code",
@@ -69,9 +74,14 @@ def confirm(session: Session, account: AccountRow, code: str, now: datetime) -> 
     return codes
 
 
-def accepted(session: Session, account: AccountRow, code: str, now: datetime) -> Literal["totp", "recovery"] | None:
-    """Which of them this code is; it is taken, and good for nothing any more. None where it is neither."""
-    if _takes(account, code, now):
+def accepted(
+    session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime
+) -> Literal["totp", "recovery"] | None:
+    """Which of them this code is; it is taken, and good for nothing any more. None where it is neither.
+
+    :raises ProblemError: 403 where codes of the app cannot be told from others, because the key does not fit.
+    """
+    if _takes(key, account, code, now):
         return "totp"
     taken = session.execute(
         update(RecoveryCodeRow)
@@ -83,21 +93,37 @@ def accepted(session: Session, account: AccountRow, code: str, now: datetime) ->
         .values(used_at=now)
         .returning(RecoveryCodeRow.code_hash)
     ).scalar_one_or_none()
-    return "recovery" if taken else None
+    if taken:
+        return "recovery"
+    if account.totp_sealed is not None and key.open(account.totp_sealed, account.id) is None:
+        raise ProblemError(
+            403,
+            "second_factor_unreadable",
+            "Codes of your app cannot be checked here: the key that they are kept with is missing.",
+            "Use a recovery code, or have an administrator reset your second factor.",
+        )
+    return None
+
+
+def not_opened(session: Session, key: FactorKey) -> int:
+    """How many accounts have a second factor that this key does not open."""
+    kept = select(AccountRow.id, AccountRow.totp_sealed).where(AccountRow.totp_sealed.is_not(None))
+    return sum(key.open(sealed or "", account_id) is None for account_id, sealed in session.execute(kept))
 
 
 def remove(session: Session, account: AccountRow) -> None:
     """There is none any more."""
-    account.totp_secret = account.totp_confirmed_at = account.totp_last_step = None
+    account.totp_sealed = account.totp_confirmed_at = account.totp_last_step = None
     session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
 
 
-def _takes(account: AccountRow, code: str, now: datetime) -> bool:
+def _takes(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
     """Of this step, or of the one before or after it, where clocks differ; never of one that was taken already."""
     digits = code.replace(" ", "")
-    if account.totp_secret is None or not digits.isascii():
+    secret = key.open(account.totp_sealed, account.id) if account.totp_sealed else None
+    if secret is None or not digits.isascii():
         return False
-    totp = pyotp.TOTP(account.totp_secret, interval=_STEP_S)
+    totp = pyotp.TOTP(secret, interval=_STEP_S)
     present = int(now.timestamp()) // _STEP_S
     for step in (present - 1, present, present + 1):
         is_new = account.totp_last_step is None or step > account.totp_last_step

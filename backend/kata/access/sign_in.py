@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Final, Literal
 from uuid import UUID, uuid4
 
-from sqlalchemy import ColumnElement, select, update
+from sqlalchemy import ColumnElement, and_, select, update
 from sqlalchemy.orm import Session
 
 from kata.access import secrets
@@ -22,6 +22,8 @@ Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
 EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
 _CLOCK_TOLERANCE: Final = timedelta(minutes=1)
 _FRESH: Final = timedelta(minutes=10)
+_ON_ITS_WAY: Final = timedelta(seconds=10)
+"""So long a secret is good that was replaced: a browser sends several requests at once, a Stop perhaps among them."""
 _SEEN_EVERY: Final = timedelta(seconds=30)
 """What somebody does is written down no more often than this."""
 
@@ -65,7 +67,9 @@ def actor_of(session: Session, cookie: str | None, now: datetime, limits: Limits
     """Who this cookie belongs to; None where that sign-in has ended, or never was."""
     if not cookie:
         return None
-    return _actor(session, SignInRow.secret_hash == secrets.hashed(cookie), now, limits)
+    hashed = secrets.hashed(cookie)
+    just_before = and_(SignInRow.before_hash == hashed, SignInRow.proved_at > now - _ON_ITS_WAY)
+    return _actor(session, SignInRow.secret_hash == hashed, now, limits) or _actor(session, just_before, now, limits)
 
 
 def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
@@ -121,12 +125,18 @@ def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
     row.locked_at = row.locked_at or now
 
 
-def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> None:
-    """Its user has given password or second factor again: it is not locked any more. ``method``: what it counts as from now on."""
+def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> str:
+    """Its user has given password or second factor again: it is not locked any more, and goes on under a new secret, for the cookie.
+
+    ``method``: what it counts as from now on.
+    """
     row = session.get_one(SignInRow, sign_in_id)
+    secret = secrets.fresh()
+    row.before_hash, row.secret_hash = row.secret_hash, secrets.hashed(secret)
     row.locked_at = None
     row.seen_at = row.proved_at = now
     row.method = method or row.method
+    return secret
 
 
 def is_fresh(session: Session, sign_in_id: UUID, now: datetime) -> bool:

@@ -25,7 +25,8 @@ class AccountRow(Base):
     password_hash: Mapped[str | None] = mapped_column(String(200))
     """argon2id, with its parameters; None where only OpenID Connect or a code lets in."""
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
-    totp_secret: Mapped[str | None] = mapped_column(String(64))
+    totp_sealed: Mapped[str | None] = mapped_column(String(160))
+    """What its codes are made of, sealed with a key that is not in the database."""
     totp_confirmed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     totp_last_step: Mapped[int | None] = mapped_column(BigInteger)
     """The last time step a code was taken of: none is taken twice."""
@@ -67,6 +68,8 @@ class SignInRow(Base):
     account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), index=True)
     secret_hash: Mapped[str] = mapped_column(String(64), unique=True)
     """SHA-256 of the cookie's secret."""
+    before_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    """Of the one before: good for some seconds from ``proved_at``, for what was on its way."""
     began_at: Mapped[datetime] = mapped_column(UtcDateTime)
     seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
     """When its user last did something; what a page asks for by itself does not count."""
@@ -160,3 +163,7 @@ class BackupRow(Base):
     tested_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     test_problem: Mapped[str] = mapped_column(Text, default="")
     """Empty where the restored copy was whole and equal."""
+    audit_rows: Mapped[int | None] = mapped_column(BigInteger)
+    """Of the audit trail, verified when it was tried; None where it was not."""
+    audit_problem: Mapped[str] = mapped_column(Text, default="")
+    """Where that trail was not whole."""

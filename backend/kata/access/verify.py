@@ -79,11 +79,18 @@ class _Seen:
 
 
 def verify(
-    session: Session, anchors: Sequence[Path], kept: Head | None = None, export: IO[str] | None = None
+    session: Session,
+    anchors: Sequence[Path],
+    kept: Head | None = None,
+    export: IO[str] | None = None,
+    *,
+    of_backup: int | None = None,
 ) -> Verdict:
     """Look at the whole trail, with each anchor there is; also while services go on writing both.
 
-    ``kept``: a head that somebody has noted. ``export``: each row goes there, as a line of JSON.
+    ``kept``: a head that somebody has noted. ``export``: each row goes there, as a line of JSON. ``of_backup``: the rows are a
+    backup's, which was begun when the anchor held so many lines: those behind may speak of later rows, and anchors of other
+    services are not in it.
     """
     # Before the rows, as there may be more of them later, and again behind them, as they may then speak of more lines.
     before = [_lines(file) for file in anchors]
@@ -94,14 +101,19 @@ def verify(
     for gap in given_up:
         verdict.remarks.append(f"Row {gap.number}: a backup was restored; what had been written since it was given up.")
     for lines in before:
-        _anchor([line for line in lines if not any(gap.holds(line) for gap in given_up)], verdict, seen)
+        of_then = [
+            line
+            for line in lines
+            if of_backup is None or line.line <= of_backup or line.head.number <= verdict.head.number
+        ]
+        _anchor([line for line in of_then if not any(gap.holds(line) for gap in given_up)], verdict, seen)
     after = [_lines(file) for file in anchors]
     for lines in after:
         _whole_anchor(lines, verdict, seen)
         verdict.lines += len(lines)
     for name in seen.anchored.keys() - {line.anchor for lines in after for line in lines}:
         held, number = seen.anchored[name]
-        if held:
+        if held and of_backup is None:
             message = f"Row {number} speaks of an anchor of {held} lines, {name}, which is not here to be looked at."
             verdict.found(number, number, message)
     if kept:

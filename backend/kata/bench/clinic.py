@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -31,8 +32,11 @@ class BenchError(Exception):
     """The benchmark could not go on; the message says why."""
 
 
-def prepared(data: Path, *, play_s: float, plot_s: float) -> Prepared:
-    """The records of a benchmark: a recording to play that begins where the simulated arm rests, and a run to draw."""
+def prepared(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> Prepared:
+    """The records of a benchmark: a recording to play that begins where the simulated arm rests, and a run to draw.
+
+    ``database_url`` None: in a file in ``data``.
+    """
     data.mkdir(parents=True, exist_ok=True)
     simulator = SimulatorProcess(data)
     try:
@@ -40,7 +44,7 @@ def prepared(data: Path, *, play_s: float, plot_s: float) -> Prepared:
             rest_deg = [axis.angle_deg for axis in hand.state().axes]
     finally:
         simulator.close()
-    return prepare(data, rest_deg, play_s=play_s, plot_s=plot_s)
+    return prepare(data, rest_deg, play_s=play_s, plot_s=plot_s, database_url=database_url)
 
 
 class Clinic:
@@ -49,14 +53,24 @@ class Clinic:
     The simulator is the benchmark's own child, so that what it saw can be asked for: the service has a station as any.
     """
 
-    def __init__(self, data: Path, records: Prepared, *, cycle_hz: int, rate_hz: int, real_time: bool = True) -> None:
-        """``data`` holds the records."""
+    def __init__(
+        self,
+        data: Path,
+        records: Prepared,
+        *,
+        cycle_hz: int,
+        rate_hz: int,
+        real_time: bool = True,
+        name: str = "Benchmark",
+        database_url: str | None = None,
+    ) -> None:
+        """``data`` holds the records, unless ``database_url`` does; ``name`` is the station's."""
         self.cookie = records.cookie
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
         station = data / "station.toml"
         station_config = msgspec.structs.replace(
-            config.simulated(self.simulator.port), name="Benchmark", cycle_hz=cycle_hz, rate_hz=rate_hz
+            config.simulated(self.simulator.port), name=name, cycle_hz=cycle_hz, rate_hz=rate_hz
         )
         config.write(station_config, station)
         self._log_path = data / "service.log"
@@ -65,6 +79,8 @@ class Clinic:
         # What this user has set for a clinic of their own is not for this one.
         environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
         environment |= {"COLUMNS": "200", "KATA_REAL_TIME": "1" if real_time else "0"}
+        if database_url:
+            environment["KATA_DATABASE_URL"] = database_url
         command = [sys.executable, "-m", "kata", "serve", "--port", "0"]
         self._service = subprocess.Popen(
             [*command, "--station", str(station), "--data", str(data)],
@@ -96,10 +112,18 @@ class Clinic:
     @property
     def device_pid(self) -> int:
         """The device process."""
-        for pid in _children(self._service.pid):
+        for pid in children(self._service.pid):
             if b"kata.device" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
                 return pid
         raise BenchError("the device process is gone")
+
+    @property
+    def service_mb(self) -> float:
+        """Memory that the service's process really occupies.
+
+        :raises BenchError: when it has ended.
+        """
+        return rss_mb(self._service.pid)
 
     def live(self) -> Live:
         """The newest state."""
@@ -208,12 +232,24 @@ class Clinic:
         self._log.close()
 
 
+def rss_mb(pid: int) -> float:
+    """Memory that a process really occupies.
+
+    :raises BenchError: when it has ended.
+    """
+    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
+    if not found:
+        raise BenchError("a process has ended")
+    return int(found[1]) / 1024
+
+
 def causes(live: Live) -> Sequence[str]:
     """Codes of a stop's causes, first one first; none without a stop."""
     return [cause.code for cause in live.stop.causes] if live.stop else []
 
 
-def _children(pid: int) -> list[int]:
+def children(pid: int) -> list[int]:
+    """The processes that a process has started and that still are its own."""
     return [
         int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()
     ]

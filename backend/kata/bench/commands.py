@@ -90,6 +90,32 @@ def soak(
 
 
 @app.command()
+def pages(
+    count: Annotated[int, typer.Option("--pages", min=1, help="How many pages are open.")] = 500,
+    stalled: Annotated[int, typer.Option(min=0, help="How many of them read nothing, in the last measurement.")] = 50,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time for each measurement.")] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Hundreds of pages on one service: how soon each is told, and what the control loop and memory feel of them."""
+    from kata.bench import pages as benchmark
+
+    _carry_out(lambda progress: benchmark.run(count, stalled, seconds, progress), json_out)
+
+
+@app.command()
+def stations(
+    count: Annotated[int, typer.Option("--stations", min=2, help="How many services, each with its apparatus.")] = 5,
+    presses: Annotated[int, typer.Option(min=1, help="How often an emergency stop is pressed at one of them.")] = 200,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time to play with the database, and without.")] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Several stations on one PostgreSQL: how soon they see each other, and cycles missed while the database hangs."""
+    from kata.bench import stations as benchmark
+
+    _carry_out(lambda progress: benchmark.run(count, presses, seconds, progress), json_out)
+
+
+@app.command()
 def sign_in(
     seconds: Annotated[float, typer.Option(min=1.0, help="Time for each measurement of the control loop.")] = 60.0,
     per_minute: Annotated[int, typer.Option(min=1, help="Tries a minute.")] = 1000,

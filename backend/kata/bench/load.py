@@ -1,4 +1,6 @@
-"""A busy clinic: many pages open, and one user who draws a long run again and again. In a process of its own."""
+"""A busy clinic: many pages open, of which some may have stalled, and one user who draws a long run again and again. In a process
+of its own.
+"""
 
 import argparse
 import asyncio
@@ -9,10 +11,12 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from typing import Final
 from urllib.request import Request, urlopen
 
 import msgspec
+import numpy as np
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
@@ -36,6 +40,10 @@ class Told(msgspec.Struct):
     figure_mb: float = 0.0
     figure_s: float = 0.0
     """Seconds for the slowest one."""
+    delivery_p50_ms: float = 0.0
+    """From the message's own time to its arrival, read; half of them took no longer."""
+    delivery_p99_ms: float = 0.0
+    delivery_max_ms: float = 0.0
 
     def line(self) -> str:
         """In words."""
@@ -46,12 +54,12 @@ class Told(msgspec.Struct):
 
 
 @contextmanager
-def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES) -> Iterator[Told]:
+def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES, stalled: int = 0) -> Iterator[Told]:
     """Clients on the service while the block lasts, all connected when it begins; then it is told what they got.
 
-    ``records`` None: nobody draws.
+    ``records`` None: nobody draws. ``stalled``: so many of the pages read nothing after their first message.
     """
-    arguments = ["--url", clinic.url, "--pages", str(pages), "--cookie", clinic.cookie]
+    arguments = ["--url", clinic.url, "--pages", str(pages), "--stalled", str(stalled), "--cookie", clinic.cookie]
     if records:
         arguments += ["--run", str(records.run_id)]
     told = Told()
@@ -62,13 +70,27 @@ def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES) -> Ite
             setattr(told, name, value)
 
 
-async def _page(url: str, cookie: str, told: Told, connected: asyncio.Semaphore) -> None:
+class _Sent(msgspec.Struct):
+    sent_at: datetime
+
+
+_SENT: Final = msgspec.json.Decoder(_Sent)
+
+
+async def _page(
+    url: str, cookie: str, told: Told, connected: asyncio.Semaphore, took_ms: list[float], *, stalls: bool
+) -> None:
     try:
         live, headers = url.replace("http", "ws", 1) + "/api/live", {"Cookie": cookie}
         async with connect(live, additional_headers=headers, max_size=None) as socket:
+            await socket.recv()
             connected.release()
-            async for _ in socket:
+            if stalls:
+                # Nothing is taken from it any more: soon nothing is read of the connection, either.
+                await asyncio.Event().wait()
+            async for message in socket:
                 told.messages += 1
+                took_ms.append((time.time() - _SENT.decode(message).sent_at.timestamp()) * 1000)
     except (OSError, WebSocketException):
         pass
     told.hung_up += 1
@@ -91,13 +113,17 @@ async def _user(url: str, cookie: str, run: str, told: Told) -> None:
         told.figure_s = max(told.figure_s, time.monotonic() - began)
 
 
-async def _serve(url: str, cookie: str, run: str | None, pages: int) -> None:
-    told = Told()
+async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: int) -> None:
+    told, took_ms = Told(), list[float]()
     connected = asyncio.Semaphore(0)
-    clients = [asyncio.create_task(_page(url, cookie, told, connected)) for _ in range(pages)]
+    clients = [
+        asyncio.create_task(_page(url, cookie, told, connected, took_ms, stalls=n < stalled)) for n in range(pages)
+    ]
     async with asyncio.timeout(_START_LIMIT_S):
         for _ in clients:
             await connected.acquire()
+    # What came while they all connected at once is no page's day.
+    took_ms.clear()
     if run:
         clients.append(asyncio.create_task(_user(url, cookie, run, told)))
     sys.stdout.write("ready\n")
@@ -105,6 +131,10 @@ async def _serve(url: str, cookie: str, run: str | None, pages: int) -> None:
     reader = asyncio.StreamReader()
     await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     await reader.read()
+    if took_ms:
+        told.delivery_p50_ms, told.delivery_p99_ms, told.delivery_max_ms = (
+            float(value) for value in np.percentile(took_ms, (50, 99, 100))
+        )
     sys.stdout.write(json.dumps(msgspec.structs.asdict(told)))
     sys.stdout.flush()
     # Not by way of asyncio's own end: that would wait for a plot that is still on its way.
@@ -117,9 +147,10 @@ def main() -> None:
     parser.add_argument("--url", required=True, help="the service")
     parser.add_argument("--cookie", required=True, help="header of somebody who is signed in")
     parser.add_argument("--pages", type=int, required=True, help="WebSocket clients")
+    parser.add_argument("--stalled", type=int, default=0, help="of them, so many that read nothing")
     parser.add_argument("--run", help="the run to draw; none unless given")
     arguments = parser.parse_args()
-    asyncio.run(_serve(arguments.url, arguments.cookie, arguments.run, arguments.pages))
+    asyncio.run(_serve(arguments.url, arguments.cookie, arguments.run, arguments.pages, arguments.stalled))
 
 
 if __name__ == "__main__":

@@ -3,13 +3,18 @@
 import os
 import pwd
 import shutil
+import signal
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
+from sqlalchemy.engine import make_url
+
+from kata.bench.clinic import children
 from kata.database.programs import postgresql_program
 
 _USER: Final = "postgres"
@@ -50,3 +55,57 @@ def serving() -> Iterator[str]:
             subprocess.run([*control, "--mode", "immediate", "stop"], check=True, user=user, cwd=folder)
     finally:
         shutil.rmtree(folder)
+
+
+class Server:
+    """The one that listens at this URL, which :func:`serving` has given: to be stopped, killed and started again while others use it."""
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        self._folder = Path(str(make_url(url).query["host"]))
+        self._options = (self._folder / "data/postmaster.opts").read_text()
+
+    def _processes(self) -> list[int]:
+        """The server's, children first."""
+        first = int((self._folder / "data/postmaster.pid").read_text().split()[0])
+        return [*children(first), first]
+
+    def _signal(self, which: signal.Signals) -> None:
+        for process in self._processes():
+            with suppress(ProcessLookupError):
+                os.kill(process, which)
+
+    @contextmanager
+    def hanging(self) -> Iterator[None]:
+        """While the block lasts, nothing of it moves; nobody's connection is closed."""
+        self._signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self._signal(signal.SIGCONT)
+
+    @contextmanager
+    def killed(self) -> Iterator[None]:
+        """As by a power cut, and started again at the end of the block."""
+        processes = self._processes()
+        for process in processes:
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        while any(Path(f"/proc/{process}").exists() for process in processes):
+            time.sleep(0.01)
+        try:
+            yield
+        finally:
+            self.start()
+
+    def start(self) -> None:
+        """Again, with the options that it had."""
+        initdb = postgresql_program("initdb")
+        assert initdb is not None
+        user = "postgres" if os.geteuid() == 0 else None
+        options = self._options.split(" ", 1)[1].replace('"', "'").strip()
+        subprocess.run(
+            [initdb.with_name("pg_ctl"), "--pgdata", self._folder / "data", "--wait", "--silent", "--log",
+             self._folder / "log", "--options", options, "start"],
+            check=True, user=user, cwd=self._folder,
+        )  # fmt: skip

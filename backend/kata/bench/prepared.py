@@ -44,11 +44,16 @@ class Prepared:
     """Header of somebody who is signed in."""
 
 
-def prepare(data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float) -> Prepared:
-    """A patient with a recording of ``play_s`` to play and a run of ``plot_s`` to draw; ``rest_deg`` are motor angles."""
+def prepare(
+    data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float, database_url: str | None = None
+) -> Prepared:
+    """A patient with a recording of ``play_s`` to play and a run of ``plot_s`` to draw; ``rest_deg`` are motor angles.
+
+    ``database_url`` None: a file in ``data``.
+    """
     folder = data / "journal"
     folder.mkdir(parents=True)
-    database = Database(f"sqlite:///{data / 'kata.db'}")
+    database = Database(database_url or f"sqlite:///{data / 'kata.db'}")
     try:
         upgrade(database)
         return _Records(database, folder, rest_deg).make(play_s, plot_s)
@@ -69,7 +74,9 @@ class _Records:
 
     def make(self, play_s: float, plot_s: float) -> Prepared:
         with self._database.write() as session:
-            wanted = PatientCreate(clinic_number="BENCH-1", name="Benchmark", affected_side=CANONICAL_SIDE)
+            wanted = PatientCreate(
+                clinic_number=f"BENCH-{uuid4().hex[:8]}", name="Benchmark", affected_side=CANONICAL_SIDE
+            )
             patient_id = patients.create(session, wanted).id
             visit_id = sessions.begin(session, patient_id).id
         to_play = self._recording(patient_id, play_s)

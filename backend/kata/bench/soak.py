@@ -1,6 +1,5 @@
 """``kata bench soak``: playing over and over, whether a cycle is ever missed and whether memory grows."""
 
-import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.bench.clinic import BenchError, Clinic, causes, prepared
+from kata.bench.clinic import BenchError, Clinic, causes, prepared, rss_mb
 from kata.bench.load import loading
 from kata.bench.prepared import Prepared
 from kata.bench.report import Report
@@ -76,15 +75,7 @@ def _watch(clinic: Clinic, records: Prepared, seconds: float, progress: Callable
         if live.mode == "idle":
             clinic.play(records)
         at_s = time.monotonic() - began
-        looks.append(Look(at_s, live.loop.overruns - first.overruns, _rss_mb(service), _rss_mb(device)))
+        looks.append(Look(at_s, live.loop.overruns - first.overruns, rss_mb(service), rss_mb(device)))
         progress(f"{at_s / 60:.1f} of {seconds / 60:g} min")
         time.sleep(min(_LOOK_S, max(0.1, seconds - at_s)))
     return looks
-
-
-def _rss_mb(pid: int) -> float:
-    """Memory that a process really occupies."""
-    found = re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())
-    if not found:
-        raise BenchError("a process has ended")
-    return int(found[1]) / 1024

@@ -13,11 +13,14 @@ from pathlib import Path
 from typing import Final, Literal
 from uuid import UUID
 
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import TimeoutError as NoConnectionError
 from sqlalchemy.orm import Session
 
 from kata.access.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
+from kata.database.away import DatabaseAwayError
 from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
@@ -52,6 +55,7 @@ class Importer:
         self._config = config
         self._on_saved = on_saved
         self._one_at_a_time = threading.Lock()
+        self._due: dict[Path, None] = {}
 
     def run(self, finished: Path | None = None) -> None:
         """Import one finished journal; or all there are, while no device process writes any.
@@ -62,9 +66,24 @@ class Importer:
             for path in [finished] if finished else sorted(self._folder.glob(f"*{journal.SUFFIX}")):
                 try:
                     self._import(path)
+                    self._due.pop(path, None)
+                except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
+                    log.warning("%s waits for the database: %s", path.name, error)
+                    self._due[path] = None
                 except Exception:
                     # One journal that cannot be imported must not keep the others from it; it stays for the next try.
+                    self._due.pop(path, None)
                     log.exception("%s could not be imported; it stays where it is", path.name)
+
+    @property
+    def due(self) -> int:
+        """How many journals wait for a database that did not answer."""
+        return len(self._due)
+
+    def run_due(self) -> None:
+        """Try those again, in the order in which they ended."""
+        for path in list(self._due):
+            self.run(path)
 
     def run_at_start(self) -> None:
         """As :meth:`run`, once the last device process has ended; then close what has lost its journal.

@@ -27,6 +27,8 @@ from kata.clinic.sessions.tables import (
     SessionStopRow,
 )
 from kata.clinic.stations.tables import StationRow, StationVersionRow
+from kata.database.delivery import SpoolRow
+from kata.database.upgrade import SchemaRow
 
 __all__ = [
     "AccountRow",
@@ -53,9 +55,11 @@ __all__ = [
     "RunCorrectionRow",
     "RunRow",
     "RunSamplesRow",
+    "SchemaRow",
     "SessionRow",
     "SessionStopRow",
     "SignInRow",
+    "SpoolRow",
     "StageRow",
     "StationRow",
     "StationVersionRow",

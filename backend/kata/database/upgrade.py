@@ -7,7 +7,8 @@ so that a start that was killed leaves a whole version behind, from which the ne
 import logging
 import shutil
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -16,8 +17,11 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from alembic.util import CommandError
+from sqlalchemy import Connection, String, select, text
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Mapped, mapped_column
 
+from kata.database.base import Base
 from kata.database.engine import Database, DatabaseError
 
 log = logging.getLogger(__name__)
@@ -26,6 +30,8 @@ _IN_PACKAGE: Final = Path(__file__).parent / "migrations"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "migrations"
 _COPIES: Final = 2
 """That of the last upgrade, and of the one before: who notices late has one still."""
+_LOCK: Final = 0x6B617462
+"""Of PostgreSQL's advisory locks: upgrading."""
 _ROOM: Final = 3
 """Times its size: the copy, what is written anew, and both versions of that until it is done."""
 
@@ -35,10 +41,20 @@ def migrations() -> Path:
     return _IN_PACKAGE if _IN_PACKAGE.is_dir() else _IN_REPOSITORY
 
 
-def upgrade(database: Database) -> None:
-    """Apply what is missing.
+class SchemaRow(Base):
+    """A revision that the database has come to, as its own migration has noted it: programs that do not know it ask here."""
 
-    :raises DatabaseError: when the database cannot be opened, has no room to be upgraded, or was written by a newer program.
+    __tablename__ = "schemas"
+
+    revision: Mapped[str] = mapped_column(String(32), primary_key=True)
+    oldest: Mapped[str] = mapped_column(String(32))
+    """The oldest revision whose program still goes on with this one: it was only added to since."""
+
+
+def upgrade(database: Database) -> None:
+    """Apply what is missing. One that is newer, and says that it serves this program too, stays as it is.
+
+    :raises DatabaseError: when the database cannot be opened, has no room to be upgraded, or is a newer program's alone.
     """
     config = Config()
     config.set_main_option("script_location", str(migrations()))
@@ -46,10 +62,15 @@ def upgrade(database: Database) -> None:
     try:
         if database.file:
             database.file.parent.mkdir(parents=True, exist_ok=True)
-        with database.writer.connect() as connection:
+        with database.writer.connect() as connection, _alone(connection):
             present = MigrationContext.configure(connection).get_current_revision()
             connection.rollback()
             if present == script.get_current_head():
+                return
+            if present and _serves(connection, present, script):
+                log.warning(
+                    "the database is newer (%s) than this program, and serves it: upgrade this station too", present
+                )
                 return
             if present:
                 script.get_revision(present)
@@ -66,6 +87,35 @@ def upgrade(database: Database) -> None:
     except (SQLAlchemyError, sqlite3.Error, OSError) as error:
         cause = getattr(error, "orig", None) or error
         raise DatabaseError(f"the database {database.url.render_as_string()} cannot be opened: {cause}") from error
+
+
+@contextmanager
+def _alone(connection: Connection) -> Iterator[None]:
+    """Services that start at the same time on one server upgrade it one after another."""
+    on_server = connection.dialect.name == "postgresql"
+    if on_server:
+        connection.execute(text("SELECT pg_advisory_lock(:key)"), {"key": _LOCK})
+        connection.commit()
+    try:
+        yield
+    finally:
+        if on_server and not connection.invalidated:
+            connection.rollback()
+            connection.execute(text("SELECT pg_advisory_unlock(:key)"), {"key": _LOCK})
+            connection.commit()
+
+
+def _serves(connection: Connection, present: str, script: ScriptDirectory) -> bool:
+    """Whether a revision that this program does not know says that it serves this program."""
+    known = [one.revision for one in script.walk_revisions()]
+    if present in known:
+        return False
+    try:
+        oldest = connection.scalar(select(SchemaRow.oldest).where(SchemaRow.revision == present))
+    except SQLAlchemyError:
+        oldest = None
+    connection.rollback()
+    return oldest in known
 
 
 def _copy(file: Path, version: str) -> None:

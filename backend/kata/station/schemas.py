@@ -172,6 +172,18 @@ class LeaseLive(_Schema):
     paused: bool = Field(description="The playback was paused for want of the holder's browser.")
 
 
+class Kept(_Schema):
+    """What happens at the station while the database does not answer: kept on this computer, and written there when it does."""
+
+    away_since: datetime | None = Field(
+        None, description="Since then the database does not answer; null while it does."
+    )
+    waiting: int = Field(0, ge=0, description="How much of what happened is kept here and not yet written there.")
+    not_kept_since: datetime | None = Field(
+        None, description="Since then this computer's disk takes nothing either; null while it does."
+    )
+
+
 class Live(_Schema):
     """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
 
@@ -193,6 +205,7 @@ class Live(_Schema):
     )
     lease: LeaseLive
     loop: LoopLive | None
+    kept: Kept = Kept()
 
 
 class EventLive(_Schema):

@@ -7,8 +7,6 @@ One dependency for HTTP and the WebSocket. What a request names, in its path, it
 import asyncio
 import json
 import logging
-import time
-from collections import OrderedDict
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -27,8 +25,10 @@ from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
+from kata.database.away import DatabaseAwayError
 from kata.database.engine import Database
 from kata.problems import ProblemError
+from kata.web.remembered import Remembered
 from kata.web.signing import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)
@@ -38,60 +38,10 @@ ACTIVE: Final = "x-kata-active"
 _ASKED: Final = "asked"
 """Of a connection's state: whether it has been asked who is there."""
 _READING: Final = ("GET", "HEAD")
+_PATIENCE_S: Final = 0.5
+"""So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
 _SHORTEST_TOKEN: Final = 20
 """Characters: 100 bits and more by chance."""
-
-
-class Remembered:
-    """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
-
-    A Stop is taken from whoever is remembered, so that it waits for no database.
-    """
-
-    _MOST: Final = 1000
-    _STOPS_FOR_S: Final = 3600.0
-    _SEEN_EVERY_S: Final = 30.0
-
-    def __init__(self) -> None:
-        self._actors: OrderedDict[str, tuple[Actor, float]] = OrderedDict()
-        self._seen_s: dict[str, float] = {}
-        self.writing: set[asyncio.Task[None]] = set()
-        """That somebody did something is being written down: nobody's command waits for that."""
-
-    def put(self, cookie: str, actor: Actor) -> None:
-        """Has been let in just now."""
-        key = secrets.hashed(cookie)
-        self._actors[key] = actor, time.monotonic()
-        self._actors.move_to_end(key)
-        while len(self._actors) > self._MOST:
-            forgotten, _ = self._actors.popitem(last=False)
-            self._seen_s.pop(forgotten, None)
-
-    def forget(self, cookie: str) -> None:
-        """Is not let in any more."""
-        self._drop(secrets.hashed(cookie))
-
-    def forget_account(self, account_id: UUID) -> None:
-        """Its rights have changed, or it is shut: at each browser of it the database is asked again."""
-        for key in [key for key, (actor, _) in list(self._actors.items()) if actor.account_id == account_id]:
-            self._drop(key)
-
-    def _drop(self, key: str) -> None:
-        self._actors.pop(key, None)
-        self._seen_s.pop(key, None)
-
-    def who_may_stop(self, cookie: str) -> Actor | None:
-        """Who this was within the last hour; None: the database has to be asked."""
-        actor, at_s = self._actors.get(secrets.hashed(cookie), (None, 0.0))
-        return actor if time.monotonic() - at_s < self._STOPS_FOR_S else None
-
-    def is_news(self, cookie: str) -> bool:
-        """Whether that its user did something has to be written down: twice a minute is enough."""
-        key, now = secrets.hashed(cookie), time.monotonic()
-        if now - self._seen_s.get(key, -self._SEEN_EVERY_S) < self._SEEN_EVERY_S:
-            return False
-        self._seen_s[key] = now
-        return True
 
 
 async def allowed(connection: HTTPConnection) -> None:
@@ -104,6 +54,10 @@ async def allowed(connection: HTTPConnection) -> None:
     except ProblemError as error:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1008, error.code) from error
+        raise
+    except DatabaseAwayError as error:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1013, "database_away") from error
         raise
 
 
@@ -136,7 +90,7 @@ def document(described: dict[str, Any]) -> None:
         for operation in operations.values():
             rule = RULES[operation["operationId"]]
             if rule.needs != "public":
-                statuses = (401, 403) if rule.locked else (401, 403, 423)
+                statuses = (401, 403, 503) if rule.locked else (401, 403, 423, 503)
                 for status, answer in PROBLEMS.of(*statuses).items():
                     operation["responses"].setdefault(str(status), answer)
 
@@ -159,11 +113,7 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     cookie, remembered = cookie_of(connection) or "", state.remembered
     actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
     if actor is None:
-        actor = await run_in_threadpool(actor_at, connection, state.database)
-    if actor is None:
-        remembered.forget(cookie)
-        raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
-    remembered.put(cookie, actor)
+        actor = await _asked(connection, rule, cookie)
     ACTING.set(actor)
     _check_sign_in(actor, rule)
     _check_role(actor, rule, doing.station, named)
@@ -176,6 +126,38 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
         )
         remembered.writing.add(task)
         task.add_done_callback(remembered.writing.discard)
+
+
+def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
+    if not asking.cancelled() and (error := asking.exception()):
+        log.info("who is signed in could not be looked up: %s", error)
+
+
+async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
+    """Whoever the database says it is.
+
+    :raises ProblemError: 401.
+    :raises DatabaseAwayError: when it does not answer, and nobody is known here or it takes more than that.
+    """
+    state = connection.app.state
+    remembered: Remembered = state.remembered
+    known = remembered.who_was_here(cookie, state.access.limits.longest.total_seconds()) if rule.away else None
+    asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, state.database))
+    # What has begun is not to wait for it, either, until it is known to be away.
+    await asyncio.wait({asking}, timeout=_PATIENCE_S if known else None)
+    try:
+        actor = asking.result()
+    except (DatabaseAwayError, asyncio.InvalidStateError):
+        if known is None:
+            raise
+        asking.add_done_callback(_ask_no_more)
+        # Not remembered anew: only the database can say that they are still let in.
+        return known
+    if actor is None:
+        remembered.forget(cookie)
+        raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
+    remembered.put(cookie, actor)
+    return actor
 
 
 def _shows_token(connection: HTTPConnection) -> bool:
@@ -197,6 +179,9 @@ def _did_something(database: Database, actor: Actor, now: datetime) -> None:
     try:
         with database.write() as session:
             sign_in.did_something(session, actor, now)
+    except DatabaseAwayError:
+        # The log says so once.
+        return
     except SQLAlchemyError as error:
         log.warning("that somebody did something is not written down: %s", error)
 

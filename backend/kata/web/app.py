@@ -4,7 +4,8 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
-from datetime import timedelta
+from datetime import datetime, timedelta
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -16,6 +17,7 @@ from starlette.types import ASGIApp
 from kata.access import demonstration, second_factor, set_up
 from kata.access.accounts import count_administrators
 from kata.access.actor import by_program
+from kata.access.audit import entry
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
@@ -29,11 +31,11 @@ from kata.clinic.episodes.router import router as episodes
 from kata.clinic.events import service as event_service
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.events.router import router as events
-from kata.clinic.events.writer import EventWriter
 from kata.clinic.exchange.erasure_router import router as erasures
 from kata.clinic.exchange.router import router as exchange
 from kata.clinic.figures import FigureWorker
 from kata.clinic.importer import Importer, Saved
+from kata.clinic.keeping import Keeping
 from kata.clinic.patients.router import router as patients
 from kata.clinic.programmes.router import router as programmes
 from kata.clinic.progress.router import router as progress
@@ -44,12 +46,14 @@ from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
+from kata.database.away import Watch
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import config
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import Kept
 from kata.station.station import Station
 from kata.web import (
     access,
@@ -88,6 +92,12 @@ _NEW_KEY: Final = (
     "when this computer is lost, the backups are worth nothing without it"
 )
 _FOREIGN: Final = "The request came from another site's page."
+
+_ANSWER_S: Final = 4.0
+"""So long a request waits for an answer of the database; then the page says that it is away."""
+
+_LEFT_S: Final = 30.0
+"""So long the start waits for what the last service left in the spool to be in the database."""
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -159,13 +169,19 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     settings.journal.mkdir(parents=True, exist_ok=True)
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
-    database = Database(settings.effective_database_url)
+    await asyncio.to_thread(_upgrade, settings.effective_database_url)
+    database = Database(settings.effective_database_url, answer_s=_ANSWER_S)
     stack.callback(database.close)
-    await asyncio.to_thread(upgrade, database)
-    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor)
+    database.watch = Watch(database.writer)
+    kept = await asyncio.to_thread(Keeping, database, _station_name(settings), settings.spool)
+    stack.push_async_callback(asyncio.to_thread, kept.close)
+    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor, kept)
     stack.push_async_callback(asyncio.to_thread, trail.close)
+    database.watch.on_back = partial(_was_away, trail)
+    # What was left behind comes before anything new.
+    await asyncio.to_thread(kept.until_taken, _LEFT_S)
     app.state.access = await _opened(settings, database)
-    await stack.enter_async_context(app.state.access.endings.watched())
+    await stack.enter_async_context(app.state.access.endings.watched(app.state.remembered))
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -213,9 +229,9 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
-        on_due=operating.noting(database, station_config.name, importing),
+        on_due=operating.noting(trail, station_config.name),
     )
-    app.state.board = operating.Board(station)
+    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer))
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -225,17 +241,18 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await asyncio.to_thread(importer.run_at_start)
     app.state.overview = Overview(station, database, lambda: _stations(database))
     await stack.enter_async_context(app.state.overview.going_on())
-    writer = EventWriter(database)
-    stack.push_async_callback(asyncio.to_thread, writer.close)
+    app.state.kept = kept
+    kept.delivery.each_round = importer.run_due
     app.state.probe = health.Probe(database)
     app.state.metrics = measured = metrics.Metrics(station)
     database.on_waited = measured.write_waited_s.observe
-    measured.ask_for("kata_events_waiting", "Device events that are not in the database yet.", lambda: writer.waiting)
     measured.ask_for(
-        "kata_audit_waiting", "Rows of the audit trail that are not in the database yet.", lambda: trail.waiting
+        "kata_spool_waiting",
+        "What happened at the station and is kept on its computer, not in the database yet.",
+        lambda: kept.delivery.waiting + importer.due,
     )
     await stack.enter_async_context(measured.counting_stops(station))
-    await stack.enter_async_context(events_recorded(station, writer))
+    await stack.enter_async_context(events_recorded(station, kept.put_event))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
     app.state.backups = Backups(settings, database, lambda: station.live().torque_on)
@@ -265,9 +282,36 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         set_up_secret=await asyncio.to_thread(prepare),
         endings=signing.Endings(database, limits, utc_now),
         folder=settings.data,
+        factor_key=await asyncio.to_thread(signing.opened_key, settings.effective_second_factor_key, database),
         limits=limits,
         openid=Provider(settings) if settings.openid_issuer else None,
     )
+
+
+def _station_name(settings: Settings) -> str:
+    return config.read(settings.station).name if settings.station else config.StationConfig().name
+
+
+def _was_away(trail: Trail, since: datetime) -> None:
+    with by_program("database_away"):
+        trail.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
+
+
+def _kept(database: Database, kept: Keeping, importer: Importer) -> Kept:
+    return Kept(
+        away_since=database.away_since,
+        waiting=kept.delivery.waiting + importer.due,
+        not_kept_since=kept.spool.full_since,
+    )
+
+
+def _upgrade(url: str) -> None:
+    """As long as it takes."""
+    database = Database(url)
+    try:
+        upgrade(database)
+    finally:
+        database.close()
 
 
 def _register(database: Database, station_config: config.StationConfig, *, simulated: bool) -> None:

@@ -18,6 +18,7 @@ from kata.access.trail import Trail
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import NO_NUL, Moment, Schema
 from kata.clinic.pages import After, Keyset, Limit, Next
+from kata.web.problems import DATABASE_AWAY
 
 router = APIRouter(tags=["audit"])
 
@@ -93,7 +94,8 @@ async def _tell(trail: Trail, scope: Scope, status: int) -> None:
 
 
 def _is_worth_a_row(doing: Doing, method: str, status: int) -> bool:
-    if doing.action in _WATCHED:
+    # While the database is away nobody is refused anything: the outage has a row of its own.
+    if doing.why == DATABASE_AWAY.code or doing.action in _WATCHED:
         return False
     if status >= 500:
         return True

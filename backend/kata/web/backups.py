@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from datetime import datetime, time, timedelta
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -37,6 +37,8 @@ _FIRST_LOOK_S: Final = 300.0
 _LOOK_S: Final = 60.0
 _AGAIN: Final = timedelta(hours=1)
 """After one that failed."""
+_NIGHTLY: Final = 0x6B_61_74_61_62_6B_75_70
+"""The advisory lock that a service holds while it makes the night's backup: any number that nobody else takes."""
 
 router = APIRouter(prefix="/api/backups", tags=["backups"])
 
@@ -53,6 +55,12 @@ class Backup(Schema):
     tested_at: Moment | None = Field(description="When it was restored to see whether it can be.")
     test_problem: str = Field(
         description="Why it is not known to be restorable; empty where it came back whole and equal."
+    )
+    audit_rows: int | None = Field(
+        ge=0, description="Rows of the audit trail that were verified when it was tried; null: none were."
+    )
+    audit_problem: str = Field(
+        description="Where the audit trail in it is not whole; empty where it is. It can be restored all the same."
     )
     there: bool = Field(description="The file is still where it was made.")
 
@@ -145,13 +153,32 @@ class Backups:
                 log.exception("whether it is time for a backup could not be told")
 
     def _due(self) -> bool:
+        tried_at = self._tried_at
+        return (tried_at is None or tried_at <= utc_now() - _AGAIN) and self._wanted()
+
+    def _wanted(self) -> bool:
+        """As far as the database tells, whoever on it has made or tried one."""
         with self._database.read() as session:
             made = last_made(session)
-            tried = [row.at for row in newest(session)[:1]] + [at for at in [self._tried_at] if at]
+            tried = [row.at for row in newest(session)[:1]]
         made_at = made.at if made else None
         return due(utc_now(), self._settings.backup_at, _zone(self._settings), made_at, max(tried, default=None))
 
     async def _make(self, kind: Kind) -> None:
+        if kind == "asked":
+            await self._made(kind)
+            return
+        lock = await asyncio.to_thread(night_lock, self._database)
+        if lock is None:
+            return
+        try:
+            # Another service may have made it between our look and the lock.
+            if await asyncio.to_thread(self._wanted):
+                await self._made(kind)
+        finally:
+            await asyncio.to_thread(lock.close)
+
+    async def _made(self, kind: Kind) -> None:
         before = await asyncio.to_thread(self._count)
         command = [sys.executable, "-m", "kata.access.backups", *(["--nightly"] if kind == "nightly" else [])]
         process = await asyncio.create_subprocess_exec(
@@ -206,6 +233,23 @@ class Backups:
 def _say_why(made: asyncio.Task[None]) -> None:
     if not made.cancelled() and (error := made.exception()):
         log.error("a backup came to nothing", exc_info=error)
+
+
+def night_lock(database: Database) -> ExitStack | None:
+    """To be closed when the night's backup is made; None where another service on this database makes it.
+
+    PostgreSQL takes the lock back by itself when a service is killed. On SQLite there is one service, which needs none.
+    """
+    with ExitStack() as stack:
+        if not database.file:
+            connection = stack.enter_context(database.writer.connect())
+            # It goes with its connection, which is not one of the pool's any more.
+            connection.detach()
+            if not connection.execute(select(func.pg_try_advisory_lock(_NIGHTLY))).scalar_one():
+                return None
+            connection.commit()
+        return stack.pop_all()
+    return None
 
 
 def due(now: datetime, at: str, zone: ZoneInfo | None, made_at: datetime | None, tried_at: datetime | None) -> bool:

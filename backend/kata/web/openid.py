@@ -22,7 +22,7 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import NO_NUL, Schema
 from kata.database.engine import Database
 from kata.problems import ProblemError
-from kata.web.signing import Access, Me, Secret, TheAccess, address_of, cookie_of, let_in, me, name_key, whose
+from kata.web.signing import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
 
 router = APIRouter(prefix="/api/sign-in", tags=["sign-in"])
 
@@ -132,7 +132,7 @@ def confirm_openid(
     with database.write() as session:
         account = accounts.get(session, proven.account_id)
         _check_open(account)
-        if second_factor.accepted(session, account, given.code, access.now()) is None:
+        if second_factor.accepted(session, access.factor_key, account, given.code, access.now()) is None:
             raise ProblemError(401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one.")
         told = let_in(request, response, session, access, account, "oidc_two")
     access.throttle.was_no_failure(of_address)
@@ -163,11 +163,8 @@ def _come_in(
         _check_open(account)
         here = sign_in.actor_of(session, cookie_of(request), now, access.limits)
         if here and here.account_id == account.id:
-            sign_in.proved(session, here.sign_in_id, now)
-            session.flush()
-            fresh = sign_in.by_id(session, here.sign_in_id, now, access.limits)
             audit.note(session, "sign_in_by_openid", actor=here, detail={"method": "again"})
-            told = me(session, fresh, access) if fresh else None
+            told = me(session, go_on(request, response, session, access, here), access)
         elif account.totp_confirmed_at is not None and not word.two_factors:
             _keep(request, response, access, Proven(account_id=account.id, to=begun.to))
             audit.note(session, "sign_in_by_openid", detail={"needed": "second_factor"})

@@ -1,23 +1,19 @@
 """Which browser a request comes from, and whether it operates the apparatus; what each browser is told of that."""
 
-import asyncio
-import logging
 from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from kata.access import audit
-from kata.access.actor import ACTING, by_program
+from kata.access.actor import ACTING, DOING, by_program
+from kata.access.audit import entry
+from kata.access.trail import Trail
 from kata.clinic.dependencies import TheStation
-from kata.database.engine import Database
 from kata.device.messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser, Due
-from kata.station.schemas import RefusalLive
+from kata.station.schemas import Kept, RefusalLive
 from kata.station.station import Station
-from kata.web.problems import refused
-
-log = logging.getLogger(__name__)
+from kata.web.problems import DATABASE_AWAY, refused
 
 
 def browser() -> Browser:
@@ -51,8 +47,10 @@ Operator = Annotated[Browser, Depends(_operator)]
 class Board:
     """The live state as JSON, worked out once for all who listen; what differs from one browser to another is laid over it."""
 
-    def __init__(self, station: Station) -> None:
+    def __init__(self, station: Station, kept: Callable[[], Kept]) -> None:
+        """``kept`` tells how it is with the database."""
         self._station = station
+        self._kept = kept
         self._version: object = None
         self._state: dict[str, Any] = {}
 
@@ -66,14 +64,23 @@ class Board:
             "lease": station.operating.told(seen_by).model_dump(mode="json"),
         }
         elsewhere = station.operating.refusal(seen_by)
+        kept = self._kept()
+        own["kept"] = kept.model_dump(mode="json")
         if elsewhere:
             own["refusals"] = _all_but_stop(elsewhere)
+        elif kept.away_since:
+            # What has begun goes on; what would begin has to be found in the database first, and written down there.
+            own["refusals"] = dict.fromkeys(("teach", "load"), _told(DATABASE_AWAY)) | self._state["refusals"]
         return self._state | own
 
 
 def _all_but_stop(refusal: Refusal) -> dict[str, Any]:
-    told = RefusalLive.model_validate(refusal, from_attributes=True).model_dump(mode="json")
+    told = _told(refusal)
     return {name: told for name in COMMAND_NAMES if name != "stop"}
+
+
+def _told(refusal: Refusal) -> dict[str, Any]:
+    return RefusalLive.model_validate(refusal, from_attributes=True).model_dump(mode="json")
 
 
 def _board(request: Request) -> Board:
@@ -84,30 +91,21 @@ def _board(request: Request) -> Board:
 TheBoard = Annotated[Board, Depends(_board)]
 
 
-def noting(database: Database, station: str, tasks: set[asyncio.Task[None]]) -> Callable[[Browser, Due], None]:
-    """What the station does for want of a browser goes into the audit trail; ``tasks`` has what is not written yet."""
-
-    def write(browser: Browser, due: Due) -> None:
-        action = "pause_without_browser" if due == "pause" else "stop_without_browser"
-        with by_program(action, station), database.write() as session:
-            audit.note(session, action, subject=f"sign_in {browser.id}", detail={"operator": browser.name})
-
-    async def noted(browser: Browser, due: Due) -> None:
-        try:
-            await asyncio.to_thread(write, browser, due)
-        except Exception:
-            # The apparatus has done what it had to: that it is not written down changes nothing about that.
-            log.exception("%s's browser was lost: what was done about it is not written down", browser.name)
+def noting(trail: Trail, station: str) -> Callable[[Browser, Due], None]:
+    """What the station does for want of a browser goes into the audit trail."""
 
     def note(browser: Browser, due: Due) -> None:
-        task = asyncio.create_task(noted(browser, due), name="audit")
-        tasks.add(task)
-        task.add_done_callback(tasks.discard)
+        action = "pause_without_browser" if due == "pause" else "stop_without_browser"
+        with by_program(action, station):
+            trail.tell_at_once(
+                entry(action, "done", subject=f"sign_in {browser.id}", detail={"operator": browser.name})
+            )
 
     return note
 
 
-def taken_over(database: Database, before: Browser) -> None:
-    """Written down, with whose it was."""
-    with database.write() as session:
-        audit.note(session, "take_over", subject=f"sign_in {before.id}", detail={"from": before.name})
+def taken_over(trail: Trail, before: Browser) -> None:
+    """Written down, with whose it was; in place of the request's own row."""
+    trail.tell_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
+    if doing := DOING.get():
+        doing.told.add("done")

@@ -1,19 +1,26 @@
-"""REST for one's own account: lock and unlock the screen, password, second factor, where one is signed in."""
+"""REST for one's own account: language, lock and unlock the screen, password, second factor, where one is signed in."""
 
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Body
+from fastapi import APIRouter, Body, Request, Response
 from pydantic import Field
 
 from kata.access import accounts, second_factor, sign_in
 from kata.access.tables import AccountRow, SignInRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Moment, Schema
-from kata.problems import ProblemError, not_found
-from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, me
+from kata.problems import not_found
+from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
+from kata.web.words import Language
 
 router = APIRouter(prefix="/api/me", tags=["own account"])
+
+
+class Speaks(Schema):
+    """A language of the page."""
+
+    language: Language = Field(description="en: English. ja: Japanese.")
 
 
 class Unlock(Schema):
@@ -71,6 +78,15 @@ class OwnSignIns(Schema):
     items: list[OwnSignIn]
 
 
+@router.put("/language", responses=PROBLEMS.of(401, 422))
+def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, given: Speaks) -> Me:
+    """Choose the language that the page speaks with oneself, at whichever browser."""
+    with database.write() as session:
+        accounts.get(session, actor.account_id).language = given.language
+        session.flush()
+        return me(session, actor, access)
+
+
 @router.post("/lock", status_code=204, responses=PROBLEMS.of(401, 409))
 def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> None:
     """Lock the screen: what goes on stays visible and may be stopped."""
@@ -79,20 +95,24 @@ def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> No
 
 
 @router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429))
-def unlock_screen(database: TheDatabase, access: TheAccess, actor: TheActor, given: Unlock) -> Me:
+def unlock_screen(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Unlock
+) -> Me:
     """Unlock the screen with the password."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
-        sign_in.proved(session, actor.sign_in_id, access.now())
-        session.flush()
-        fresh = sign_in.by_id(session, actor.sign_in_id, access.now(), access.limits)
-        if fresh is None:
-            raise ProblemError(401, "not_signed_in", "This sign-in has ended.", "Sign in.")
-        return me(session, fresh, access)
+        return me(session, go_on(request, response, session, access, actor), access)
 
 
 @router.post("/password", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
-def change_password(database: TheDatabase, access: TheAccess, actor: TheActor, given: ChangePassword) -> None:
+def change_password(
+    request: Request,
+    response: Response,
+    database: TheDatabase,
+    access: TheAccess,
+    actor: TheActor,
+    given: ChangePassword,
+) -> None:
     """Change one's password; every other browser is signed out."""
     check_it_is_them(database, access, actor, given.old_password)
     with database.read() as session:
@@ -102,7 +122,7 @@ def change_password(database: TheDatabase, access: TheAccess, actor: TheActor, g
     with database.write() as session:
         row = accounts.get(session, actor.account_id)
         accounts.set_password(session, row, made, access.now(), besides=actor.sign_in_id)
-        sign_in.proved(session, actor.sign_in_id, access.now())
+        go_on(request, response, session, access, actor)
     access.endings.notice()
 
 
@@ -111,17 +131,20 @@ def begin_second_factor(database: TheDatabase, access: TheAccess, actor: TheActo
     """Begin to set up a second factor; it counts once a code was confirmed."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
-        address = second_factor.begin(accounts.get(session, actor.account_id))
+        address = second_factor.begin(access.factor_key, accounts.get(session, actor.account_id))
     return SecondFactorBegun(address=address, picture=second_factor.drawn(address))
 
 
 @router.put("/second-factor", responses=PROBLEMS.of(401, 409, 422, 429))
-def confirm_second_factor(database: TheDatabase, access: TheAccess, actor: TheActor, given: Confirm) -> RecoveryCodes:
+def confirm_second_factor(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Confirm
+) -> RecoveryCodes:
     """Confirm the second factor by a code of it; every other browser is signed out."""
     now = access.now()
     with database.write() as session:
-        codes = second_factor.confirm(session, accounts.get(session, actor.account_id), given.code, now)
-        sign_in.proved(session, actor.sign_in_id, now, "totp")
+        account = accounts.get(session, actor.account_id)
+        codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
+        go_on(request, response, session, access, actor, "totp")
         sign_in.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
     access.endings.notice()
     return RecoveryCodes(codes=codes)
@@ -145,9 +168,12 @@ def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor)
         return OwnSignIns(items=[_told(row, actor.sign_in_id) for row in rows])
 
 
-@router.delete("/sign-ins/{sign_in_id}", status_code=204, responses=PROBLEMS.of(401, 404, 422))
-def end_own_sign_in(database: TheDatabase, access: TheAccess, actor: TheActor, sign_in_id: UUID) -> None:
+@router.delete("/sign-ins/{sign_in_id}", status_code=204, responses=PROBLEMS.of(401, 403, 404, 422, 429))
+def end_own_sign_in(
+    database: TheDatabase, access: TheAccess, actor: TheActor, sign_in_id: UUID, given: Annotated[Again, Body()]
+) -> None:
     """Sign another of one's own browsers out."""
+    check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
         row = session.get(SignInRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:

@@ -2,7 +2,7 @@
 
 import logging
 from http import HTTPStatus
-from typing import Any
+from typing import Any, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -11,11 +11,19 @@ from starlette.exceptions import HTTPException
 
 from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
+from kata.database.away import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.problems import ProblemError
 from kata.web import access, words
 
 log = logging.getLogger(__name__)
+
+DATABASE_AWAY: Final = Refusal(
+    code="database_away",
+    message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
+    next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
+)
+_AGAIN_IN_S: Final = 5
 
 
 def refused(refusal: Refusal) -> ProblemError:
@@ -63,6 +71,11 @@ def install(app: FastAPI) -> None:
             what = "; ".join(f"{field.field} {field.detail}" for field in fields)
             sentence = f"Please check what was entered: {what}."
         return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
+
+    @app.exception_handler(DatabaseAwayError)
+    def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
+        told = (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:

@@ -8,6 +8,7 @@ from kata.access.sign_in import Method
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Name, Schema
+from kata.database.away import DatabaseAwayError
 from kata.problems import ProblemError
 from kata.web.metrics import refusals_counted
 from kata.web.signing import (
@@ -19,6 +20,7 @@ from kata.web.signing import (
     TheActor,
     Username,
     address_of,
+    cookie_of,
     end_here,
     let_in,
     me,
@@ -97,7 +99,7 @@ def sign_in_by_password(
                     "The second factor is needed, too.",
                     "Type the code that your app shows.",
                 )
-            accepted = second_factor.accepted(session, account, given.code, access.now())
+            accepted = second_factor.accepted(session, access.factor_key, account, given.code, access.now())
             if accepted is None:
                 raise ProblemError(
                     401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one."
@@ -204,10 +206,19 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
 
 
 @router.get("/api/me", responses=PROBLEMS.of(401))
-def get_me(database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
-    """Who is signed in at this browser."""
-    with database.read() as session:
-        return me(session, actor, access)
+def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
+    """Who is signed in at this browser; while the database does not answer, who it was."""
+    cookie, remembered = cookie_of(request) or "", request.app.state.remembered
+    try:
+        with database.read() as session:
+            told = me(session, actor, access)
+    except DatabaseAwayError:
+        known: Me | None = remembered.told(cookie)
+        if known is None:
+            raise
+        return known
+    remembered.tell(cookie, told)
+    return told
 
 
 def _begin_try(request: Request, access: Access, username: str) -> str:

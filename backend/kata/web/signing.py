@@ -16,9 +16,10 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
-from kata.access import accounts, audit, demonstration, sign_in
+from kata.access import accounts, audit, demonstration, second_factor, sign_in
 from kata.access.actor import ACTING, DOING, Actor, Role
 from kata.access.demonstration import DemonstrationLinks
+from kata.access.factor_key import FactorKey, factor_key
 from kata.access.openid import Provider, Sealed
 from kata.access.passwords import Passwords
 from kata.access.permissions import OF_ROLE, Permission
@@ -26,9 +27,11 @@ from kata.access.sign_in import Limits, Method
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, Throttle
 from kata.clinic.fields import LONGEST_NAME, NO_NUL, Schema
+from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.problems import ProblemError
+from kata.web.remembered import Remembered
 
 log = logging.getLogger(__name__)
 
@@ -39,11 +42,15 @@ StationName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)
 ]
 _LOOK_EVERY_S: Final = 0.5
+_CLOSED: Final = (
+    "the second factors of %d accounts were sealed with another key than that in %s: add its line, from a backup or from another "
+    "service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then they sign in with recovery codes"
+)
 
 
 class Endings:
-    """Tells open WebSockets that the sign-in they belong to has ended: at once where this service ended it, within half a second
-    where another one did that shares the database.
+    """Tells open WebSockets that the sign-in they belong to has ended, and forgets whom a Stop would be taken from: at once where this
+    service ended it, within half a second where another one did that shares the database.
     """
 
     def __init__(self, database: Database, limits: Limits, now: Callable[[], datetime]) -> None:
@@ -73,29 +80,32 @@ class Endings:
                 del self._waiting[sign_in_id]
 
     @asynccontextmanager
-    async def watched(self) -> AsyncIterator[None]:
+    async def watched(self, remembered: Remembered) -> AsyncIterator[None]:
         """Meanwhile, endings are looked for."""
         self._loop = asyncio.get_running_loop()
-        watching = asyncio.create_task(self._watch(), name="endings")
+        watching = asyncio.create_task(self._watch(remembered), name="endings")
         try:
             yield
         finally:
             watching.cancel()
 
-    async def _watch(self) -> None:
+    async def _watch(self, remembered: Remembered) -> None:
         while True:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._look.wait(), _LOOK_EVERY_S)
             self._look.clear()
-            asked = set(self._waiting)
+            asked = set(self._waiting) | remembered.sign_ins()
             if not asked:
                 continue
             try:
                 still = await asyncio.to_thread(self._still, asked)
+            except DatabaseAwayError:
+                # Treating goes on without a database; nobody new is let in without one, and whoever was may still stop it.
+                continue
             except SQLAlchemyError:
-                # Treating goes on without a database; nobody new is let in without one.
                 log.exception("which sign-ins have ended could not be looked up")
                 continue
+            remembered.forget_sign_ins(asked - still)
             for sign_in_id in asked - still:
                 for ended in self._waiting.get(sign_in_id, ()):
                     ended.set()
@@ -117,11 +127,25 @@ class Access:
     openid: Provider | None = None
     """The clinic's own, where it has one."""
     sealed: Sealed = field(default_factory=Sealed)
+    factor_key: FactorKey = field(default_factory=FactorKey)
+    """What second factors are kept with."""
     set_up_secret: str = ""
     """As it stands in the set-up link, to be printed; empty where there are administrators."""
     limits: Limits = field(default_factory=Limits)
     throttle: Throttle = field(default_factory=Throttle)
     now: Callable[[], datetime] = utc_now
+
+
+def opened_key(file: Path, database: Database) -> FactorKey:
+    """The key of the second factors; the log says where there are some that it does not open.
+
+    :raises FactorKeyError: when it cannot be used.
+    """
+    key = factor_key(file)
+    with database.read() as session:
+        if closed := second_factor.not_opened(session, key):
+            log.error(_CLOSED, closed, file)
+    return key
 
 
 def _access(request: Request) -> Access:
@@ -194,6 +218,29 @@ def let_in(
     if actor is None:
         raise not_signed_in()
     audit.note(session, request.scope["route"].name, actor=actor, detail={"method": method})
+    _keep(request, response, secret)
+    access.throttle.succeeded(f"name {account.username}")
+    return me(session, actor, access)
+
+
+def go_on(
+    request: Request, response: Response, session: Session, access: Access, actor: Actor, method: Method | None = None
+) -> Actor:
+    """Somebody has shown once more who they are: not locked any more, and under a new secret. ``method``: as in ``sign_in.proved``.
+
+    :raises ProblemError: 401 when that sign-in has ended meanwhile.
+    """
+    now = access.now()
+    _keep(request, response, sign_in.proved(session, actor.sign_in_id, now, method))
+    session.flush()
+    fresh = sign_in.by_id(session, actor.sign_in_id, now, access.limits)
+    if fresh is None:
+        raise ProblemError(401, "not_signed_in", "This sign-in has ended.", "Sign in.")
+    return fresh
+
+
+def _keep(request: Request, response: Response, secret: str) -> None:
+    """At this browser, until it is closed."""
     is_secure = request.url.scheme == "https"
     response.set_cookie(
         sign_in.SECURE_COOKIE if is_secure else sign_in.COOKIE,
@@ -202,8 +249,6 @@ def let_in(
         httponly=True,
         samesite="strict",
     )
-    access.throttle.succeeded(f"name {account.username}")
-    return me(session, actor, access)
 
 
 def end_here(request: Request, session: Session, access: Access) -> Actor | None:

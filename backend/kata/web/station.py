@@ -1,16 +1,20 @@
 """REST for the station: the therapist's commands, each with what the clinic has to write down first."""
 
-from typing import Any, Final
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any, Final, Literal
 from uuid import UUID, uuid4
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends, Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
+from sqlalchemy.orm import Session
 
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.fields import By, Name, Schema, Side
+from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
@@ -20,6 +24,7 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.schemas import Asked, Run
+from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
@@ -35,6 +40,14 @@ from kata.web.operating import Operator, TheBoard, Watching, taken_over
 from kata.web.problems import refused
 from kata.web.simulator import AnySimulation
 from kata.web.view import View
+
+
+def _keeping(request: Request) -> Keeping:
+    kept: Keeping = request.app.state.kept
+    return kept
+
+
+TheKeeping = Annotated[Keeping, Depends(_keeping)]
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
@@ -117,7 +130,7 @@ async def get_station(
 
 
 @router.post("/lease", responses=PROBLEMS.of(409, 422))
-async def take_lease(station: TheStation, database: TheDatabase, here: Watching, wanted: LeaseRequest) -> LeaseLive:
+async def take_lease(request: Request, station: TheStation, here: Watching, wanted: LeaseRequest) -> LeaseLive:
     """Operate the apparatus from this browser; the first command does the same while nobody operates it.
 
     Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
@@ -127,7 +140,7 @@ async def take_lease(station: TheStation, database: TheDatabase, here: Watching,
     if refusal:
         raise refused(refusal)
     if before and before.id != here.id:
-        await run_in_threadpool(taken_over, database, before)
+        taken_over(request.app.state.trail, before)
     return station.operating.told(here)
 
 
@@ -159,15 +172,17 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
 
 
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
-async def teach(station: TheStation, database: TheDatabase, here: Operator, wanted: TeachRequest) -> Teaching:
+async def teach(
+    station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: TeachRequest
+) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down."""
-    teaching, patient = await run_in_threadpool(_begin_teaching, database, wanted)
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = messages.Teach(teaching_id=str(teaching.id), side=_side(teaching.side))
     refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget, database, teaching)
+            kept.put_not_begun("teaching", teaching.id)
         raise refused(refusal)
     return Teaching(teaching_id=teaching.id)
 
@@ -179,13 +194,15 @@ async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
 
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
-async def load(station: TheStation, database: TheDatabase, here: Operator, wanted: LoadRequest) -> Run:
+async def load(
+    station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: LoadRequest
+) -> Run:
     """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
 
     Refused while the session's checklist is open.
     """
     there = checks.apparatus(station.info.name, station.live())
-    run, motion, learned, side, limits = await run_in_threadpool(_begin_run, database, wanted, there)
+    run, motion, learned, side, limits = await run_in_threadpool(_begin_run, database, kept, wanted, there)
     command = messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
@@ -205,7 +222,7 @@ async def load(station: TheStation, database: TheDatabase, here: Operator, wante
     refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, run.id)
+            await run_in_threadpool(_forget_run, database, kept, run.id)
         raise refused(refusal)
     return run
 
@@ -267,8 +284,8 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
     return Accepted(accepted=True)
 
 
-def _begin_teaching(database: Database, wanted: TeachRequest) -> tuple[TeachingRow, PatientRow]:
-    with database.write() as session:
+def _begin_teaching(database: Database, kept: Keeping, wanted: TeachRequest) -> tuple[TeachingRow, PatientRow]:
+    with _written(database, kept, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
@@ -284,12 +301,31 @@ def _begin_teaching(database: Database, wanted: TeachRequest) -> tuple[TeachingR
             fixtures=sorted(wanted.fixtures),
             started_at=utc_now(),
         )
+        began.append(row.id)
         session.add(row)
     return row, patient
 
 
+@contextmanager
+def _written(
+    database: Database, kept: Keeping, what: Literal["run", "teaching"]
+) -> Iterator[tuple[Session, list[UUID]]]:
+    """As :meth:`Database.write`; the list takes the id of what begins.
+
+    Where the database is lost in the commit, it may stand there although the device never heard of it.
+    """
+    began: list[UUID] = []
+    try:
+        with database.write() as session:
+            yield session, began
+    except DatabaseAwayError:
+        for id_ in began:
+            kept.put_not_begun(what, id_)
+        raise
+
+
 def _begin_run(
-    database: Database, wanted: LoadRequest, there: checks.Apparatus
+    database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus
 ) -> tuple[Run, Motion, Correction | None, Side, MotorLimits]:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
@@ -305,8 +341,9 @@ def _begin_run(
         taught = runs.taught(session, recording.id)
     motion = runs.as_asked(taught, asked)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
-    with database.write() as session:
+    with _written(database, kept, "run") as (session, began):
         row = runs.begin(session, *what, wanted.programme_position)
+        began.append(row.id)
         row.corrected_by = corrected_by
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
@@ -332,12 +369,10 @@ def _patient_of(database: Database, session_id: UUID) -> PatientRef:
         return PatientRef(id=patient.id, name=patient.name)
 
 
-def _forget(database: Database, teaching: TeachingRow) -> None:
+def _forget_run(database: Database, kept: Keeping, run_id: UUID) -> None:
     """The device refused: it never began."""
-    with database.write() as session:
-        session.delete(session.merge(teaching))
-
-
-def _forget_run(database: Database, run_id: UUID) -> None:
-    with database.write() as session:
-        runs.forget(session, run_id)
+    try:
+        with database.write() as session:
+            runs.forget(session, run_id)
+    except DatabaseAwayError:
+        kept.put_not_begun("run", run_id)

@@ -1,6 +1,7 @@
 import { Button, Menu, Text, useComputedColorScheme, useMantineColorScheme } from "@mantine/core";
 import { IconLock, IconLogout, IconMoon, IconSun, IconUser, IconUserCog } from "@tabler/icons-react";
 import { useNavigate } from "@tanstack/react-router";
+import { MENU } from "./accountWords";
 import { useMe } from "./hooks";
 import { access } from "./standing";
 import { ROLES } from "./words";
@@ -24,7 +25,7 @@ export function AccountMenu() {
           maw={260}
           leftSection={<IconUser size={28} />}
           styles={{ section: { marginInlineEnd: 0 } }}
-          aria-label={`Signed in as ${me.name}`}
+          aria-label={MENU.signedInAs(me.name)}
         >
           <Text span inherit truncate visibleFrom="md" ml={8}>
             {me.name}
@@ -42,11 +43,11 @@ export function AccountMenu() {
           leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
           onClick={() => setColorScheme(dark ? "light" : "dark")}
         >
-          {dark ? "Light page" : "Dark page, for a dim room"}
+          {dark ? MENU.light : MENU.dark}
         </Menu.Item>
         {(me.password || me.openid) && (
           <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void access.lock()}>
-            Lock the screen
+            {MENU.lock}
           </Menu.Item>
         )}
         <Menu.Item
@@ -54,10 +55,10 @@ export function AccountMenu() {
           leftSection={<IconUserCog size={20} />}
           onClick={() => void navigate({ to: "/account" })}
         >
-          My account
+          {MENU.account}
         </Menu.Item>
         <Menu.Item h={48} leftSection={<IconLogout size={20} />} onClick={() => void access.signOut()}>
-          Sign out
+          {MENU.signOut}
         </Menu.Item>
       </Menu.Dropdown>
     </Menu>

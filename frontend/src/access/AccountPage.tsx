@@ -5,16 +5,19 @@ import { api, type Me, ProblemError } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { ACCOUNT, MENU, SECOND_FACTOR } from "./accountWords";
 import { Door } from "./Door";
 import { useMe } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { Proving } from "./Proving";
 import { SecondFactor } from "./SecondFactor";
 import { access } from "./standing";
-import { ROLES } from "./words";
+import { LANGUAGE_WORDS } from "./words";
 
 /** One's own account: who one is here, password, second factor. */
 export function AccountPage() {
-  useTitle("My account");
+  useTitle(ACCOUNT.title);
   const me = useMe();
   if (!me) return null;
   return (
@@ -23,28 +26,32 @@ export function AccountPage() {
         <Title order={1} size="h2">
           {me.name}
         </Title>
-        <Text>
-          User name {me.username}. {ROLES[me.role].name}: {ROLES[me.role].may}
-        </Text>
-        {me.stations.length > 0 && <Text>Works at {me.stations.join(", ")}.</Text>}
+        <Text>{ACCOUNT.who(me.username, me.role)}</Text>
+        {me.stations.length > 0 && <Text>{ACCOUNT.worksAt(me.stations)}</Text>}
       </div>
+      <Card withBorder component="section" aria-label={LANGUAGE_WORDS.language}>
+        <Title order={2} size="h3" mb="md">
+          {LANGUAGE_WORDS.language}
+        </Title>
+        <LanguageChoice own />
+      </Card>
       {me.password && (
-        <Card withBorder component="section" aria-label="Password">
+        <Card withBorder component="section" aria-label={ACCOUNT.password}>
           <Title order={2} size="h3" mb="md">
-            Password
+            {ACCOUNT.password}
           </Title>
           <ChangePassword me={me} />
         </Card>
       )}
-      <Card withBorder component="section" aria-label="Second factor">
+      <Card withBorder component="section" aria-label={ACCOUNT.secondFactor}>
         <Title order={2} size="h3" mb="md">
-          Second factor
+          {ACCOUNT.secondFactor}
         </Title>
         <SecondFactor me={me} onChanged={() => void access.look()} />
       </Card>
-      <Card withBorder component="section" aria-label="Where you are signed in">
+      <Card withBorder component="section" aria-label={ACCOUNT.whereSignedIn}>
         <Title order={2} size="h3" mb="md">
-          Where you are signed in
+          {ACCOUNT.whereSignedIn}
         </Title>
         <OwnSignIns />
       </Card>
@@ -54,17 +61,13 @@ export function AccountPage() {
 
 /** Of somebody who has to have a second factor and has none yet: nothing else is possible before. */
 export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
-  useTitle("Second factor");
+  useTitle(ACCOUNT.secondFactor);
   return (
-    <Door title="A second factor is needed">
-      {me.enrolling && (
-        <Text>
-          {ROLES[me.role].name}s of this clinic sign in with a second factor. You have none yet, {me.name}.
-        </Text>
-      )}
+    <Door title={SECOND_FACTOR.needed}>
+      {me.enrolling && <Text>{SECOND_FACTOR.neededOf(me.role, me.name)}</Text>}
       <SecondFactor me={me} onChanged={onDone} />
       <Button variant="subtle" onClick={() => void access.signOut()}>
-        Sign out
+        {MENU.signOut}
       </Button>
     </Door>
   );
@@ -90,7 +93,7 @@ function ChangePassword({ me }: { me: Me }) {
       <Stack>
         <input type="text" autoComplete="username" value={me.username} readOnly hidden />
         <PasswordInput
-          label="Present password"
+          label={ACCOUNT.presentPassword}
           autoComplete="current-password"
           size="lg"
           value={old}
@@ -101,11 +104,9 @@ function ChangePassword({ me }: { me: Me }) {
         <ProblemNote error={change.error} />
         <Group>
           <Button type="submit" disabled={old === "" || !isChosen(chosen)} loading={change.isPending}>
-            Change the password
+            {ACCOUNT.changePassword}
           </Button>
-          {change.isSuccess && (
-            <Text role="status">It is changed. Whoever was signed in as you elsewhere is signed out.</Text>
-          )}
+          {change.isSuccess && <Text role="status">{ACCOUNT.changed}</Text>}
         </Group>
       </Stack>
     </form>
@@ -116,32 +117,27 @@ function ChangePassword({ me }: { me: Me }) {
 function OwnSignIns() {
   const queries = useQueryClient();
   const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
-  const end = useMutation({
-    mutationFn: api.endOwnSignIn,
-    onSettled: () => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] }),
-  });
   return (
     <Stack>
-      <ProblemNote error={found.error ?? end.error} />
+      <ProblemNote error={found.error} />
       {(found.data?.items ?? []).map((one) => (
         <Group key={one.id} justify="space-between" wrap="nowrap">
           <div>
             <Text fw={600}>
-              {one.here ? "This browser" : `Another browser, at ${one.address}`}, since{" "}
-              {formatMoment(one.began_at)}
+              {one.here
+                ? ACCOUNT.thisBrowser(formatMoment(one.began_at))
+                : ACCOUNT.anotherBrowser(one.address, formatMoment(one.began_at))}
             </Text>
-            <Text size="sm">
-              Last used {formatMoment(one.seen_at)}. {one.agent}
-            </Text>
+            <Text size="sm">{ACCOUNT.lastUsed(formatMoment(one.seen_at), one.agent)}</Text>
           </div>
           {!one.here && (
-            <Button
+            <Proving
               variant="default"
-              loading={end.isPending && end.variables === one.id}
-              onClick={() => end.mutate(one.id)}
+              act={(password) => api.endOwnSignIn(one.id, password)}
+              onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
             >
-              Sign it out
-            </Button>
+              {ACCOUNT.signItOut}
+            </Proving>
           )}
         </Group>
       ))}

@@ -6,6 +6,7 @@ import { api } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
+import { RECORD } from "./accountWords";
 import { useRecordAccess } from "./RecordAccess";
 
 /** At least so much is asked for, so that whoever reads it later understands. */
@@ -20,21 +21,18 @@ export function BreakGlass({ patientId }: { patientId: string }) {
     onSuccess: () => queries.invalidateQueries(),
   });
   return (
-    <Card withBorder maw={720} p="xl" component="section" aria-label="Restricted record">
+    <Card withBorder maw={720} p="xl" component="section" aria-label={RECORD.title}>
       <Stack>
         <Group gap="sm">
           <IconLockExclamation size={28} />
           <Title order={1} size="h2">
-            This record is restricted
+            {RECORD.isRestricted}
           </Title>
         </Group>
-        <Text>
-          Only the patient&rsquo;s care team sees it. If care cannot wait, you can open it for four hours.
-          Administrators are told that you did, with your reason, and look at it.
-        </Text>
+        <Text>{RECORD.means}</Text>
         <Textarea
-          label="Why it has to be opened now"
-          description="Say what has happened. Do not name the patient."
+          label={RECORD.why}
+          description={RECORD.whyMeans}
           autosize
           minRows={3}
           maxLength={1000}
@@ -50,9 +48,9 @@ export function BreakGlass({ patientId }: { patientId: string }) {
             loading={open.isPending}
             onClick={() => open.mutate()}
           >
-            Open it in an emergency
+            {RECORD.open}
           </Button>
-          <PageLink to="/patients">Back to the patients</PageLink>
+          <PageLink to="/patients">{RECORD.back}</PageLink>
         </Group>
       </Stack>
     </Card>
@@ -68,10 +66,10 @@ export function GlassBanner({ patientId }: { patientId: string }) {
       color="grape"
       variant="filled"
       icon={<IconLockExclamation />}
-      title={`You opened this restricted record in an emergency. It is open to you until ${formatMoment(told.data.glass_until)}.`}
+      title={RECORD.opened(formatMoment(told.data.glass_until))}
       data-testid="glass"
     >
-      What you read and change in it is written down, and an administrator looks at it.
+      {RECORD.writtenDown}
     </Alert>
   );
 }

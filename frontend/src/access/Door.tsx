@@ -1,13 +1,17 @@
 import { Box, Card, Stack, Text, Title } from "@mantine/core";
 import type { ReactNode } from "react";
+import { Brand } from "../shared/Brand";
 import classes from "./access.module.css";
+import { useStanding } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
 
 /** What stands before the page: a card in the middle of an otherwise empty screen. */
 export function Door({ title, children }: { title: string; children: ReactNode }) {
+  const nobody = useStanding().is === "out";
   return (
     <Box className={classes.door ?? ""} component="main">
       <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
-        Kata <span lang="ja">肩型</span>
+        <Brand />
       </Text>
       <Card withBorder w="100%" maw={480} p="xl">
         <Stack>
@@ -17,6 +21,11 @@ export function Door({ title, children }: { title: string; children: ReactNode }
           {children}
         </Stack>
       </Card>
+      {nobody && (
+        <Box mt="md">
+          <LanguageChoice />
+        </Box>
+      )}
     </Box>
   );
 }

@@ -2,6 +2,7 @@ import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
 import { lazy, type ReactNode, Suspense, useState } from "react";
 import { Door } from "./Door";
+import { DOOR } from "./doorWords";
 import { useStanding } from "./hooks";
 import { LockScreen } from "./LockScreen";
 import { OPENID_PATH } from "./openId";
@@ -27,8 +28,8 @@ export function Gate({ children }: { children: ReactNode }) {
   if (BEFORE.includes(path)) return <Outlet />;
   if (standing.is === "unknown") {
     return (
-      <Door title="One moment">
-        <Text role="status">The page asks the service who is signed in here.</Text>
+      <Door title={DOOR.oneMoment}>
+        <Text role="status">{DOOR.asking}</Text>
       </Door>
     );
   }

@@ -6,12 +6,13 @@ import { api } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { Door } from "./Door";
+import { SIGN_IN } from "./doorWords";
 import { fromLink } from "./fromLink";
 import { access } from "./standing";
 
 /** Where the links of the demonstration clinic lead: one press signs in. */
 export function LinkPage() {
-  useTitle("Sign in");
+  useTitle(SIGN_IN.title);
   const navigate = useNavigate();
   const [secret] = useState(() => fromLink("link"));
   const signIn = useMutation({
@@ -27,14 +28,14 @@ export function LinkPage() {
     else void navigate({ to: "/", replace: true });
   }, [secret, mutate, navigate]);
   return (
-    <Door title="Sign in">
+    <Door title={SIGN_IN.title}>
       {signIn.error ? (
         <>
           <ProblemNote error={signIn.error} />
-          <Button onClick={() => void navigate({ to: "/", replace: true })}>Sign in by name</Button>
+          <Button onClick={() => void navigate({ to: "/", replace: true })}>{SIGN_IN.byName}</Button>
         </>
       ) : (
-        <Text role="status">One moment.</Text>
+        <Text role="status">{SIGN_IN.oneMoment}</Text>
       )}
     </Door>
   );

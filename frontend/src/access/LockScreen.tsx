@@ -10,6 +10,7 @@ import { ProblemNote } from "../shared/problem";
 import { StateBar } from "../shared/StateBar";
 import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
+import { LOCKED } from "./doorWords";
 import { OpenIdAgain } from "./OpenIdAgain";
 import { access } from "./standing";
 
@@ -18,7 +19,7 @@ import { access } from "./standing";
  * name, and Stop works.
  */
 export function LockScreen({ me }: { me: Me }) {
-  useTitle("Locked");
+  useTitle(LOCKED.title);
   const [password, setPassword] = useState("");
   const unlock = useMutation({
     mutationFn: () => api.unlock(password),
@@ -39,25 +40,17 @@ export function LockScreen({ me }: { me: Me }) {
               <Group gap="sm">
                 <IconLock size={28} />
                 <Title order={1} size="h2">
-                  Locked
+                  {LOCKED.title}
                 </Title>
               </Group>
-              <Text>
-                {me.name} is signed in here. What goes on at the apparatus goes on; Stop works without
-                unlocking.
-              </Text>
-              {me.openid && (
-                <OpenIdAgain
-                  name={me.openid}
-                  then="This screen is unlocked then; Stop stays here meanwhile."
-                />
-              )}
+              <Text>{LOCKED.who(me.name)}</Text>
+              {me.openid && <OpenIdAgain name={me.openid} then={LOCKED.thenUnlocked} />}
               {me.password && (
                 <>
                   {/* For password managers; nothing that can be changed here. */}
                   <input type="text" autoComplete="username" value={me.username} readOnly hidden />
                   <PasswordInput
-                    label={`Password of ${me.name}`}
+                    label={LOCKED.passwordOf(me.name)}
                     autoComplete="current-password"
                     autoFocus
                     size="lg"
@@ -66,19 +59,17 @@ export function LockScreen({ me }: { me: Me }) {
                   />
                   <ProblemNote error={unlock.error} />
                   <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
-                    Unlock
+                    {LOCKED.unlock}
                   </Button>
                 </>
               )}
-              {!me.password && !me.openid && (
-                <Text>This account has no password here: sign out, and sign in again.</Text>
-              )}
+              {!me.password && !me.openid && <Text>{LOCKED.noPassword}</Text>}
               <Button
                 variant="subtle"
                 leftSection={<IconLogout size={20} />}
                 onClick={() => void access.signOut()}
               >
-                Sign out
+                {LOCKED.signOut}
               </Button>
             </Stack>
           </form>
@@ -101,7 +92,7 @@ function GoingOn() {
       <Text fz={40} fw={700}>
         {modeWords({ mode, stop, run })}
       </Text>
-      {moving && run && <Text fz={28}>{formatSpan(run.left_s)} left</Text>}
+      {moving && run && <Text fz={28}>{LOCKED.left(formatSpan(run.left_s))}</Text>}
     </Stack>
   );
 }

@@ -1,4 +1,5 @@
 import { PasswordInput } from "@mantine/core";
+import { PASSWORD } from "./doorWords";
 
 /** A password is chosen: typed twice, so that a slip locks nobody out. */
 export type Chosen = { password: string; again: string };
@@ -19,8 +20,8 @@ export function NewPassword(props: {
   return (
     <>
       <PasswordInput
-        label="New password"
-        description="Ten characters or more. A few words that do not belong together are easy to remember; common passwords are refused."
+        label={PASSWORD.choose}
+        description={PASSWORD.chooseMeans}
         autoComplete="new-password"
         size="lg"
         value={value.password}
@@ -28,11 +29,11 @@ export function NewPassword(props: {
         onChange={(event) => onChange({ ...value, password: event.currentTarget.value })}
       />
       <PasswordInput
-        label="New password again"
+        label={PASSWORD.again}
         autoComplete="new-password"
         size="lg"
         value={value.again}
-        error={differs && "These two are not the same."}
+        error={differs && PASSWORD.differs}
         onChange={(event) => onChange({ ...value, again: event.currentTarget.value })}
       />
     </>

@@ -1,5 +1,6 @@
 import { Anchor, Stack, Text } from "@mantine/core";
 import { IconExternalLink } from "@tabler/icons-react";
+import { AGAIN } from "./doorWords";
 import { openIdAddress } from "./openId";
 
 /** For whoever shows at the clinic's own provider that it is still them. In another tab: what is shown here, and Stop, stay. */
@@ -7,9 +8,10 @@ export function OpenIdAgain({ name, then }: { name: string; then: string }) {
   return (
     <Stack gap={4}>
       <Anchor href={openIdAddress("")} target="_blank" rel="noopener" size="lg">
-        Sign in again with {name} <IconExternalLink size={18} />
+        {AGAIN.openId(name)}
+        <IconExternalLink size={18} />
       </Anchor>
-      <Text size="sm">It opens in a tab of its own. {then}</Text>
+      <Text size="sm">{AGAIN.ownTab(then)}</Text>
     </Stack>
   );
 }

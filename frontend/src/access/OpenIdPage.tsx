@@ -7,6 +7,7 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { CodeField } from "./CodeField";
 import { Door } from "./Door";
+import { SIGN_IN } from "./doorWords";
 import { fromLink } from "./fromLink";
 import { OPENID_PATH } from "./openId";
 import { access } from "./standing";
@@ -23,7 +24,7 @@ function cameWith(): Schemas["CameBack"] | null {
  * signs in, and goes where somebody wanted to go. A locked screen opens it in a tab of its own, so that Stop stays in sight.
  */
 export function OpenIdPage() {
-  useTitle("Sign in");
+  useTitle(SIGN_IN.title);
   const router = useRouter();
   const [back] = useState(cameWith);
   // Only the links of openId.ts lead away: this screen is mounted anew while the one that was wanted is still being fetched.
@@ -58,18 +59,18 @@ export function OpenIdPage() {
   const error = begin.error ?? signIn.error;
   if (closing) {
     return (
-      <Door title="You are back">
-        <Text role="status">The screen is unlocked. This tab can be closed.</Text>
-        <Button onClick={() => window.close()}>Close this tab</Button>
+      <Door title={SIGN_IN.youAreBack}>
+        <Text role="status">{SIGN_IN.unlocked}</Text>
+        <Button onClick={() => window.close()}>{SIGN_IN.closeTab}</Button>
       </Door>
     );
   }
   return (
-    <Door title="Sign in">
+    <Door title={SIGN_IN.title}>
       {error ? (
         <>
           <ProblemNote error={error} />
-          <Button onClick={() => router.history.replace("/")}>Back to the page</Button>
+          <Button onClick={() => router.history.replace("/")}>{SIGN_IN.back}</Button>
         </>
       ) : signIn.data ? (
         <form onSubmit={submit} noValidate>
@@ -77,14 +78,14 @@ export function OpenIdPage() {
             <CodeField value={code} onChange={setCode} />
             <ProblemNote error={confirm.error} />
             <Button type="submit" size="lg" loading={confirm.isPending} disabled={code.trim() === ""}>
-              Sign in
+              {SIGN_IN.signIn}
             </Button>
           </Stack>
         </form>
       ) : back || leaving ? (
-        <Text role="status">One moment.</Text>
+        <Text role="status">{SIGN_IN.oneMoment}</Text>
       ) : (
-        <Button onClick={() => router.history.replace("/")}>Back to the page</Button>
+        <Button onClick={() => router.history.replace("/")}>{SIGN_IN.back}</Button>
       )}
     </Door>
   );

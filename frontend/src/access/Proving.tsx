@@ -3,6 +3,7 @@ import { useMutation } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { ProblemError } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { AGAIN } from "./doorWords";
 import { useMe } from "./hooks";
 import { OpenIdAgain } from "./OpenIdAgain";
 
@@ -39,14 +40,14 @@ export function Proving<Told>(
       <Stack>
         {asked && (
           <PasswordInput
-            label="Your password, once more"
+            label={AGAIN.password}
             autoComplete="current-password"
             autoFocus
             value={password}
             onChange={(event) => setPassword(event.currentTarget.value)}
           />
         )}
-        {atProvider && <OpenIdAgain name={atProvider} then="Then press the button here once more." />}
+        {atProvider && <OpenIdAgain name={atProvider} then={AGAIN.thenPress} />}
         {!needed && !atProvider && <ProblemNote error={doing.error} />}
         <Group>
           <Button type="submit" {...look} disabled={asked && password === ""} loading={doing.isPending}>

@@ -5,6 +5,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { RECORD } from "./accountWords";
 import { useMay } from "./hooks";
 
 /** Who sees a patient's record. */
@@ -24,17 +25,15 @@ export function RecordAccess({ patientId }: { patientId: string }) {
       {restricted && (
         <>
           <IconLock size={20} />
-          <Text>
-            Restricted to its care team: {team.map((one) => one.name).join(", ") || "nobody is in it yet"}.
-          </Text>
+          <Text>{RECORD.restrictedTo(team.map((one) => one.name))}</Text>
         </>
       )}
       {administers && (
         <Button variant="default" onClick={dialog.open}>
-          {restricted ? "Change who sees it" : "Restrict to a care team"}
+          {restricted ? RECORD.change : RECORD.restrict}
         </Button>
       )}
-      <Modal opened={changing} onClose={dialog.close} title="Who sees this record" size="lg">
+      <Modal opened={changing} onClose={dialog.close} title={RECORD.whoSees} size="lg">
         <Change patientId={patientId} now={told.data} onDone={dialog.close} />
       </Modal>
     </Group>
@@ -58,14 +57,14 @@ function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone
     <Stack>
       <Switch
         size="lg"
-        label="Only the care team sees it"
+        label={RECORD.onlyTeam}
         checked={restricted}
         onChange={(event) => setRestricted(event.currentTarget.checked)}
       />
       {restricted && (
         <MultiSelect
-          label="Care team"
-          description="Others, administrators too, can open it only in an emergency, and are seen doing so."
+          label={RECORD.team}
+          description={RECORD.teamMeans}
           size="md"
           searchable
           data={reads.map((one) => ({ value: one.id, label: one.name }))}
@@ -76,10 +75,10 @@ function Change(props: { patientId: string; now: Schemas["RecordAccess"]; onDone
       <ProblemNote error={accounts.error ?? save.error} />
       <Group justify="end">
         <Button variant="default" onClick={props.onDone}>
-          Leave it as it is
+          {RECORD.leave}
         </Button>
         <Button loading={save.isPending} onClick={() => save.mutate()}>
-          Save
+          {RECORD.save}
         </Button>
       </Group>
     </Stack>

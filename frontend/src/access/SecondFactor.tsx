@@ -5,6 +5,7 @@ import { type FormEvent, useState } from "react";
 import { api, type Me, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
 import classes from "./access.module.css";
+import { SECOND_FACTOR } from "./accountWords";
 import { Proving } from "./Proving";
 
 /** The second factor of one's own account: whether there is one, how to get one, and how to be without. */
@@ -29,21 +30,18 @@ export function SecondFactor({ me, onChanged }: { me: Me; onChanged: () => void 
       {me.second_factor ? (
         <Group gap="xs">
           <IconCircleCheck size={22} />
-          <Text>There is one: signing in asks for a code of your authenticator app.</Text>
+          <Text>{SECOND_FACTOR.there}</Text>
         </Group>
       ) : (
-        <Text>
-          With a second factor, a password that somebody has seen is not enough to sign in as you: an
-          authenticator app on your phone shows a code that is new every half minute.
-        </Text>
+        <Text>{SECOND_FACTOR.none}</Text>
       )}
       {me.second_factor ? (
         <Proving act={api.removeSecondFactor} onDone={onChanged} variant="default">
-          Take it away, to do without or to set up another
+          {SECOND_FACTOR.remove}
         </Proving>
       ) : (
         <Proving act={api.beginSecondFactor} onDone={setBegun} leftSection={<IconDeviceMobile size={20} />}>
-          Set up a second factor
+          {SECOND_FACTOR.begin}
         </Proving>
       )}
     </Stack>
@@ -64,11 +62,11 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
   };
   return (
     <Stack>
-      <Text>Open the authenticator app on your phone, and let it scan this picture.</Text>
+      <Text>{SECOND_FACTOR.scan}</Text>
       {/* As an image, so that nothing in it could ever run. */}
-      <img className={classes.qr ?? ""} alt="QR code for the authenticator app" src={begun.picture} />
+      <img className={classes.qr ?? ""} alt={SECOND_FACTOR.picture} src={begun.picture} />
       <Text>
-        If it cannot scan, type this key into it:{" "}
+        {SECOND_FACTOR.key}{" "}
         <Text span ff="monospace" fw={600} style={{ overflowWrap: "anywhere" }} data-testid="secret">
           {new URL(begun.address).searchParams.get("secret")}
         </Text>
@@ -77,7 +75,7 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
         <Stack>
           <TextInput
             className={classes.code ?? ""}
-            label="The six digits that it shows now"
+            label={SECOND_FACTOR.digits}
             autoComplete="one-time-code"
             inputMode="numeric"
             maxLength={7}
@@ -88,7 +86,7 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
           />
           <ProblemNote error={confirm.error} />
           <Button type="submit" size="lg" disabled={code.trim().length < 6} loading={confirm.isPending}>
-            Confirm
+            {SECOND_FACTOR.confirm}
           </Button>
         </Stack>
       </form>
@@ -100,10 +98,7 @@ function Enrol(props: { begun: Schemas["SecondFactorBegun"]; onCodes: (codes: st
 function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void }) {
   return (
     <Stack>
-      <Text fw={600}>
-        The second factor is set up. Keep these recovery codes where your phone is not: each of them signs you
-        in once without it. They are not shown again.
-      </Text>
+      <Text fw={600}>{SECOND_FACTOR.recovery}</Text>
       <ul className={classes.codes ?? ""} data-testid="recovery-codes">
         {codes.map((code) => (
           <li key={code}>{code}</li>
@@ -111,9 +106,9 @@ function RecoveryCodes({ codes, onDone }: { codes: string[]; onDone: () => void 
       </ul>
       <Group>
         <Button variant="default" leftSection={<IconPrinter size={20} />} onClick={() => window.print()}>
-          Print
+          {SECOND_FACTOR.print}
         </Button>
-        <Button onClick={onDone}>I have kept them</Button>
+        <Button onClick={onDone}>{SECOND_FACTOR.kept}</Button>
       </Group>
     </Stack>
   );

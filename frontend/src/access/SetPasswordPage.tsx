@@ -8,6 +8,7 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import classes from "./access.module.css";
 import { Door } from "./Door";
+import { PASSWORD, SET_UP } from "./doorWords";
 import { fromLink } from "./fromLink";
 import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
 import { access } from "./standing";
@@ -25,29 +26,26 @@ export function SetUpPage() {
     onSuccess: done,
   });
   const fields = setUp.error instanceof ProblemError ? setUp.error.fields : {};
-  useTitle("First administrator");
+  useTitle(SET_UP.title);
   if (!link) {
     return (
-      <Door title="First administrator">
-        <Text>
-          Open the whole link that the service printed when it was started. If it is lost, somebody at that
-          computer prints another one with “kata accounts link”.
-        </Text>
+      <Door title={SET_UP.title}>
+        <Text>{SET_UP.noLink}</Text>
       </Door>
     );
   }
   return (
-    <Door title="First administrator">
-      <Text>This account keeps all others. More accounts are made once it has signed in.</Text>
+    <Door title={SET_UP.title}>
+      <Text>{SET_UP.means}</Text>
       <Form
-        label="Make the account"
+        label={SET_UP.make}
         ready={isChosen(chosen) && name.trim() !== "" && username.trim() !== ""}
         pending={setUp.isPending}
         onSubmit={() => setUp.mutate()}
       >
         <TextInput
-          label="Your name"
-          description="As it is to stand in records."
+          label={SET_UP.name}
+          description={SET_UP.nameMeans}
           autoComplete="name"
           size="lg"
           value={name}
@@ -55,7 +53,7 @@ export function SetUpPage() {
           onChange={(event) => setName(event.currentTarget.value)}
         />
         <UserNameField
-          description="For signing in."
+          description={SET_UP.usernameMeans}
           value={username}
           error={fields.username}
           onChange={setUsername}
@@ -84,12 +82,12 @@ export function SetPasswordPage() {
     onSuccess: (me) => (me ? done(me) : navigate({ to: "/", replace: true })),
   });
   const fields = set.error instanceof ProblemError ? set.error.fields : {};
-  useTitle("Set a password");
+  useTitle(PASSWORD.setting);
   return (
-    <Door title="Set a password">
-      <Text>An administrator gives you a one-time code, at the beginning and when you have forgotten.</Text>
+    <Door title={PASSWORD.setting}>
+      <Text>{PASSWORD.settingMeans}</Text>
       <Form
-        label="Set the password"
+        label={PASSWORD.set}
         ready={isChosen(chosen) && code.trim() !== "" && username.trim() !== ""}
         pending={set.isPending}
         onSubmit={() => set.mutate()}
@@ -97,7 +95,7 @@ export function SetPasswordPage() {
         <UserNameField value={username} error={fields.username} onChange={setUsername} />
         <TextInput
           className={classes.code ?? ""}
-          label="One-time code"
+          label={PASSWORD.code}
           autoComplete="one-time-code"
           autoCapitalize="none"
           spellCheck={false}
@@ -110,7 +108,7 @@ export function SetPasswordPage() {
         <ProblemNote error={set.error} />
       </Form>
       <ButtonLink to="/" variant="subtle">
-        Back to signing in
+        {PASSWORD.back}
       </ButtonLink>
     </Door>
   );

@@ -8,24 +8,14 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { CodeField } from "./CodeField";
 import { Door } from "./Door";
+import { SIGN_IN, WHY } from "./doorWords";
 import { hereNow, openIdAddress } from "./openId";
-import { access, type Standing } from "./standing";
+import { access } from "./standing";
 import { UserNameField } from "./UserNameField";
 
-type Why = Extract<Standing, { is: "out" }>["why"];
-
-const WHY: Record<Why, string | null> = {
-  never: null,
-  left: "You are signed out.",
-  ended:
-    "You have been signed out: it was long since you did something here, or somebody ended it. Sign in to go on where you were.",
-  unheard:
-    "The service has not confirmed the sign-out yet; the page tries again. Until it has, do not leave this browser to others.",
-};
-
 /** Who is there: name and password, then the second factor where there is one. Afterwards one is where one wanted to go. */
-export function SignInPage({ why }: { why: Why }) {
-  useTitle("Sign in");
+export function SignInPage({ why }: { why: keyof typeof WHY }) {
+  useTitle(SIGN_IN.title);
   const [username, setUsername] = useState("");
   const [password, setPassword] = useState("");
   const [code, setCode] = useState("");
@@ -44,7 +34,7 @@ export function SignInPage({ why }: { why: Why }) {
   };
   const told = WHY[why];
   return (
-    <Door title="Sign in">
+    <Door title={SIGN_IN.title}>
       {told && (
         <Alert color="indigo" variant="light" icon={<IconInfoCircle />} role="status">
           {told}
@@ -58,7 +48,7 @@ export function SignInPage({ why }: { why: Why }) {
             <>
               <UserNameField autoFocus value={username} onChange={setUsername} />
               <PasswordInput
-                label="Password"
+                label={SIGN_IN.password}
                 autoComplete="current-password"
                 size="lg"
                 value={password}
@@ -74,7 +64,7 @@ export function SignInPage({ why }: { why: Why }) {
             loading={signIn.isPending}
             disabled={username.trim() === "" || password === "" || (second && code.trim() === "")}
           >
-            Sign in
+            {SIGN_IN.signIn}
           </Button>
           {second && (
             <Button
@@ -86,22 +76,20 @@ export function SignInPage({ why }: { why: Why }) {
                 signIn.reset();
               }}
             >
-              Sign in as somebody else
+              {SIGN_IN.somebodyElse}
             </Button>
           )}
         </Stack>
       </form>
       {ways.data?.openid && !second && (
         <Button component="a" href={openIdAddress(hereNow())} size="lg" variant="default">
-          Sign in with {ways.data.openid}
+          {SIGN_IN.with(ways.data.openid)}
         </Button>
       )}
       <ButtonLink to="/set-password" variant="subtle">
-        I have a one-time code
+        {SIGN_IN.oneTimeCode}
       </ButtonLink>
-      <Text size="sm">
-        Without a sign-in nothing here reaches the apparatus, Stop neither. Use the emergency stop.
-      </Text>
+      <Text size="sm">{SIGN_IN.withoutIt}</Text>
     </Door>
   );
 }

@@ -1,4 +1,5 @@
 import { TextInput } from "@mantine/core";
+import { SIGN_IN } from "./doorWords";
 
 /** A user name as it is typed: nothing corrects it, and password managers know it for one. */
 export function UserNameField(props: {
@@ -11,7 +12,7 @@ export function UserNameField(props: {
   const { onChange, ...shown } = props;
   return (
     <TextInput
-      label="User name"
+      label={SIGN_IN.username}
       autoComplete="username"
       autoCapitalize="none"
       autoCorrect="off"

@@ -2,7 +2,7 @@ import { QueryClient } from "@tanstack/react-query";
 import createClient from "openapi-fetch";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { LiveStore } from "../live/store";
-import { ME } from "./examples";
+import { ME, VIEWER } from "./examples";
 import { Doing, keepGuard, minding } from "./guard";
 import { Access } from "./standing";
 
@@ -75,21 +75,24 @@ describe("a request", () => {
 describe("the guard", () => {
   const sockets: { close: () => void; onclose: (() => void) | null }[] = [];
   const queries = new QueryClient();
+  const speak = vi.fn();
   const settled = () => vi.advanceTimersByTimeAsync(0);
   let end: () => void;
   let now: number;
   let doing: Doing;
+  let store: LiveStore;
 
   beforeEach(async () => {
     sockets.length = 0;
     now = 0;
     doing = new Doing(() => now);
-    const store = new LiveStore(() => {
+    store = new LiveStore(() => {
       const socket = { close: vi.fn(), onclose: null, onmessage: null, onerror: null };
       sockets.push(socket);
       return socket as unknown as WebSocket;
     });
-    end = keepGuard(access, doing, queries, store);
+    speak.mockReset();
+    end = keepGuard(access, doing, queries, store, speak);
     await settled();
   });
   afterEach(() => end());
@@ -120,6 +123,27 @@ describe("the guard", () => {
     expect(sockets[0]?.close).toHaveBeenCalled();
     await vi.advanceTimersByTimeAsync(10_000);
     expect(sockets).toHaveLength(1);
+  });
+
+  it("speaks the language of whoever comes, and changes it beneath nobody's hands", async () => {
+    expect(speak).toHaveBeenCalledExactlyOnceWith(ME.language);
+    me.mockResolvedValue({ ...ME, language: "ja" });
+    await access.look();
+    await access.lock();
+    access.came({ ...ME, language: "ja" });
+    expect(speak, "chosen at another browser").toHaveBeenCalledTimes(1);
+    access.came({ ...VIEWER, language: "ja" });
+    expect(speak).toHaveBeenLastCalledWith("ja");
+    access.left();
+    access.came({ ...VIEWER, language: "en" });
+    expect(speak).toHaveBeenLastCalledWith("en");
+  });
+
+  it("loads nothing anew while the motors move or hold an arm, whoever comes", async () => {
+    speak.mockReset();
+    vi.spyOn(store, "get").mockReturnValue({ ...store.get(), live: { mode: "playing" } as never });
+    access.came({ ...VIEWER, language: "ja" });
+    expect(speak).not.toHaveBeenCalled();
   });
 
   it("asks at once who is there when its connection is ended", async () => {

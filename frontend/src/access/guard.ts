@@ -1,6 +1,7 @@
 import type { QueryClient } from "@tanstack/react-query";
 import type { Middleware } from "openapi-fetch";
 import type { LiveStore } from "../live/store";
+import { isMoving } from "../shared/modes";
 import type { Access } from "./standing";
 
 /** How often the page asks whether it is still signed in; a sign-out elsewhere also closes its socket, which is sooner. */
@@ -50,14 +51,21 @@ export function minding(access: Access, doing: Doing): Middleware {
 
 /**
  * Keep what is shown and who is signed in together: ask again and again, lock after the time without doing, tell the other
- * tabs of this browser, have the live connection only while somebody is signed in, and forget what was fetched when it
- * changes hands. Returns how to end it.
+ * tabs of this browser, have the live connection only while somebody is signed in, forget what was fetched when it
+ * changes hands, and speak the language of whoever comes. Returns how to end it.
  */
-export function keepGuard(access: Access, doing: Doing, queries: QueryClient, store: LiveStore): () => void {
+export function keepGuard(
+  access: Access,
+  doing: Doing,
+  queries: QueryClient,
+  store: LiveStore,
+  speak: (language: string) => void,
+): () => void {
   const others = new BroadcastChannel(CHANNEL);
   others.onmessage = () => void access.look();
   let hangUp: (() => void) | null = null;
   let known = access.get().is;
+  let spokenTo: string | null = null;
   const forget = () => {
     void queries.cancelQueries();
     queries.clear();
@@ -74,6 +82,13 @@ export function keepGuard(access: Access, doing: Doing, queries: QueryClient, st
     }
     if (is !== known && known !== "unknown") others.postMessage(is);
     known = is;
+    if (is === "out") spokenTo = null;
+    // Only as somebody comes: what they choose at another browser does not load this one anew beneath their hands.
+    if (is === "in" && spokenTo !== standing.me.account_id) {
+      spokenTo = standing.me.account_id;
+      const mode = store.get().live?.mode;
+      if (mode === undefined || !isMoving(mode)) speak(standing.me.language);
+    }
   };
   const ends = [access.onLeaving(forget), access.subscribe(changed), store.onLost(() => void access.look())];
   for (const act of ACTS) window.addEventListener(act, doing.did, { capture: true, passive: true });

@@ -4,6 +4,7 @@ import { type FormEvent, useState } from "react";
 import { ROLES, type Role } from "../access/words";
 import { type Account, api, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { FORM } from "./words";
 
 type Props =
   | { account: Account; onDone: () => void }
@@ -46,8 +47,8 @@ export function AccountForm(props: Props) {
     <form onSubmit={submit} noValidate>
       <Stack>
         <TextInput
-          label="Name"
-          description="As it is to stand in records."
+          label={FORM.name}
+          description={FORM.nameMeans}
           required
           data-autofocus
           maxLength={100}
@@ -57,8 +58,8 @@ export function AccountForm(props: Props) {
         />
         {!account && (
           <TextInput
-            label="User name"
-            description="For signing in."
+            label={FORM.username}
+            description={FORM.usernameMeans}
             required
             maxLength={64}
             autoComplete="off"
@@ -69,7 +70,7 @@ export function AccountForm(props: Props) {
             onChange={(event) => setUsername(event.currentTarget.value)}
           />
         )}
-        <Radio.Group label="Role" value={role} onChange={(chosen) => setRole(chosen as Role)}>
+        <Radio.Group label={FORM.role} value={role} onChange={(chosen) => setRole(chosen as Role)}>
           <Stack gap="xs" mt="xs">
             {Object.entries(ROLES).map(([value, words]) => (
               <Radio key={value} size="md" value={value} label={words.name} description={words.may} />
@@ -77,8 +78,8 @@ export function AccountForm(props: Props) {
           </Stack>
         </Radio.Group>
         <MultiSelect
-          label="Stations"
-          description="Where the apparatus may be operated with this account. None chosen: everywhere."
+          label={FORM.stations}
+          description={FORM.stationsMean}
           size="md"
           data={choices}
           value={stations}
@@ -86,8 +87,8 @@ export function AccountForm(props: Props) {
         />
         {account && (ways.data?.openid || account.openid) && (
           <TextInput
-            label={`Identity at ${ways.data?.openid ?? "the provider"}`}
-            description="The “sub” by which it knows this person. Whoever is not linked is told theirs when they try to sign in. Empty: cannot sign in by it."
+            label={FORM.identity(ways.data?.openid ?? FORM.theProvider)}
+            description={FORM.identityMeans}
             maxLength={255}
             autoComplete="off"
             autoCapitalize="none"
@@ -104,7 +105,7 @@ export function AccountForm(props: Props) {
             loading={save.isPending}
             disabled={name.trim() === "" || username.trim() === ""}
           >
-            {account ? "Save" : "Make the account"}
+            {account ? FORM.save : FORM.make}
           </Button>
         </Group>
       </Stack>

@@ -9,22 +9,23 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { AccountForm } from "./AccountForm";
 import { OneTimeCode } from "./OneTimeCode";
+import { ACCOUNTS, CODE } from "./words";
 
 /** Who may sign in, as what, and where. */
 export function AccountsPage() {
-  useTitle("Accounts");
+  useTitle(ACCOUNTS.title);
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
   const [making, setMaking] = useState(false);
   const [given, setGiven] = useState<Schemas["OneTimeCode"] | null>(null);
   const items = accounts.data?.items ?? [];
   return (
-    <Stack component="section" aria-label="Accounts">
+    <Stack component="section" aria-label={ACCOUNTS.title}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          Accounts
+          {ACCOUNTS.title}
         </Title>
         <Button leftSection={<IconUserPlus size={20} />} onClick={() => setMaking(true)}>
-          New account
+          {ACCOUNTS.add}
         </Button>
       </Group>
       <ProblemNote error={accounts.error} />
@@ -33,12 +34,12 @@ export function AccountsPage() {
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>Name</Table.Th>
-              <Table.Th>Role</Table.Th>
-              <Table.Th>Stations</Table.Th>
-              <Table.Th>Signs in with</Table.Th>
+              <Table.Th>{ACCOUNTS.name}</Table.Th>
+              <Table.Th>{ACCOUNTS.role}</Table.Th>
+              <Table.Th>{ACCOUNTS.stations}</Table.Th>
+              <Table.Th>{ACCOUNTS.signsInWith}</Table.Th>
               <Table.Th>
-                <span style={{ position: "absolute", left: -9999 }}>What can be done</span>
+                <span style={{ position: "absolute", left: -9999 }}>{ACCOUNTS.actions}</span>
               </Table.Th>
             </Table.Tr>
           </Table.Thead>
@@ -49,7 +50,7 @@ export function AccountsPage() {
           </Table.Tbody>
         </Table>
       )}
-      <Modal opened={making} onClose={() => setMaking(false)} title="New account" size="lg">
+      <Modal opened={making} onClose={() => setMaking(false)} title={ACCOUNTS.add} size="lg">
         <AccountForm
           onDone={(made) => {
             setMaking(false);
@@ -60,7 +61,7 @@ export function AccountsPage() {
       <Modal
         opened={given !== null}
         onClose={() => setGiven(null)}
-        title="One-time code"
+        title={CODE.title}
         size="lg"
         closeOnClickOutside={false}
       >
@@ -95,33 +96,37 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
       <Table.Td>
         <Text fw={600}>{account.name}</Text>
         <Text size="sm">{account.username}</Text>
-        {account.disabled_at && <Badge color="gray">Disabled</Badge>}
+        {account.disabled_at && <Badge color="gray">{ACCOUNTS.disabled}</Badge>}
       </Table.Td>
       <Table.Td>{ROLES[account.role].name}</Table.Td>
-      <Table.Td>{account.stations.join(", ") || "All"}</Table.Td>
+      <Table.Td>{ACCOUNTS.several(account.stations) || ACCOUNTS.all}</Table.Td>
       <Table.Td>{signsInWith(account)}</Table.Td>
       <Table.Td>
         <Group justify="end" gap="xs">
-          <Button variant="default" onClick={() => setChanging(true)} aria-label={`Change ${account.name}`}>
-            Change
+          <Button
+            variant="default"
+            onClick={() => setChanging(true)}
+            aria-label={ACCOUNTS.changeOf(account.name)}
+          >
+            {ACCOUNTS.change}
           </Button>
           {!mine && !account.disabled_at && (
             <Button
               variant="default"
               onClick={() => setResetting(true)}
-              aria-label={`New code for ${account.name}`}
+              aria-label={ACCOUNTS.newCodeFor(account.name)}
             >
-              New code
+              {ACCOUNTS.newCode}
             </Button>
           )}
           {!mine && (
             <Button
               variant="default"
               loading={disable.isPending}
-              aria-label={`${account.disabled_at ? "Enable" : "Disable"} ${account.name}`}
+              aria-label={(account.disabled_at ? ACCOUNTS.enableOf : ACCOUNTS.disableOf)(account.name)}
               onClick={() => disable.mutate(!account.disabled_at)}
             >
-              {account.disabled_at ? "Enable" : "Disable"}
+              {account.disabled_at ? ACCOUNTS.enable : ACCOUNTS.disable}
             </Button>
           )}
         </Group>
@@ -129,16 +134,17 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
         <Modal opened={changing} onClose={() => setChanging(false)} title={account.name} size="lg">
           <AccountForm account={account} onDone={() => setChanging(false)} />
         </Modal>
-        <Modal opened={resetting} onClose={() => setResetting(false)} title={`New code for ${account.name}`}>
+        <Modal
+          opened={resetting}
+          onClose={() => setResetting(false)}
+          title={ACCOUNTS.newCodeFor(account.name)}
+        >
           <Stack>
-            <Text>
-              With a one-time code {account.name} sets a new password. Until then nobody signs in with this
-              account, and whoever is signed in with it is signed out. Make sure who asks for it.
-            </Text>
+            <Text>{ACCOUNTS.resetting(account.name)}</Text>
             {account.second_factor && (
               <Switch
                 size="md"
-                label="The second factor is lost, too: take it away"
+                label={ACCOUNTS.factorLost}
                 checked={lost}
                 onChange={(event) => setLost(event.currentTarget.checked)}
               />
@@ -146,10 +152,10 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
             <ProblemNote error={reset.error} />
             <Group justify="end">
               <Button variant="default" onClick={() => setResetting(false)}>
-                Leave it as it is
+                {ACCOUNTS.leave}
               </Button>
               <Button loading={reset.isPending} onClick={() => reset.mutate()}>
-                Make a new code
+                {ACCOUNTS.reset}
               </Button>
             </Group>
           </Stack>
@@ -160,7 +166,10 @@ function Row({ account, onGiven }: { account: Account; onGiven: (given: Schemas[
 }
 
 function signsInWith(account: Account): string {
-  const ways = [account.openid && "The clinic's own sign-in", account.password && "Password"].filter(Boolean);
-  if (ways.length === 0) return "No password yet";
-  return [...ways, account.second_factor && "Second factor"].filter(Boolean).join(", ");
+  const ways = [
+    account.openid ? ACCOUNTS.clinicSignIn : [],
+    account.password ? ACCOUNTS.password : [],
+  ].flat();
+  if (ways.length === 0) return ACCOUNTS.noPassword;
+  return ACCOUNTS.several(account.second_factor ? [...ways, ACCOUNTS.secondFactor] : ways);
 }

@@ -2,12 +2,13 @@ import { Group, Stack, Title } from "@mantine/core";
 import { Link, Outlet } from "@tanstack/react-router";
 import { useMay } from "../access/hooks";
 import classes from "../shared/Shell.module.css";
+import { ACCOUNTS, ADMINISTRATION, AUDIT, BACKUPS, EMERGENCIES } from "./words";
 
 const PARTS = [
-  { to: "/administration/accounts", label: "Accounts" },
-  { to: "/administration/audit", label: "Audit trail" },
-  { to: "/administration/emergency-access", label: "Emergency access" },
-  { to: "/administration/backups", label: "Backups" },
+  { to: "/administration/accounts", label: ACCOUNTS.title },
+  { to: "/administration/audit", label: AUDIT.title },
+  { to: "/administration/emergency-access", label: EMERGENCIES.title },
+  { to: "/administration/backups", label: BACKUPS.title },
 ] as const;
 
 /** What an administrator looks after: who may come in, what was done, and that nothing gets lost. */
@@ -16,11 +17,11 @@ export function AdministrationPage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        Administration
+        {ADMINISTRATION.title}
       </Title>
       {administers && (
         <>
-          <Group component="nav" gap={4} aria-label="Parts of the administration">
+          <Group component="nav" gap={4} aria-label={ADMINISTRATION.parts}>
             {PARTS.map(({ to, label }) => (
               <Link
                 key={to}
@@ -36,7 +37,7 @@ export function AdministrationPage() {
           <Outlet />
         </>
       )}
-      {!administers && <p>This is for administrators.</p>}
+      {!administers && <p>{ADMINISTRATION.notForYou}</p>}
     </Stack>
   );
 }

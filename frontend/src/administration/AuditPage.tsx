@@ -2,17 +2,18 @@ import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, T
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { api, type Schemas } from "../api/client";
-import { formatDayOf } from "../shared/format";
+import { formatClock, formatDayOf } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { More } from "../shared/More";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
-import { type AuditFilters, asAsked, OUTCOMES } from "./auditFilters";
+import { type AuditFilters, asAsked } from "./auditFilters";
+import { AUDIT, OUTCOMES } from "./words";
 
 /** What everybody did, saw and tried in vain, newest first. What the list is narrowed to stands in the address. */
 export function AuditPage() {
-  useTitle("Audit trail");
+  useTitle(AUDIT.title);
   const filters = useSearch({ from: "/administration/audit" });
   const navigate = useNavigate({ from: "/administration/audit" });
   const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
@@ -22,30 +23,27 @@ export function AuditPage() {
     void navigate({ search: value ? { ...others, [name]: value } : others, replace: true });
   };
   return (
-    <Stack component="section" aria-label="Audit trail">
+    <Stack component="section" aria-label={AUDIT.title}>
       <Title order={2} size="h3">
-        Audit trail
+        {AUDIT.title}
       </Title>
-      <Text>
-        It can only be added to. Whether it is whole, “kata audit verify” tells at the computer that the
-        service runs on.
-      </Text>
+      <Text>{AUDIT.means}</Text>
       <Group align="end">
         <TextInput
           type="date"
-          label="From"
+          label={AUDIT.from}
           value={filters.from ?? ""}
           onChange={(event) => set("from", event.currentTarget.value)}
         />
         <TextInput
           type="date"
-          label="To"
+          label={AUDIT.to}
           value={filters.to ?? ""}
           onChange={(event) => set("to", event.currentTarget.value)}
         />
         <Select
-          label="Who"
-          placeholder="Anybody"
+          label={AUDIT.who}
+          placeholder={AUDIT.anybody}
           clearable
           searchable
           data={(accounts.data?.items ?? []).map((one) => ({ value: one.id, label: one.name }))}
@@ -53,15 +51,15 @@ export function AuditPage() {
           onChange={(value) => set("account_id", value)}
         />
         <Select
-          label="Outcome"
-          placeholder="Any"
+          label={AUDIT.outcome}
+          placeholder={AUDIT.any}
           clearable
           data={Object.entries(OUTCOMES).map(([value, label]) => ({ value, label }))}
           value={filters.outcome ?? null}
           onChange={(value) => set("outcome", value)}
         />
         <TextInput
-          label="Action"
+          label={AUDIT.action}
           placeholder="sign_in"
           maxLength={64}
           value={filters.action ?? ""}
@@ -69,14 +67,14 @@ export function AuditPage() {
         />
         {Object.keys(filters).length > 0 && (
           <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
-            Show all
+            {AUDIT.showAll}
           </Button>
         )}
       </Group>
-      {filters.patient_id && <Text>Only what concerns one patient.</Text>}
+      {filters.patient_id && <Text>{AUDIT.onePatient}</Text>}
       <ProblemNote error={found.error ?? accounts.error} />
       {found.isPending && <Skeleton h={300} />}
-      {found.items?.length === 0 && <Text>Nothing matches.</Text>}
+      {found.items?.length === 0 && <Text>{AUDIT.nothing}</Text>}
       {found.items && found.items.length > 0 && (
         <Rows items={found.items} names={new Map(accounts.data?.items.map((one) => [one.id, one.name]))} />
       )}
@@ -92,12 +90,12 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
       <Table verticalSpacing="xs">
         <Table.Thead>
           <Table.Tr>
-            <Table.Th ta="right">No.</Table.Th>
-            <Table.Th>When</Table.Th>
-            <Table.Th>Who</Table.Th>
-            <Table.Th>What</Table.Th>
-            <Table.Th>Of</Table.Th>
-            <Table.Th>From</Table.Th>
+            <Table.Th ta="right">{AUDIT.number}</Table.Th>
+            <Table.Th>{AUDIT.when}</Table.Th>
+            <Table.Th>{AUDIT.who}</Table.Th>
+            <Table.Th>{AUDIT.what}</Table.Th>
+            <Table.Th>{AUDIT.of}</Table.Th>
+            <Table.Th>{AUDIT.fromWhere}</Table.Th>
           </Table.Tr>
         </Table.Thead>
         <Table.Tbody>
@@ -105,13 +103,13 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
             <Table.Tr key={entry.number}>
               <Table.Td ta="right">{entry.number}</Table.Td>
               <Table.Td style={{ whiteSpace: "nowrap" }}>
-                {formatDayOf(entry.at)} {new Date(entry.at).toLocaleTimeString()}
+                {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
               </Table.Td>
               <Table.Td>
-                {entry.who || "Nobody signed in"}
+                {entry.who || AUDIT.nobody}
                 <Text size="sm" c="dimmed">
                   {entry.role ||
-                    (entry.account_id && `tried as ${names.get(entry.account_id) ?? "an account"}`)}
+                    (entry.account_id && AUDIT.triedAs(names.get(entry.account_id) ?? AUDIT.anAccount))}
                 </Text>
               </Table.Td>
               <Table.Td>
@@ -119,14 +117,14 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                 {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
                 {Object.entries(entry.detail).map(([what, told]) => (
                   <Text key={what} size="sm" c="dimmed" style={{ overflowWrap: "anywhere" }}>
-                    {what}: {typeof told === "string" ? told : JSON.stringify(told)}
+                    {AUDIT.detail(what, typeof told === "string" ? told : JSON.stringify(told))}
                   </Text>
                 ))}
               </Table.Td>
               <Table.Td>
                 {entry.patient_id && (
                   <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
-                    The patient
+                    {AUDIT.patient}
                   </PageLink>
                 )}
                 <Text size="sm" style={{ overflowWrap: "anywhere" }}>

@@ -5,12 +5,14 @@ import { api, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { told } from "../shared/told";
+import { BACKUPS, KEYS } from "./words";
 
 const LOOK_AGAIN_MS = 2_000;
 
 /** Backups that were made, and whether each of them was restored to see that it can be. */
 export function BackupsPage() {
-  useTitle("Backups");
+  useTitle(BACKUPS.title);
   const queries = useQueryClient();
   const backups = useQuery({
     queryKey: ["backups"],
@@ -23,17 +25,17 @@ export function BackupsPage() {
   });
   const told = backups.data;
   return (
-    <Stack component="section" aria-label="Backups">
+    <Stack component="section" aria-label={BACKUPS.title}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          Backups
+          {BACKUPS.title}
         </Title>
         <Button
           leftSection={<IconDatabaseExport size={20} />}
           loading={make.isPending || told?.running === true}
           onClick={() => make.mutate()}
         >
-          Back up now
+          {BACKUPS.make}
         </Button>
       </Group>
       <ProblemNote error={backups.error ?? make.error} />
@@ -42,7 +44,7 @@ export function BackupsPage() {
         <>
           <LastGood told={told} />
           <Where told={told} />
-          {told.running && <Text role="status">A backup is being made, and tried.</Text>}
+          {told.running && <Text role="status">{BACKUPS.making}</Text>}
           {told.items.length > 0 && <Rows items={told.items} />}
         </>
       )}
@@ -55,42 +57,28 @@ function LastGood({ told }: { told: Schemas["BackupList"] }) {
   const good = told.last_good;
   return good?.tested_at ? (
     <Alert color="indigo" variant="light" icon={<IconCircleCheck />} data-testid="last-good">
-      The newest good backup is of {formatMoment(good.at)}. It was restored to try it on{" "}
-      {formatMoment(good.tested_at)}, and came back whole and equal.
+      {BACKUPS.lastGood(formatMoment(good.at), formatMoment(good.tested_at))}
     </Alert>
   ) : (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert" data-testid="last-good">
-      There is no backup that is known to come back. Make one now.
+      {BACKUPS.noneGood}
     </Alert>
   );
 }
 
-const KEYS: Record<Schemas["BackupList"]["key"], string> = {
-  here: "Without the key nobody can read a backup. It is on this computer, and is lost with it: keep a copy of the file elsewhere.",
-  elsewhere:
-    "The key is not on this computer, so that backups cannot be tried here. Try one where the key is.",
-  nowhere: "No key has been made yet; the first backup makes it.",
-};
-
 function Where({ told }: { told: Schemas["BackupList"] }) {
   return (
     <List>
-      <List.Item>
-        {told.next_at
-          ? `The next one is made by itself on ${formatMoment(told.next_at)}.`
-          : "None is made by itself: that is switched off."}
-      </List.Item>
-      <List.Item>They are kept, encrypted, in {told.folder}.</List.Item>
+      <List.Item>{told.next_at ? BACKUPS.next(formatMoment(told.next_at)) : BACKUPS.never}</List.Item>
+      <List.Item>{BACKUPS.folder(told.folder)}</List.Item>
       {told.same_disk && (
         <List.Item>
-          <b>
-            That is the same disk as the database&rsquo;s, and is lost with it. Choose another one with
-            KATA_BACKUP_FOLDER.
-          </b>
+          <b>{BACKUPS.sameDisk}</b>
         </List.Item>
       )}
       <List.Item>
-        {KEYS[told.key]} {told.key === "here" && `The file is ${told.key_file}.`}
+        {KEYS[told.key]}
+        {told.key === "here" && BACKUPS.keyFile(told.key_file)}
       </List.Item>
     </List>
   );
@@ -101,10 +89,10 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
     <Table verticalSpacing="sm">
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>Made</Table.Th>
-          <Table.Th>Tried</Table.Th>
-          <Table.Th ta="right">Size</Table.Th>
-          <Table.Th>File</Table.Th>
+          <Table.Th>{BACKUPS.made}</Table.Th>
+          <Table.Th>{BACKUPS.tried}</Table.Th>
+          <Table.Th ta="right">{BACKUPS.size}</Table.Th>
+          <Table.Th>{BACKUPS.file}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -113,10 +101,19 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
             <Table.Td>
               {formatMoment(one.at)}
               <Text size="sm" c="dimmed">
-                {one.kind === "nightly" ? "By itself" : "Asked for"}
+                {one.kind === "nightly" ? BACKUPS.byItself : BACKUPS.askedFor}
               </Text>
             </Table.Td>
-            <Table.Td>{triedWords(one)}</Table.Td>
+            <Table.Td>
+              {triedWords(one)}
+              {one.audit_rows !== null && (
+                <Text size="sm" {...(one.audit_problem ? { fw: 600 } : { c: "dimmed" })}>
+                  {one.audit_problem
+                    ? BACKUPS.auditBroken(one.audit_problem)
+                    : BACKUPS.auditWhole(one.audit_rows)}
+                </Text>
+              )}
+            </Table.Td>
             <Table.Td ta="right">{one.problem ? "–" : sizeWords(one.bytes)}</Table.Td>
             <Table.Td>
               <Text size="sm" style={{ overflowWrap: "anywhere" }}>
@@ -124,7 +121,7 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
               </Text>
               {one.file && !one.there && (
                 <Badge color="gray" tt="none">
-                  No longer there
+                  {BACKUPS.gone}
                 </Badge>
               )}
             </Table.Td>
@@ -136,10 +133,10 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
 }
 
 function triedWords(one: Schemas["Backup"]): string {
-  if (one.problem) return `It could not be made: ${one.problem}`;
-  if (one.test_problem) return `Not known to be restorable: ${one.test_problem}`;
-  if (!one.tested_at) return "Not tried yet";
-  return `Came back whole and equal, ${formatMoment(one.tested_at)}`;
+  if (one.problem) return BACKUPS.failed(told(one.problem));
+  if (one.test_problem) return BACKUPS.notRestorable(told(one.test_problem));
+  if (!one.tested_at) return BACKUPS.notTried;
+  return BACKUPS.cameBack(formatMoment(one.tested_at));
 }
 
 /** 1234567 bytes as 1.2 MB. */

@@ -6,23 +6,21 @@ import { formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { EMERGENCIES } from "./words";
 
 /** Restricted records that somebody opened in an emergency: each is looked at by somebody else. */
 export function EmergencyAccessPage() {
-  useTitle("Emergency access");
+  useTitle(EMERGENCIES.title);
   const broken = useQuery({ queryKey: ["broken-glass"], queryFn: api.brokenGlass });
   return (
-    <Stack component="section" aria-label="Emergency access">
+    <Stack component="section" aria-label={EMERGENCIES.title}>
       <Title order={2} size="h3">
-        Emergency access
+        {EMERGENCIES.title}
       </Title>
-      <Text>
-        Restricted records that somebody opened though they are not in the care team. Look at each: what
-        happened, and whether it was needed.
-      </Text>
+      <Text>{EMERGENCIES.means}</Text>
       <ProblemNote error={broken.error} />
       {broken.isPending && <Skeleton h={160} />}
-      {broken.data?.items.length === 0 && <Text>Nobody has opened one.</Text>}
+      {broken.data?.items.length === 0 && <Text>{EMERGENCIES.none}</Text>}
       {broken.data?.items.map((one) => (
         <Opened key={one.id} one={one} />
       ))}
@@ -41,16 +39,14 @@ function Opened({ one }: { one: Schemas["BrokenGlass"] }) {
     <Card withBorder data-testid="opened">
       <Stack gap="xs">
         <Group justify="space-between">
-          <Text fw={600}>
-            {one.name}, {formatMoment(one.at)}
-          </Text>
+          <Text fw={600}>{EMERGENCIES.opened(one.name, formatMoment(one.at))}</Text>
           {one.reviewed_at ? (
             <Badge color="gray" tt="none" size="lg">
-              Looked at by {one.reviewed_by}, {formatMoment(one.reviewed_at)}
+              {EMERGENCIES.reviewed(one.reviewed_by, formatMoment(one.reviewed_at))}
             </Badge>
           ) : (
             <Badge color="grape" tt="none" size="lg">
-              To be looked at
+              {EMERGENCIES.toReview}
             </Badge>
           )}
         </Group>
@@ -60,16 +56,14 @@ function Opened({ one }: { one: Schemas["BrokenGlass"] }) {
             to="/administration/audit"
             search={{ patient_id: one.patient_id, account_id: one.account_id }}
           >
-            What was done in it
+            {EMERGENCIES.done}
           </PageLink>
           {!one.reviewed_at && one.account_id !== me?.account_id && (
             <Button variant="default" loading={review.isPending} onClick={() => review.mutate()}>
-              I have looked at it
+              {EMERGENCIES.review}
             </Button>
           )}
-          {!one.reviewed_at && one.account_id === me?.account_id && (
-            <Text>Somebody else looks at what you did yourself.</Text>
-          )}
+          {!one.reviewed_at && one.account_id === me?.account_id && <Text>{EMERGENCIES.own}</Text>}
         </Group>
         <ProblemNote error={review.error} />
       </Stack>

@@ -1,7 +1,6 @@
 import type { AuditWanted } from "../api/client";
 import { isDay, midnight } from "../shared/days";
-
-export const OUTCOMES = { done: "Done", refused: "Refused", failed: "Failed" } as const;
+import { OUTCOMES } from "./words";
 
 const NAMES = ["from", "to", "account_id", "patient_id", "action", "outcome"] as const;
 

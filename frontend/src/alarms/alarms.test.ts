@@ -5,7 +5,8 @@ import { estopLook } from "../shared/EstopBadge";
 import { type Alarm, alarmsOf } from "./alarms";
 import { BURSTS, PAUSED_MS, Pausing, Sounder } from "./sound";
 
-const IDLE = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque_on: false };
+const KEPT = { away_since: null, waiting: 0, not_kept_since: null };
+const IDLE = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque_on: false, kept: KEPT };
 
 function priorities(live: object, around: Partial<LiveState> = {}) {
   const state = {
@@ -56,6 +57,16 @@ describe("an alarm's priority", () => {
     expect(priorities({ estop: "unknown" })).toEqual(["high estop_missing"]);
     const stop = { causes: [cause(false, "estop_unknown")], arm_held: false };
     expect(priorities({ estop: "unknown", stop })).toEqual(["high stop estop_unknown"]);
+  });
+
+  it("is low for a database that is away, and medium once the disk takes nothing, either", () => {
+    const SINCE = "2026-11-22T05:00:07Z";
+    const away = { kept: { ...KEPT, away_since: SINCE } };
+    expect(priorities(away)).toEqual(["low database_away"]);
+    expect(priorities({ kept: { ...KEPT, away_since: SINCE, not_kept_since: SINCE } })).toEqual([
+      "medium not_kept",
+    ]);
+    expect(priorities(away, { connected: false })).toEqual(["medium connection_lost"]);
   });
 
   it("puts the most urgent first", () => {

@@ -1,4 +1,6 @@
 import { isAlive, type LiveState } from "../live/store";
+import { formatClock } from "../shared/format";
+import { told } from "../shared/told";
 import { WORDS } from "./words";
 
 /** As IEC 60601-1-8 means them: how soon somebody has to do something, and how bad it is if nobody does. */
@@ -32,10 +34,21 @@ export function alarmsOf(state: LiveState): Alarm[] {
     note("device_silent", unseen, WORDS.restarting, WORDS.restartingNext);
   }
   const cause = live?.stop?.causes[0];
+  if (connected && live?.kept.not_kept_since) {
+    note(
+      "not_kept",
+      "medium",
+      WORDS.notKept(formatClock(new Date(live.kept.not_kept_since))),
+      WORDS.notKeptNext,
+    );
+  } else if (connected && live?.kept.away_since) {
+    const since = formatClock(new Date(live.kept.away_since));
+    note("database_away", "low", WORDS.databaseAway(since), WORDS.databaseAwayNext);
+  }
   if (live?.stop && cause) {
     const stands = live.stop.causes.some((one) => !one.cleared);
     const priority = alive && (live.stop.arm_held || stands) ? "high" : "medium";
-    note(`stop ${cause.code}`, priority, cause.message, cause.next_step);
+    note(`stop ${cause.code}`, priority, told(cause.message), told(cause.next_step));
   }
   if (alive && live !== null) {
     if (live.estop === "unknown" && !live.stop) {
@@ -46,7 +59,12 @@ export function alarmsOf(state: LiveState): Alarm[] {
       note("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);
     }
     if (live.run?.reversing && !live.stop) {
-      note("reversing", "low", live.run.resistance ?? WORDS.reversing, WORDS.reversingNext);
+      note(
+        "reversing",
+        "low",
+        live.run.resistance === null ? WORDS.reversing : told(live.run.resistance),
+        WORDS.reversingNext,
+      );
     }
   }
   return found.sort((a, b) => ORDER.indexOf(a.priority) - ORDER.indexOf(b.priority));

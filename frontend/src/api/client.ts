@@ -1,4 +1,6 @@
 import createClient from "openapi-fetch";
+import { LANGUAGE, type Language, say } from "../shared/language";
+import { told } from "../shared/told";
 import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
 
@@ -41,6 +43,19 @@ export type AuditWanted = Omit<
   "after" | "limit"
 >;
 
+const UNHEARD = say(
+  {
+    unclear: "The service gave an answer that cannot be understood.",
+    silent: "The service does not answer.",
+    check: "Check the network, and that the service is running.",
+  },
+  {
+    unclear: "サービスの応答を理解できませんでした。",
+    silent: "サービスが応答しません。",
+    check: "ネットワークと、サービスが動いていることを確認してください。",
+  },
+);
+
 /** An error answer of the service: a sentence, and what to do next. */
 export class ProblemError extends Error {
   readonly code: string;
@@ -49,17 +64,22 @@ export class ProblemError extends Error {
   readonly fields: Record<string, string>;
 
   constructor(problem: Partial<Schemas["Problem"]>) {
-    super(problem.detail ?? "The service gave an answer that cannot be understood.");
+    super(problem.detail === undefined ? UNHEARD.unclear : told(problem.detail));
     this.code = problem.code ?? "unknown";
-    this.nextStep = problem.next_step ?? "";
+    this.nextStep = told(problem.next_step ?? "");
     this.fields = Object.fromEntries(
-      (problem.errors ?? []).map((error) => [error.pointer.split("/").at(-1) ?? "", error.detail]),
+      (problem.errors ?? []).map((error) => [error.pointer.split("/").at(-1) ?? "", told(error.detail)]),
     );
   }
 }
 
 /** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
-export const client = createClient<paths>({ baseUrl: location.origin, fetch: (request) => fetch(request) });
+export const client = createClient<paths>({
+  baseUrl: location.origin,
+  // What is wrong with a field the service says in the page's language.
+  headers: { "Accept-Language": LANGUAGE },
+  fetch: (request) => fetch(request),
+});
 
 /** The data of an answer, or the problem thrown. */
 async function unwrap<T>(
@@ -71,8 +91,8 @@ async function unwrap<T>(
   } catch {
     throw new ProblemError({
       code: "no_connection",
-      detail: "The service does not answer.",
-      next_step: "Check the network, and that the service is running.",
+      detail: UNHEARD.silent,
+      next_step: UNHEARD.check,
     });
   }
   if (given.data === undefined || given.data === null) {
@@ -109,6 +129,7 @@ export const api = {
   setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
   lockScreen: () => done(client.POST("/api/me/lock")),
   unlock: (password: string) => unwrap(client.POST("/api/me/unlock", { body: { password } })),
+  chooseLanguage: (language: Language) => unwrap(client.PUT("/api/me/language", { body: { language } })),
   changePassword: (body: Schemas["ChangePassword"]) => done(client.POST("/api/me/password", { body })),
   beginSecondFactor: (password: string | null) =>
     unwrap(client.POST("/api/me/second-factor", { body: { password } })),
@@ -116,8 +137,13 @@ export const api = {
   removeSecondFactor: (password: string | null) =>
     done(client.DELETE("/api/me/second-factor", { body: { password } })),
   ownSignIns: () => unwrap(client.GET("/api/me/sign-ins")),
-  endOwnSignIn: (sign_in_id: string) =>
-    done(client.DELETE("/api/me/sign-ins/{sign_in_id}", { params: { path: { sign_in_id } } })),
+  endOwnSignIn: (sign_in_id: string, password: string | null) =>
+    done(
+      client.DELETE("/api/me/sign-ins/{sign_in_id}", {
+        params: { path: { sign_in_id } },
+        body: { password },
+      }),
+    ),
   // Who else may come in, and what was done.
   accounts: () => unwrap(client.GET("/api/accounts")),
   createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),

@@ -1463,6 +1463,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/me/language": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Choose Language
+         * @description Choose the language that the page speaks with oneself, at whichever browser.
+         */
+        put: operations["choose_language"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/me/lock": {
         parameters: {
             query?: never;
@@ -1764,7 +1784,7 @@ export interface paths {
         };
         /**
          * Get Me
-         * @description Who is signed in at this browser.
+         * @description Who is signed in at this browser; while the database does not answer, who it was.
          */
         get: operations["get_me"];
         put?: never;
@@ -2892,6 +2912,16 @@ export interface components {
              */
             test_problem: string;
             /**
+             * Audit Rows
+             * @description Rows of the audit trail that were verified when it was tried; null: none were.
+             */
+            audit_rows: number | null;
+            /**
+             * Audit Problem
+             * @description Where the audit trail in it is not whole; empty where it is. It can be restored all the same.
+             */
+            audit_problem: string;
+            /**
              * There
              * @description The file is still where it was made.
              */
@@ -3913,6 +3943,28 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * Kept
+         * @description What happens at the station while the database does not answer: kept on this computer, and written there when it does.
+         */
+        Kept: {
+            /**
+             * Away Since
+             * @description Since then the database does not answer; null while it does.
+             */
+            away_since?: string | null;
+            /**
+             * Waiting
+             * @description How much of what happened is kept here and not yet written there.
+             * @default 0
+             */
+            waiting: number;
+            /**
+             * Not Kept Since
+             * @description Since then this computer's disk takes nothing either; null while it does.
+             */
+            not_kept_since?: string | null;
+        };
+        /**
          * LeaseLive
          * @description Who operates the apparatus; everybody else watches, and may stop it.
          */
@@ -4022,6 +4074,12 @@ export interface components {
             };
             lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
+            /**
+             * @default {
+             *       "waiting": 0
+             *     }
+             */
+            kept: components["schemas"]["Kept"];
         };
         /**
          * LoadRequest
@@ -6567,6 +6625,18 @@ export interface components {
             total: number | null;
         };
         /**
+         * Speaks
+         * @description A language of the page.
+         */
+        Speaks: {
+            /**
+             * Language
+             * @description en: English. ja: Japanese.
+             * @enum {string}
+             */
+            language: "en" | "ja";
+        };
+        /**
          * Stage
          * @description A stage that was noted.
          */
@@ -7410,6 +7480,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_accounts: {
@@ -7450,6 +7529,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7519,6 +7607,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7606,6 +7703,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     reset_account: {
@@ -7677,6 +7783,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_assessment_form: {
@@ -7717,6 +7832,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7789,6 +7913,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -7876,6 +8009,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_patient_assessments: {
@@ -7948,6 +8090,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_assessment: {
@@ -8008,6 +8159,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8095,6 +8255,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     withdraw_assessment: {
@@ -8175,6 +8344,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_backups: {
@@ -8215,6 +8393,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8271,6 +8458,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8348,6 +8544,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_episodes: {
@@ -8408,6 +8613,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8495,6 +8709,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_episode: {
@@ -8555,6 +8778,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8642,6 +8874,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     close_episode: {
@@ -8722,6 +8963,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     reopen_episode: {
@@ -8791,6 +9041,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8878,6 +9137,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     remove_stage: {
@@ -8955,6 +9223,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_events: {
@@ -9021,6 +9298,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_erasures: {
@@ -9061,6 +9347,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9128,6 +9423,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9215,6 +9519,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     refuse_erasure: {
@@ -9288,6 +9601,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9375,6 +9697,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_samples: {
@@ -9451,6 +9782,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_parquet: {
@@ -9520,6 +9860,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9612,6 +9961,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run_parquet: {
@@ -9697,6 +10055,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_imported_motion: {
@@ -9764,6 +10131,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9858,6 +10234,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_patient_fhir: {
@@ -9934,6 +10319,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     import_fhir_patients: {
@@ -10001,6 +10395,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10084,6 +10487,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_patients: {
@@ -10142,6 +10554,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10218,6 +10639,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_patient: {
@@ -10278,6 +10708,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10365,6 +10804,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_programmes: {
@@ -10425,6 +10873,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10512,6 +10969,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_programme: {
@@ -10592,6 +11058,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_programme: {
@@ -10652,6 +11127,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10739,6 +11223,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     create_programme_version: {
@@ -10819,6 +11312,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session_plan: {
@@ -10879,6 +11381,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10956,6 +11467,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_progress: {
@@ -11017,6 +11537,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11091,6 +11620,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording: {
@@ -11151,6 +11689,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11238,6 +11785,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     derive_recording: {
@@ -11318,6 +11874,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     preview_derived_recording: {
@@ -11391,6 +11956,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11479,6 +12053,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_recording_motion: {
@@ -11548,6 +12131,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11625,6 +12217,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session_pdf: {
@@ -11688,6 +12289,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11765,6 +12375,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_episode_pdf: {
@@ -11828,6 +12447,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11902,6 +12530,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_record_access: {
@@ -11966,6 +12603,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12053,6 +12699,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_broken_glass: {
@@ -12093,6 +12748,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12176,6 +12840,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_sessions: {
@@ -12240,6 +12913,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12325,6 +13007,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_session_choices: {
@@ -12374,6 +13065,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12453,6 +13153,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_session: {
@@ -12513,6 +13222,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12600,6 +13318,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_checklist: {
@@ -12672,6 +13399,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12769,6 +13505,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     end_session: {
@@ -12849,6 +13594,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_draft: {
@@ -12912,6 +13666,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12999,6 +13762,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     add_addendum: {
@@ -13079,6 +13851,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_run: {
@@ -13139,6 +13920,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13215,6 +14005,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13312,6 +14111,84 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    choose_language: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Speaks"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     lock_screen: {
@@ -13350,6 +14227,15 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13417,6 +14303,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_password: {
@@ -13477,6 +14372,15 @@ export interface operations {
             };
             /** @description Too many tries: wait for as many seconds as Retry-After says. */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13562,6 +14466,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     begin_second_factor: {
@@ -13640,6 +14553,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     remove_second_factor: {
@@ -13707,6 +14629,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_own_sign_ins: {
@@ -13754,6 +14685,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     end_own_sign_in: {
@@ -13765,7 +14705,11 @@ export interface operations {
             };
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Again"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             204: {
@@ -13812,6 +14756,24 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14295,6 +15257,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_station: {
@@ -14326,6 +15297,15 @@ export interface operations {
             };
             /** @description Not from this page, or not for this account. */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14402,6 +15382,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_lease: {
@@ -14451,6 +15440,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14520,6 +15518,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15324,6 +16331,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_station_versions: {
@@ -15392,6 +16408,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     get_simulator: {
@@ -15441,6 +16466,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15517,6 +16551,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     set_estop: {
@@ -15579,6 +16622,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15664,6 +16716,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_arm: {
@@ -15713,6 +16774,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15785,6 +16855,15 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -1,7 +1,7 @@
 import { ActionIcon, Group, SegmentedControl, Stack, Text, UnstyledButton } from "@mantine/core";
 import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/icons-react";
 import { useEffect, useState, useSyncExternalStore } from "react";
-import { formatDeg } from "../shared/format";
+import { formatDegrees } from "../shared/format";
 import classes from "./apparatus3d.module.css";
 import { MOTOR_COLOURS } from "./colours";
 import type { AnglesSource } from "./ghost";
@@ -10,7 +10,7 @@ import { postureOf } from "./posture";
 import { Scene } from "./Scene";
 import type { Side } from "./vectors";
 import { moved, VIEWS, type View, type ViewName, viewOf } from "./view";
-import { AT_END, BODY, ELBOW, MOVES, NO_3D, NO_ANGLES, NO_POSE, VIEW_WORDS } from "./words";
+import { AT_END, BODY, MOVES, VIEW, VIEW_WORDS } from "./words";
 
 const TURN_DEG = 20;
 const NEARER = 1.25;
@@ -41,16 +41,16 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
     setView(viewOf("corner", side));
   }, [side]);
   const buttons = [
-    { label: "Turn left", Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
-    { label: "Turn right", Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
-    { label: "Nearer", Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
-    { label: "Further away", Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
+    { label: VIEW.left, Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
+    { label: VIEW.right, Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
+    { label: VIEW.nearer, Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
+    { label: VIEW.further, Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
   ];
   return (
     <Stack gap="xs">
       <Group gap="xs" justify="space-between">
         <SegmentedControl
-          aria-label="View"
+          aria-label={VIEW.view}
           size="md"
           value={named ?? ""}
           onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
@@ -66,7 +66,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
       </Group>
       <div className={classes.canvas ?? ""}>
         {unable ? (
-          <Text p="md">{NO_3D}</Text>
+          <Text p="md">{VIEW.no3d}</Text>
         ) : (
           <Scene
             side={side}
@@ -81,7 +81,7 @@ export function ApparatusView({ side, limits, real, ghost, label }: Props) {
           />
         )}
       </div>
-      <Group gap={6} role="group" aria-label="What each motor moves">
+      <Group gap={6} role="group" aria-label={VIEW.motors}>
         {MOTORS.map((motor) => (
           <UnstyledButton
             key={motor}
@@ -127,7 +127,7 @@ function InWords({ source, side, limits }: { source: AnglesSource | null; side: 
         </Text>
       ))}
       <Text size="sm" c="dimmed">
-        {ELBOW}
+        {VIEW.elbow}
       </Text>
     </div>
   );
@@ -137,13 +137,13 @@ const never = () => () => {};
 
 function inWords(source: AnglesSource | null, side: Side, limits: Limits) {
   const angles = source?.get() ?? null;
-  if (angles === null) return { body: null, notes: [NO_ANGLES] };
+  if (angles === null) return { body: null, notes: [VIEW.noAngles] };
   const posture = postureOf(angles, side);
   const ends = endsReached(angles, limits);
   const notes = MOTORS.flatMap((motor) => {
     const end = ends[motor - 1];
     return end ? [AT_END[end](motor)] : [];
   });
-  if (posture === null) return { body: null, notes: [NO_POSE, ...notes] };
-  return { body: posture.pose_deg.map((angle) => `${formatDeg(angle, 0)}°`), notes };
+  if (posture === null) return { body: null, notes: [VIEW.noPose, ...notes] };
+  return { body: posture.pose_deg.map((angle) => formatDegrees(angle, 0)), notes };
 }

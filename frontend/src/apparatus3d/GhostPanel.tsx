@@ -5,6 +5,7 @@ import { useEffect, useSyncExternalStore } from "react";
 import { formatDeg } from "../shared/format";
 import type { Ghost } from "./ghost";
 import type { Leaving } from "./limits";
+import { GHOST } from "./words";
 
 const STEP_S = 0.05;
 /** The slider's own tenth of a second is fine enough to be told, and coarse enough not to burden the page. */
@@ -31,7 +32,7 @@ export function GhostPanel({
   }, [ghost, playsItself, still]);
   const length = ghost.duration_s;
   return (
-    <Stack gap={4} component="section" aria-label="Ghost">
+    <Stack gap={4} component="section" aria-label={GHOST.title}>
       <Group gap="md" wrap="nowrap">
         <Button
           variant="default"
@@ -40,27 +41,27 @@ export function GhostPanel({
           leftSection={playing ? <IconPlayerPause size={20} /> : <IconPlayerPlay size={20} />}
           onClick={() => (playing ? ghost.pause() : ghost.play())}
         >
-          {playing ? "Pause the ghost" : "Play the ghost"}
+          {playing ? GHOST.pause : GHOST.play}
         </Button>
         <Slider
           flex={1}
           size="lg"
           thumbSize={28}
-          thumbLabel="Time on the recording"
+          thumbLabel={GHOST.time}
           min={0}
           max={length}
           step={STEP_S}
           value={at_s}
-          label={(value) => `${formatDeg(value)} s`}
+          label={(value) => GHOST.seconds(formatDeg(value))}
           onChange={(value) => ghost.seek(value)}
         />
         <Text style={{ fontVariantNumeric: "tabular-nums" }} w={110} ta="right" data-testid="ghost-time">
-          {`${formatDeg(at_s)} of ${formatDeg(length)} s`}
+          {GHOST.at(formatDeg(at_s), formatDeg(length))}
         </Text>
       </Group>
       {leaving.map((one) => (
         <Text key={one.motor} fw={600}>
-          {`Motor ${one.motor} would leave its range at ${formatDeg(one.at_s)} s, with ${formatDeg(one.angle_deg)}°.`}
+          {GHOST.leaves(one.motor, formatDeg(one.at_s), formatDeg(one.angle_deg))}
         </Text>
       ))}
     </Stack>

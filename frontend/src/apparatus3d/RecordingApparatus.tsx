@@ -8,6 +8,7 @@ import { ApparatusView } from "./ApparatusView";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
 import { leavings, limitsOf } from "./limits";
+import { VIEW } from "./words";
 
 /** A recording, played by a ghost at its own time within this station's ranges. */
 export default function RecordingApparatus({ recordingId }: { recordingId: string }) {
@@ -23,22 +24,16 @@ export default function RecordingApparatus({ recordingId }: { recordingId: strin
   const ghost = useMemo(() => (taught ? new Ghost(taught) : null), [taught]);
   const leaving = useMemo(() => (taught ? leavings(taught, limits) : []), [taught, limits]);
   return (
-    <Card withBorder component="section" aria-label="The motion">
+    <Card withBorder component="section" aria-label={VIEW.motion}>
       <Title order={2} size="h3" mb="sm">
-        The motion
+        {VIEW.motion}
       </Title>
       <ProblemNote error={motion.error} />
       {motion.isPending && <Skeleton h={400} />}
       {taught && ghost && (
         <>
           <GhostPanel ghost={ghost} leaving={leaving} />
-          <ApparatusView
-            side={taught.side}
-            limits={limits}
-            real={null}
-            ghost={ghost}
-            label="A ghost of the arm and the apparatus, as the recording moves them. The same stands below in words."
-          />
+          <ApparatusView side={taught.side} limits={limits} real={null} ghost={ghost} label={VIEW.taught} />
         </>
       )}
     </Card>

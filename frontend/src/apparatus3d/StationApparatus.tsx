@@ -5,11 +5,14 @@ import { api } from "../api/client";
 import { useAlive, useLive, useStation } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
 import { ApparatusView } from "./ApparatusView";
-import { GHOST } from "./colours";
+import { GHOST as GHOST_COLOUR } from "./colours";
 import { GhostPanel } from "./GhostPanel";
 import { Ghost } from "./ghost";
 import { leavings, limitsOf } from "./limits";
 import { liveAngles } from "./liveAngles";
+import { GHOST, VIEW } from "./words";
+
+const SQUARE = "■";
 
 /** The station's apparatus as it stands now; over it, before it may touch the patient, what has been loaded. */
 export default function StationApparatus() {
@@ -34,30 +37,24 @@ export default function StationApparatus() {
   // From the approach on, the arm itself is what is to be looked at.
   const shown = mode === "ready" && alive ? ghost : null;
   return (
-    <Card withBorder component="section" aria-label="Arm and apparatus">
+    <Card withBorder component="section" aria-label={VIEW.title}>
       <Group justify="space-between" mb="sm">
         <Title order={2} size="h3">
-          Arm and apparatus
+          {VIEW.title}
         </Title>
         {shown && (
           <Text fw={600}>
-            <Text span c={GHOST} inherit aria-hidden>
-              ■{" "}
+            <Text span c={GHOST_COLOUR} inherit aria-hidden>
+              {SQUARE}{" "}
             </Text>
-            The ghost shows what has been loaded; nothing moves yet.
+            {GHOST.shows}
           </Text>
         )}
       </Group>
       {shown && <GhostPanel ghost={shown} leaving={leaving} playsItself />}
       {mode === "ready" && <ProblemNote error={motion.error} />}
       <div className={alive ? "" : "stale"}>
-        <ApparatusView
-          side={side}
-          limits={limits}
-          real={liveAngles}
-          ghost={shown}
-          label="Patient, arm and apparatus, drawn from the five motors' angles. The same stands below in words."
-        />
+        <ApparatusView side={side} limits={limits} real={liveAngles} ghost={shown} label={VIEW.now} />
       </div>
     </Card>
   );

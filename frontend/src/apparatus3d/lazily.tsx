@@ -2,6 +2,7 @@ import { Button, Card, Group, Skeleton, Text, Title } from "@mantine/core";
 import { IconCube } from "@tabler/icons-react";
 import { lazy, type ReactNode, Suspense, useState } from "react";
 import { useLive } from "../live/hooks";
+import { VIEW } from "./words";
 
 // Three dimensions weigh as much as half of the page. They come where they are asked for.
 const StationApparatus = lazy(() => import("./StationApparatus"));
@@ -13,10 +14,7 @@ const HEIGHT = 560;
 export function LiveApparatus() {
   const torqueOn = useLive("torque_on");
   return (
-    <Opened
-      title="Arm and apparatus"
-      notNow={torqueOn ? "To be opened while the motors have no torque." : ""}
-    >
+    <Opened title={VIEW.title} notNow={torqueOn ? VIEW.notNow : ""}>
       <StationApparatus />
     </Opened>
   );
@@ -24,7 +22,7 @@ export function LiveApparatus() {
 
 export function RecordingGhost({ recordingId }: { recordingId: string }) {
   return (
-    <Opened title="The motion" notNow="">
+    <Opened title={VIEW.motion} notNow="">
       <RecordingApparatus recordingId={recordingId} />
     </Opened>
   );
@@ -33,11 +31,7 @@ export function RecordingGhost({ recordingId }: { recordingId: string }) {
 function Opened({ title, notNow, children }: { title: string; notNow: string; children: ReactNode }) {
   const [open, setOpen] = useState(false);
   if (open) {
-    return (
-      <Suspense fallback={<Skeleton h={HEIGHT} aria-label="The apparatus is being drawn" />}>
-        {children}
-      </Suspense>
-    );
+    return <Suspense fallback={<Skeleton h={HEIGHT} aria-label={VIEW.drawing} />}>{children}</Suspense>;
   }
   return (
     <Card withBorder component="section" aria-label={title}>
@@ -52,7 +46,7 @@ function Opened({ title, notNow, children }: { title: string; notNow: string; ch
           disabled={notNow !== ""}
           onClick={() => setOpen(true)}
         >
-          Show in three dimensions
+          {VIEW.open}
         </Button>
       </Group>
       {notNow && <Text>{notNow}</Text>}

@@ -4,10 +4,11 @@ import { type FormEvent, useState } from "react";
 import { useName } from "../access/hooks";
 import { type Assessment, api, ProblemError, type Schemas } from "../api/client";
 import { ProblemNote } from "../shared/problem";
-import { angleProblem, draftOf, emptyDraft, PAINS, requestOf, type Side } from "./draft";
+import { angleProblem, draftOf, emptyDraft, PAIN_NAMES, requestOf, type Side } from "./draft";
 import { NumberPicker } from "./NumberPicker";
 import { RomGrid } from "./RomGrid";
 import { SpadiFields } from "./SpadiFields";
+import { FORM, PAINS } from "./words";
 
 /** Enter what was found, or change it. What was keyed in stays until it is saved or given up. */
 export function AssessmentForm(props: {
@@ -56,20 +57,15 @@ export function AssessmentForm(props: {
     save.mutate();
   };
   return (
-    <Paper
-      withBorder
-      p="md"
-      component="section"
-      aria-label={assessment ? "Change assessment" : "New assessment"}
-    >
+    <Paper withBorder p="md" component="section" aria-label={assessment ? FORM.change : FORM.add}>
       <form onSubmit={submit} noValidate>
         <Stack>
           <Title order={3} size="h4">
-            {assessment ? "Change assessment" : "New assessment"}
+            {assessment ? FORM.change : FORM.add}
           </Title>
           <Group align="start">
             <TextInput
-              label="When"
+              label={FORM.when}
               type="datetime-local"
               required
               value={draft.at}
@@ -77,7 +73,7 @@ export function AssessmentForm(props: {
               onChange={(event) => change({ at: event.currentTarget.value })}
             />
             <TextInput
-              label="Assessed by"
+              label={FORM.by}
               required
               value={draft.by}
               error={fields.assessed_by}
@@ -88,9 +84,9 @@ export function AssessmentForm(props: {
             <Tabs.List mb="md">
               {(
                 [
-                  ["rom", "Range of motion"],
-                  ["pain", "Pain"],
-                  ["spadi", "SPADI"],
+                  ["rom", FORM.rom],
+                  ["pain", FORM.pain],
+                  ["spadi", FORM.spadi],
                 ] as const
               ).map(([value, label]) => (
                 <Tabs.Tab key={value} value={value} h={48} fz="md">
@@ -109,13 +105,11 @@ export function AssessmentForm(props: {
             </Tabs.Panel>
             <Tabs.Panel value="pain">
               <Stack>
-                <Text size="sm">
-                  0 is none, 10 the worst imaginable. Touch a number again to take it back.
-                </Text>
-                {PAINS.map(({ name, label }) => (
+                <Text size="sm">{FORM.painScale}</Text>
+                {PAIN_NAMES.map((name) => (
                   <NumberPicker
                     key={name}
-                    label={label}
+                    label={PAINS[name]}
                     value={draft.pains[name]}
                     onChange={(pain) => change({ pains: { ...draft.pains, [name]: pain } })}
                   />
@@ -127,7 +121,7 @@ export function AssessmentForm(props: {
             </Tabs.Panel>
           </Tabs>
           <Textarea
-            label="Note"
+            label={FORM.note}
             autosize
             minRows={2}
             value={draft.note}
@@ -137,10 +131,10 @@ export function AssessmentForm(props: {
           <ProblemNote error={save.error} />
           <Group justify="end">
             <Button variant="default" onClick={props.onDone}>
-              Discard
+              {FORM.discard}
             </Button>
             <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>
-              Save assessment
+              {FORM.save}
             </Button>
           </Group>
         </Stack>

@@ -5,7 +5,7 @@ import { May } from "../access/May";
 import { type Assessment, api } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
-import { formatScore } from "./words";
+import { ASSESSMENTS, formatScore } from "./words";
 
 /** All of them, newest first; what was withdrawn stays to be seen. */
 export function AssessmentTable(props: {
@@ -26,14 +26,14 @@ export function AssessmentTable(props: {
   return (
     <>
       <ProblemNote error={withdraw.error} />
-      <Table verticalSpacing="xs" aria-label="Assessments">
+      <Table verticalSpacing="xs" aria-label={ASSESSMENTS.title}>
         <Table.Thead>
           <Table.Tr>
-            <Table.Th>When</Table.Th>
-            <Table.Th>By</Table.Th>
-            <Table.Th ta="right">Angles</Table.Th>
-            <Table.Th ta="right">Average pain</Table.Th>
-            <Table.Th ta="right">SPADI</Table.Th>
+            <Table.Th>{ASSESSMENTS.when}</Table.Th>
+            <Table.Th>{ASSESSMENTS.by}</Table.Th>
+            <Table.Th ta="right">{ASSESSMENTS.angles}</Table.Th>
+            <Table.Th ta="right">{ASSESSMENTS.averagePain}</Table.Th>
+            <Table.Th ta="right">{ASSESSMENTS.spadi}</Table.Th>
             <Table.Th />
           </Table.Tr>
         </Table.Thead>
@@ -49,24 +49,24 @@ export function AssessmentTable(props: {
               <Table.Td ta="right">{formatScore(one.spadi_score?.total)}</Table.Td>
               <Table.Td>
                 {one.withdrawn_at ? (
-                  <Text size="sm">Withdrawn, entered by mistake</Text>
+                  <Text size="sm">{ASSESSMENTS.withdrawn}</Text>
                 ) : sure === one.id ? (
                   <Group gap="xs" justify="end">
                     <Button variant="default" onClick={() => setSure(null)}>
-                      Keep
+                      {ASSESSMENTS.keep}
                     </Button>
                     <Button loading={withdraw.isPending} onClick={() => withdraw.mutate(one)}>
-                      Withdraw: entered by mistake
+                      {ASSESSMENTS.withdrawSurely}
                     </Button>
                   </Group>
                 ) : (
                   <May permission="write_records">
                     <Group gap="xs" justify="end">
                       <Button variant="default" onClick={() => props.onEdit(one)}>
-                        Change
+                        {ASSESSMENTS.change}
                       </Button>
                       <Button variant="subtle" onClick={() => setSure(one.id)}>
-                        Withdraw
+                        {ASSESSMENTS.withdraw}
                       </Button>
                     </Group>
                   </May>

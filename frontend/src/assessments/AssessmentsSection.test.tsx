@@ -5,7 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, type Patient, ProblemError } from "../api/client";
 import { AssessmentsSection } from "./AssessmentsSection";
 import { ASSESSMENT, BASELINE, FORM } from "./examples";
-import { spadiWords } from "./words";
+import { spadiWords } from "./findings";
 
 vi.mock("../shared/links", () => ({
   ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,

@@ -4,7 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { useMay } from "../access/hooks";
 import { type Assessment, api, type Schemas } from "../api/client";
-import { formatMoment, sideWord } from "../shared/format";
+import { formatMoment } from "../shared/format";
 import { ButtonLink } from "../shared/links";
 import { More } from "../shared/More";
 import { usePages } from "../shared/pages";
@@ -12,7 +12,8 @@ import { ProblemNote } from "../shared/problem";
 import { AssessmentForm } from "./AssessmentForm";
 import { AssessmentTable } from "./AssessmentTable";
 import type { Side } from "./draft";
-import { painWords, romWords, spadiWords } from "./words";
+import { painWords, romWords, spadiWords } from "./findings";
+import { ASSESSMENTS } from "./words";
 
 /** Where the shoulder stands, against where it stood at first; enter, change and withdraw assessments. */
 export function AssessmentsSection({ patientId }: { patientId: string }) {
@@ -38,10 +39,10 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
   const baseline = assessments.data?.pages[0]?.baseline ?? null;
   const newest = found?.find((one) => !one.withdrawn_at) ?? null;
   return (
-    <Stack gap="xs" component="section" aria-label="Assessments">
+    <Stack gap="xs" component="section" aria-label={ASSESSMENTS.title}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          Assessments
+          {ASSESSMENTS.title}
         </Title>
         <Group>
           <ButtonLink
@@ -51,7 +52,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
             search={{ patient: patientId }}
             leftSection={<IconChartLine size={20} />}
           >
-            Progress
+            {ASSESSMENTS.progress}
           </ButtonLink>
           {writes && editing !== "new" && (
             <Button
@@ -59,7 +60,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
               disabled={!form.data}
               onClick={() => setEditing("new")}
             >
-              New assessment
+              {ASSESSMENTS.add}
             </Button>
           )}
         </Group>
@@ -77,7 +78,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
           {...(editing !== "new" && { assessment: editing })}
         />
       )}
-      {found && !newest && !editing && <Text>Nothing has been assessed yet.</Text>}
+      {found && !newest && !editing && <Text>{ASSESSMENTS.none}</Text>}
       {found && newest && form.data && (
         <Newest one={newest} baseline={baseline} form={form.data} affected={affected} />
       )}
@@ -85,7 +86,7 @@ function Section(props: { patientId: string; episodeId: string; affected: Side }
         <>
           <Group>
             <Button variant="default" aria-expanded={listed} onClick={() => setListed(!listed)}>
-              {listed ? "Hide the list" : "All assessments"}
+              {listed ? ASSESSMENTS.hide : ASSESSMENTS.all}
             </Button>
           </Group>
           {listed && <AssessmentTable episodeId={episodeId} items={found} onEdit={setEditing} />}
@@ -105,14 +106,16 @@ function Newest(props: {
 }) {
   const { one, form, affected } = props;
   const baseline = props.baseline?.id === one.id ? null : props.baseline;
+  const moment = formatMoment(one.assessed_at);
   const other = affected === "left" ? "right" : "left";
   const others = romWords(one, null, form.rom, other);
   const said = [painWords(one, baseline), spadiWords(one, baseline, form)].filter((words) => words !== null);
   return (
     <Stack gap={4} data-testid="newest-assessment">
       <Text fw={600}>
-        {formatMoment(one.assessed_at)}, {one.assessed_by}
-        {baseline && `; in brackets, what has changed since ${formatMoment(baseline.assessed_at)}`}
+        {baseline
+          ? ASSESSMENTS.foundSince(moment, one.assessed_by, formatMoment(baseline.assessed_at))
+          : ASSESSMENTS.found(moment, one.assessed_by)}
       </Text>
       <List>
         {romWords(one, baseline, form.rom, affected).map((words) => (
@@ -121,11 +124,7 @@ function Newest(props: {
         {said.map((words) => (
           <List.Item key={words}>{words}</List.Item>
         ))}
-        {others.length > 0 && (
-          <List.Item>
-            {sideWord(other)} shoulder: {others.join("; ")}
-          </List.Item>
-        )}
+        {others.length > 0 && <List.Item>{ASSESSMENTS.otherShoulder(other, others)}</List.Item>}
       </List>
       {one.note && <Text style={{ whiteSpace: "pre-wrap" }}>{one.note}</Text>}
     </Stack>

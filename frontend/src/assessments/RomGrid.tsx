@@ -1,8 +1,8 @@
 import { Button, Table, Text, TextInput } from "@mantine/core";
 import { type KeyboardEvent, useState } from "react";
 import type { Assessment, Schemas } from "../api/client";
-import { sideWord } from "../shared/format";
 import { angleProblem, cell, type Kind, type Side } from "./draft";
+import { KINDS, measureName, ROM } from "./words";
 
 type Measure = Schemas["RomMeasure"];
 
@@ -42,23 +42,22 @@ export function RomGrid(props: {
   };
   return (
     <>
-      <Table aria-label="Range of motion" verticalSpacing={4} horizontalSpacing={6} w="auto">
+      <Table aria-label={ROM.title} verticalSpacing={4} horizontalSpacing={6} w="auto">
         <Table.Thead>
           <Table.Tr>
-            <Table.Th rowSpan={2}>Degrees</Table.Th>
+            <Table.Th rowSpan={2}>{ROM.degrees}</Table.Th>
             {sides.map((side) => (
               <Table.Th key={side} colSpan={2}>
-                {sideWord(side)}
-                {side === affected && " (affected)"}
+                {side === affected ? ROM.affected(side) : ROM.side(side)}
               </Table.Th>
             ))}
             <Table.Th rowSpan={2} ta="right">
-              Reference
+              {ROM.reference}
             </Table.Th>
           </Table.Tr>
           <Table.Tr>
             {columns.map(({ side, kind }) => (
-              <Table.Th key={side + kind}>{kind === "active" ? "Active" : "Passive"}</Table.Th>
+              <Table.Th key={side + kind}>{KINDS[kind]}</Table.Th>
             ))}
           </Table.Tr>
         </Table.Thead>
@@ -66,7 +65,7 @@ export function RomGrid(props: {
           {shown.map((measure, row) => (
             <Table.Tr key={measure.motion + measure.position}>
               <Table.Th scope="row" fw={500}>
-                {measure.name}
+                {measureName(measure)}
               </Table.Th>
               {columns.map(({ side, kind }, column) => {
                 const key = cell({ ...measure, side, kind });
@@ -79,7 +78,7 @@ export function RomGrid(props: {
                       autoComplete="off"
                       data-row={row}
                       data-column={column}
-                      aria-label={`${measure.name}, ${side}, ${kind}`}
+                      aria-label={ROM.cell(measureName(measure), side, kind)}
                       placeholder={last.get(key)?.toString() ?? ""}
                       value={value}
                       error={angleProblem(measure, value) !== null}
@@ -105,7 +104,7 @@ export function RomGrid(props: {
       )}
       {!all && (
         <Button variant="subtle" onClick={() => setAll(true)}>
-          More motions: rotation with the arm raised, adduction, scapula
+          {ROM.more}
         </Button>
       )}
     </>

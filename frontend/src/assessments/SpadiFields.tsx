@@ -2,12 +2,9 @@ import { Paper, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas } from "../api/client";
 import { NumberPicker } from "./NumberPicker";
 import { type Answers, spadiScore } from "./spadi";
-import { formatScore } from "./words";
+import { formatScore, itemName, SPADI } from "./words";
 
-const HALVES = [
-  { subscale: "pain", title: "How bad is the pain? 0 none, 10 the worst imaginable" },
-  { subscale: "disability", title: "How hard is it? 0 not at all, 10 so hard that help is needed" },
-] as const;
+const HALVES = ["pain", "disability"] as const;
 
 /** The answers of the patient's own sheet, and what they come to so far. */
 export function SpadiFields(props: {
@@ -20,21 +17,19 @@ export function SpadiFields(props: {
   const unanswered = answers.filter((answer) => answer === null).length;
   return (
     <Stack>
-      <Text size="sm">
-        The items are named here in short, in the order of the questionnaire that the patient has filled in.
-      </Text>
+      <Text size="sm">{SPADI.short}</Text>
       <SimpleGrid cols={{ base: 1, lg: 2 }} spacing="xl">
         {HALVES.map((half) => (
-          <Stack key={half.subscale} gap="sm">
+          <Stack key={half} gap="sm">
             <Title order={3} size="h4">
-              {half.title}
+              {SPADI[half]}
             </Title>
             {items.map(
               (item, place) =>
-                item.subscale === half.subscale && (
+                item.subscale === half && (
                   <NumberPicker
                     key={item.text}
-                    label={`${place + 1}. ${item.text}`}
+                    label={`${place + 1}. ${itemName(item)}`}
                     value={answers[place] ?? null}
                     onChange={(answer) =>
                       onChange(answers.map((before, other) => (other === place ? answer : before)))
@@ -47,14 +42,9 @@ export function SpadiFields(props: {
       </SimpleGrid>
       <Paper withBorder p="sm" pos="sticky" bottom={0} role="status">
         <Text fw={600}>
-          SPADI {formatScore(score.total)} of 100: pain {formatScore(score.pain)}, disability{" "}
-          {formatScore(score.disability)}
+          {SPADI.soFar(formatScore(score.total), formatScore(score.pain), formatScore(score.disability))}
         </Text>
-        <Text size="sm">
-          {unanswered === 0
-            ? "All 13 answered."
-            : `${unanswered} of 13 not answered. Up to two may be left out of each half.`}
-        </Text>
+        <Text size="sm">{unanswered === 0 ? SPADI.allAnswered : SPADI.unanswered(unanswered)}</Text>
       </Paper>
     </Stack>
   );

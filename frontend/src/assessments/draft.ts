@@ -1,18 +1,15 @@
 import type { Assessment, Schemas } from "../api/client";
+import { formatDeg } from "../shared/format";
 import type { Answers } from "./spadi";
+import { measureName, ROM } from "./words";
 
 type Measure = Schemas["RomMeasure"];
 type Entry = Schemas["RomEntry"];
 export type Side = Entry["side"];
 export type Kind = Entry["kind"];
 
-export const PAINS = [
-  { name: "pain_rest", label: "At rest" },
-  { name: "pain_active", label: "Moving the arm" },
-  { name: "pain_passive", label: "Being moved" },
-  { name: "pain_average", label: "Average of the last week" },
-] as const;
-type Pains = Record<(typeof PAINS)[number]["name"], number | null>;
+export const PAIN_NAMES = ["pain_rest", "pain_active", "pain_passive", "pain_average"] as const;
+export type Pain = (typeof PAIN_NAMES)[number];
 
 /** An assessment while it is being keyed in. */
 export type Draft = {
@@ -21,7 +18,7 @@ export type Draft = {
   by: string;
   /** What was typed, by `cell`. */
   rom: Record<string, string>;
-  pains: Pains;
+  pains: Record<Pain, number | null>;
   spadi: Answers;
   note: string;
 };
@@ -68,10 +65,8 @@ export function angleProblem(measure: Measure, text: string): string | null {
   const angle = typedAngle(text);
   if (angle === null) return null;
   if (angle !== undefined && angle >= measure.lowest_deg && angle <= measure.highest_deg) return null;
-  return `${measure.name} is between ${measure.lowest_deg} and ${measure.highest_deg} degrees.`.replace(
-    "-",
-    "−",
-  );
+  const [lowest, highest] = [formatDeg(measure.lowest_deg, 0), formatDeg(measure.highest_deg, 0)];
+  return ROM.implausible(measureName(measure), lowest, highest);
 }
 
 /** As the service wants it. */

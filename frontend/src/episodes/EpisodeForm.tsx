@@ -3,9 +3,8 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../api/client";
 import { LOAD_LEVELS } from "../shared/levels";
-import { MOTIONS } from "./words";
+import { FORM, MOTIONS, minus, type Side } from "./words";
 
-type Side = Episode["side"];
 type Ends = { lowest: number | null; highest: number | null };
 const FREE: Ends = { lowest: null, highest: null };
 
@@ -52,8 +51,8 @@ export function EpisodeForm(props: {
     <NumberInput
       size="md"
       hideControls
-      suffix=" deg"
-      placeholder="Free"
+      suffix={FORM.deg}
+      placeholder={FORM.free}
       aria-label={label}
       value={limits[motion]?.[name] ?? ""}
       onChange={(given) =>
@@ -68,7 +67,7 @@ export function EpisodeForm(props: {
     <form onSubmit={submit} noValidate>
       <Stack>
         <TextInput
-          label="Diagnosis"
+          label={FORM.diagnosis}
           maxLength={200}
           value={diagnosis}
           error={fields.diagnosis}
@@ -76,42 +75,40 @@ export function EpisodeForm(props: {
         />
         <TextInput
           type="date"
-          label="Onset"
+          label={FORM.onset}
           value={onset}
           error={fields.onset_on}
           onChange={(event) => setOnset(event.currentTarget.value)}
         />
         <Textarea
-          label="Contraindications"
+          label={FORM.contraindications}
           autosize
           minRows={2}
           value={contraindications}
           error={fields.contraindications}
           onChange={(event) => setContraindications(event.currentTarget.value)}
         />
-        <Text fw={500}>What the doctor allows</Text>
-        <Text size="sm">
-          What goes further is refused before it is played. Without a number, the apparatus' own range holds.
-        </Text>
+        <Text fw={500}>{FORM.allowed}</Text>
+        <Text size="sm">{FORM.allowedMeans}</Text>
         <Table verticalSpacing="xs">
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>Motion, and the apparatus' range</Table.Th>
-              <Table.Th>No less than</Table.Th>
-              <Table.Th>No more than</Table.Th>
+              <Table.Th>{FORM.motion}</Table.Th>
+              <Table.Th>{FORM.lowest}</Table.Th>
+              <Table.Th>{FORM.highest}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
             {MOTIONS.map(({ motion, name, from, to }) => (
               <Table.Tr key={motion}>
                 <Table.Td>
-                  {motion}. {name}
+                  {`${motion}. ${name}`}
                   <Text size="sm" c="dimmed">
-                    {String(from).replace("-", "−")} to {to} deg
+                    {FORM.fromTo(minus(from), minus(to))}
                   </Text>
                 </Table.Td>
-                <Table.Td>{end(motion, "lowest", `${name}: no less than`)}</Table.Td>
-                <Table.Td>{end(motion, "highest", `${name}: no more than`)}</Table.Td>
+                <Table.Td>{end(motion, "lowest", FORM.lowestOf(name))}</Table.Td>
+                <Table.Td>{end(motion, "highest", FORM.highestOf(name))}</Table.Td>
               </Table.Tr>
             ))}
           </Table.Tbody>
@@ -119,8 +116,8 @@ export function EpisodeForm(props: {
         <Group grow align="start">
           <NumberInput
             size="md"
-            label="Highest resistance level"
-            placeholder="Any"
+            label={FORM.level}
+            placeholder={FORM.any}
             min={1}
             max={LOAD_LEVELS}
             allowDecimal={false}
@@ -129,7 +126,7 @@ export function EpisodeForm(props: {
             onChange={(given) => setLevel(typeof given === "number" ? given : null)}
           />
           <TextInput
-            label="Doctor who set the limits"
+            label={FORM.doctor}
             maxLength={100}
             value={doctor}
             error={fields.limits_by}
@@ -144,7 +141,7 @@ export function EpisodeForm(props: {
         )}
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {episode ? "Save" : "Open episode"}
+            {episode ? FORM.save : FORM.open}
           </Button>
         </Group>
       </Stack>

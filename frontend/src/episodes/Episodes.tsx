@@ -4,11 +4,11 @@ import { useState } from "react";
 import { useMay } from "../access/hooks";
 import { api, type Episode, type Patient } from "../api/client";
 import { ReportLinks } from "../reports/ReportLinks";
-import { formatDay, formatMoment, sideWord } from "../shared/format";
+import { formatDay, formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { EpisodeForm } from "./EpisodeForm";
 import { Stages } from "./Stages";
-import { limitWords, STAGES } from "./words";
+import { CARE, limitWords, NOTED } from "./words";
 
 /** The care of this patient's shoulders: what goes on, and what was. */
 export function Episodes({ patient }: { patient: Patient }) {
@@ -32,28 +32,26 @@ export function Episodes({ patient }: { patient: Patient }) {
     <Stack gap="xs">
       <Group justify="space-between">
         <Title order={2} size="h3">
-          Care
+          {CARE.title}
         </Title>
         {writes && episodes.data && !patient.archived_at && (
           <Group>
             {free.map((side) => (
               <Button key={side} variant="default" onClick={() => setOpening(side)}>
-                Open an episode of the {side} shoulder
+                {CARE.open(side)}
               </Button>
             ))}
           </Group>
         )}
       </Group>
       <ProblemNote error={episodes.error} />
-      {episodes.data && goingOn.length === 0 && (
-        <Text>No episode of care is open: nothing can be played to this patient until one is.</Text>
-      )}
+      {episodes.data && goingOn.length === 0 && <Text>{CARE.none}</Text>}
       {goingOn.map((one) => (
         <EpisodeCard key={one.id} episode={one} onSaved={saved} />
       ))}
       {past.length > 0 && (
         <Title order={3} size="h4">
-          Past episodes
+          {CARE.past}
         </Title>
       )}
       {past.map((one) => (
@@ -62,7 +60,7 @@ export function Episodes({ patient }: { patient: Patient }) {
       <Modal
         opened={opening !== null}
         onClose={() => setOpening(null)}
-        title={`New episode of the ${opening ?? "left"} shoulder`}
+        title={CARE.opening(opening ?? "left")}
         size="xl"
       >
         {opening && <EpisodeForm patientId={patient.id} side={opening} onDone={saved} />}
@@ -82,60 +80,58 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
     onSaved();
   };
   const { stage } = episode;
-  const name = `${sideWord(episode.side)} shoulder`;
+  const name = CARE.shoulder(episode.side);
   return (
-    <Card withBorder component="section" aria-label={`Episode of the ${episode.side} shoulder`}>
+    <Card withBorder component="section" aria-label={CARE.episode(episode.side)}>
       <Stack gap="xs">
         <Group justify="space-between">
           <Group gap="sm">
             <Text size="lg" fw={600}>
-              {name}
-              {episode.diagnosis && `: ${episode.diagnosis}`}
+              {episode.diagnosis ? CARE.diagnosed(name, episode.diagnosis) : name}
             </Text>
-            {episode.closed_at && <Badge color="gray">Closed</Badge>}
+            {episode.closed_at && <Badge color="gray">{CARE.closed}</Badge>}
           </Group>
           {episode.closed_at
             ? writes &&
               !props.archived && (
                 <Button variant="default" loading={reopen.isPending} onClick={() => reopen.mutate()}>
-                  Reopen
+                  {CARE.reopen}
                 </Button>
               )
             : writes && (
                 <Group>
                   <Button variant="default" onClick={() => setDoing("edit")}>
-                    Change
+                    {CARE.change}
                   </Button>
                   <Button variant="default" onClick={() => setDoing("close")}>
-                    Close episode
+                    {CARE.close}
                   </Button>
                 </Group>
               )}
         </Group>
         <Group gap="lg">
-          <Text>{stage ? `${STAGES[stage.stage]} since ${formatDay(stage.since)}` : "No stage noted"}</Text>
-          {episode.onset_on && <Text>Onset {formatDay(episode.onset_on)}</Text>}
+          <Text>{stage ? NOTED.since(stage.stage, formatDay(stage.since)) : CARE.noStage}</Text>
+          {episode.onset_on && <Text>{CARE.onset(formatDay(episode.onset_on))}</Text>}
           <Text>
-            Opened {formatMoment(episode.opened_at)}
-            {episode.closed_at && `, closed ${formatMoment(episode.closed_at)}`}
+            {episode.closed_at
+              ? CARE.fromTo(formatMoment(episode.opened_at), formatMoment(episode.closed_at))
+              : CARE.since(formatMoment(episode.opened_at))}
           </Text>
         </Group>
         {episode.contraindications && (
-          <Text style={{ whiteSpace: "pre-wrap" }}>Contraindications: {episode.contraindications}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{CARE.contraindications(episode.contraindications)}</Text>
         )}
         {episode.limits_by && (
           <div data-testid="limits">
-            <Text fw={500}>Allowed by {episode.limits_by}</Text>
+            <Text fw={500}>{CARE.allowedBy(episode.limits_by)}</Text>
             {episode.limits.map((limit) => (
               <Text key={limit.motion}>{limitWords(limit)}</Text>
             ))}
-            {episode.max_load_level !== null && (
-              <Text>Resistance level {episode.max_load_level} at most</Text>
-            )}
+            {episode.max_load_level !== null && <Text>{CARE.levelAtMost(episode.max_load_level)}</Text>}
           </div>
         )}
         {episode.closing_note && (
-          <Text style={{ whiteSpace: "pre-wrap" }}>Closing note: {episode.closing_note}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{CARE.closingNote(episode.closing_note)}</Text>
         )}
         <Stages episode={episode} onSaved={onSaved} />
         <ReportLinks of="episodes" id={episode.id} />
@@ -144,7 +140,7 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
       <Modal opened={doing === "edit"} onClose={() => setDoing(null)} title={name} size="xl">
         <EpisodeForm patientId={episode.patient_id} side={episode.side} episode={episode} onDone={done} />
       </Modal>
-      <Modal opened={doing === "close"} onClose={() => setDoing(null)} title={`Close: ${name}`}>
+      <Modal opened={doing === "close"} onClose={() => setDoing(null)} title={CARE.closing(name)}>
         <CloseForm episode={episode} onDone={done} />
       </Modal>
     </Card>
@@ -159,9 +155,9 @@ function CloseForm({ episode, onDone }: { episode: Episode; onDone: () => void }
   });
   return (
     <Stack>
-      <Text>Nothing is played to this shoulder afterwards, until an episode of it is open again.</Text>
+      <Text>{CARE.closingMeans}</Text>
       <Textarea
-        label="Closing note"
+        label={CARE.closingNoteLabel}
         autosize
         minRows={3}
         value={note}
@@ -170,7 +166,7 @@ function CloseForm({ episode, onDone }: { episode: Episode; onDone: () => void }
       <ProblemNote error={close.error} />
       <Group justify="end">
         <Button loading={close.isPending} onClick={() => close.mutate()}>
-          Close episode
+          {CARE.close}
         </Button>
       </Group>
     </Stack>

@@ -6,7 +6,7 @@ import { useMay } from "../access/hooks";
 import { api, type Episode } from "../api/client";
 import { formatDay } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
-import { STAGES, type StageName, today } from "./words";
+import { NOTED, STAGES, type StageName, today } from "./words";
 
 const CHOICES = Object.entries(STAGES).map(([value, label]) => ({ value, label }));
 
@@ -32,20 +32,18 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
   };
   return (
     <Stack gap="xs">
-      <Text fw={500}>Stages</Text>
-      {episode.stages.length === 0 && <Text>None noted yet.</Text>}
+      <Text fw={500}>{NOTED.title}</Text>
+      {episode.stages.length === 0 && <Text>{NOTED.none}</Text>}
       <List listStyleType="none">
         {episode.stages.map((one) => (
           <List.Item key={one.id}>
             <Group gap="xs">
-              <Text>
-                {STAGES[one.stage]} since {formatDay(one.since)}
-              </Text>
+              <Text>{NOTED.since(one.stage, formatDay(one.since))}</Text>
               {changeable && (
                 <ActionIcon
                   variant="subtle"
                   size={44}
-                  aria-label={`Remove ${STAGES[one.stage]} since ${formatDay(one.since)}`}
+                  aria-label={NOTED.remove(one.stage, formatDay(one.since))}
                   onClick={() => remove.mutate(one.id)}
                 >
                   <IconTrash size={20} />
@@ -59,20 +57,20 @@ export function Stages({ episode, onSaved }: { episode: Episode; onSaved: (saved
         <form onSubmit={submit}>
           <Group align="end">
             <Select
-              label="New stage"
+              label={NOTED.newStage}
               data={CHOICES}
               value={stage}
               onChange={(given) => setStage(given as StageName | null)}
             />
             <TextInput
               type="date"
-              label="Since"
+              label={NOTED.day}
               value={since}
               max={today()}
               onChange={(event) => setSince(event.currentTarget.value)}
             />
             <Button type="submit" variant="default" disabled={!stage || !since} loading={add.isPending}>
-              Note stage
+              {NOTED.add}
             </Button>
           </Group>
         </form>

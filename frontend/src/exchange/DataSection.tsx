@@ -7,6 +7,7 @@ import { useMay } from "../access/hooks";
 import { api } from "../api/client";
 import { ErasureRequests } from "./ErasureRequests";
 import { ImportMotion } from "./ImportMotion";
+import { DATA } from "./words";
 
 /** What leaves and enters a patient's record as files, and the patient's right to have it erased. */
 export function DataSection({ patientId }: { patientId: string }) {
@@ -17,12 +18,12 @@ export function DataSection({ patientId }: { patientId: string }) {
   if (!patient.data) return null;
   const who = patient.data;
   return (
-    <Stack gap="xs" component="section" aria-label="Data">
+    <Stack gap="xs" component="section" aria-label={DATA.title}>
       <Title order={2} size="h3">
-        Data
+        {DATA.title}
       </Title>
       {who.erased_at ? (
-        <Text>What told who this is was erased. What the shoulder did stays, without a person.</Text>
+        <Text>{DATA.erased}</Text>
       ) : (
         <Group>
           <Button
@@ -31,7 +32,7 @@ export function DataSection({ patientId }: { patientId: string }) {
             href={`/api/patients/${patientId}/export.zip`}
             leftSection={<IconDownload size={20} />}
           >
-            Everything (ZIP)
+            {DATA.everything}
           </Button>
           <Button
             component="a"
@@ -39,17 +40,17 @@ export function DataSection({ patientId }: { patientId: string }) {
             href={`/api/patients/${patientId}/fhir`}
             leftSection={<IconDownload size={20} />}
           >
-            For other systems (FHIR)
+            {DATA.otherSystems}
           </Button>
           {writes && !who.archived_at && (
             <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
-              Motion from a CSV file
+              {DATA.motion}
             </Button>
           )}
         </Group>
       )}
       <ErasureRequests patient={who} />
-      <Modal opened={importing} onClose={dialog.close} title="Motion from a CSV file" size="xl">
+      <Modal opened={importing} onClose={dialog.close} title={DATA.motion} size="xl">
         <ImportMotion
           patientId={patientId}
           side={who.affected_side}

@@ -6,6 +6,7 @@ import { useMay, useName } from "../access/hooks";
 import { api, type Patient, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
+import { ERASURE } from "./words";
 
 type Erasure = Schemas["Erasure"];
 
@@ -30,23 +31,18 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
         </Text>
       ))}
       <Group>
-        {open && decides && <Button onClick={decision.open}>Decide on the erasure</Button>}
-        {open && !decides && <Text>An administrator decides on it.</Text>}
+        {open && decides && <Button onClick={decision.open}>{ERASURE.decide}</Button>}
+        {open && !decides && <Text>{ERASURE.administratorDecides}</Text>}
         {!open && writes && !patient.erased_at && requests.data && (
           <Button variant="default" onClick={dialog.open}>
-            Patient asks for erasure
+            {ERASURE.ask}
           </Button>
         )}
       </Group>
-      <Modal
-        opened={asking}
-        onClose={dialog.close}
-        title="The patient asks for the record to be erased"
-        size="lg"
-      >
+      <Modal opened={asking} onClose={dialog.close} title={ERASURE.asking} size="lg">
         <Ask patient={patient} onDone={dialog.close} />
       </Modal>
-      <Modal opened={deciding} onClose={decision.close} title="Decide on the erasure" size="lg">
+      <Modal opened={deciding} onClose={decision.close} title={ERASURE.decide} size="lg">
         {open && <Decide patient={patient} request={open} onDone={decision.close} />}
       </Modal>
     </Stack>
@@ -54,11 +50,9 @@ export function ErasureRequests({ patient }: { patient: Patient }) {
 }
 
 function words(request: Erasure): string {
-  const asked = `Erasure asked for on ${formatMoment(request.asked_at)}, noted by ${request.noted_by}`;
-  const why = request.reason && `: ${request.reason}`;
-  if (request.decision === null) return `${asked}${why}`;
-  const said = request.explanation && `: ${request.explanation}`;
-  return `${asked}${why}. ${request.decision === "erased" ? "Erased" : "Refused"} by ${request.decided_by}${said}`;
+  const asked = ERASURE.request(formatMoment(request.asked_at), request.noted_by, request.reason);
+  if (request.decision === null) return asked;
+  return ERASURE[request.decision](asked, request.decided_by, request.explanation);
 }
 
 function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
@@ -74,9 +68,9 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
   });
   return (
     <Stack>
-      <Text>This is noted. Nothing is erased before somebody has decided it.</Text>
+      <Text>{ERASURE.noted}</Text>
       <Textarea
-        label="How and why it was asked for"
+        label={ERASURE.how}
         size="md"
         autosize
         minRows={2}
@@ -87,7 +81,7 @@ function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
       <ProblemNote error={note.error} />
       <Group justify="end">
         <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
-          Note the request
+          {ERASURE.note}
         </Button>
       </Group>
     </Stack>
@@ -113,8 +107,8 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
     <Stack>
       <Text>{words(request)}</Text>
       <Textarea
-        label="Explanation"
-        description="Needed for a refusal: a duty to keep records, say. Do not name the patient."
+        label={ERASURE.explanation}
+        description={ERASURE.explanationMeans}
         size="md"
         autosize
         minRows={2}
@@ -129,15 +123,12 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
           loading={decide.isPending}
           onClick={() => decide.mutate("refuse")}
         >
-          Refuse, keep the record
+          {ERASURE.refuse}
         </Button>
       </Group>
-      <Text fw={600}>
-        Erasing takes away name, reading, birth date, clinic number and every note. Nothing brings them back.
-        What was measured stays, without a person. Copies in backups are not touched.
-      </Text>
+      <Text fw={600}>{ERASURE.erasing}</Text>
       <TextInput
-        label={`To erase, type the clinic number of ${patient.name}`}
+        label={ERASURE.typeNumber(patient.name)}
         size="md"
         autoComplete="off"
         value={number}
@@ -151,7 +142,7 @@ function Decide({ patient, request, onDone }: { patient: Patient; request: Erasu
           loading={decide.isPending}
           onClick={() => decide.mutate("erase")}
         >
-          Erase for good
+          {ERASURE.erase}
         </Button>
       </Group>
     </Stack>

@@ -6,8 +6,8 @@ import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { MotorRanges } from "../shared/MotorRanges";
-
 import { Refused } from "./Refused";
+import { FILE, MOTION } from "./words";
 
 type Side = "left" | "right";
 
@@ -47,24 +47,20 @@ export function ImportMotion({
   };
   return (
     <Stack>
-      <Text>
-        A CSV file in UTF-8 with a first line of names: time_s and the five angles of the arm
-        (scapula_abduction, scapula_upward_rotation, shoulder_abduction, shoulder_flexion, external_rotation),
-        or motor_1_deg to motor_5_deg as recordings are downloaded here. Seconds and degrees.
-      </Text>
+      <Text>{MOTION.layout}</Text>
       <SegmentedControl
         size="md"
-        aria-label="Shoulder"
+        aria-label={MOTION.shoulder}
         value={side}
         onChange={(chosen) => choose(file, chosen as Side)}
         data={[
-          { value: "left", label: "Left shoulder" },
-          { value: "right", label: "Right shoulder" },
+          { value: "left", label: MOTION.sides.left },
+          { value: "right", label: MOTION.sides.right },
         ]}
       />
       <FileInput
-        label="CSV file"
-        placeholder="Choose a file"
+        label={MOTION.file}
+        placeholder={FILE.choose}
         size="md"
         accept=".csv,text/csv"
         leftSection={<IconFileImport size={20} />}
@@ -74,7 +70,7 @@ export function ImportMotion({
       <Refused error={keep.error ?? look.error} />
       {file && look.data && <Understood motion={look.data} />}
       <TextInput
-        label="Name of the recording"
+        label={MOTION.name}
         size="md"
         maxLength={100}
         value={name}
@@ -86,7 +82,7 @@ export function ImportMotion({
           loading={keep.isPending || look.isPending}
           onClick={() => file && keep.mutate(file)}
         >
-          Keep as a recording
+          {MOTION.keep}
         </Button>
       </Group>
     </Stack>
@@ -98,9 +94,14 @@ function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
   return (
     <Stack gap="xs" data-testid="understood">
       <Text>
-        {motion.layout === "poses" ? "Angles of the arm" : "Angles of the motors"}, {motion.samples} rows at{" "}
-        {motion.rate_hz} Hz, {formatSpan(motion.duration_s)} long, for the {motion.side} shoulder.
-        {motion.left_alone.length > 0 && ` Left alone: ${motion.left_alone.join(", ")}.`}
+        {MOTION.understood({
+          layout: motion.layout,
+          rows: motion.samples,
+          hz: motion.rate_hz,
+          duration: formatSpan(motion.duration_s),
+          side: motion.side,
+        })}
+        {motion.left_alone.length > 0 && MOTION.leftAlone(motion.left_alone)}
       </Text>
       <MotorRanges ranges={motion.ranges} />
     </Stack>

@@ -6,6 +6,7 @@ import { useState } from "react";
 import { api } from "../api/client";
 import { PageLink } from "../shared/links";
 import { Refused } from "./Refused";
+import { FHIR, FILE } from "./words";
 
 type Side = "left" | "right";
 
@@ -15,9 +16,9 @@ export function ImportPatients() {
   return (
     <>
       <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
-        Import
+        {FHIR.open}
       </Button>
-      <Modal opened={open} onClose={dialog.close} title="Import patients from FHIR" size="lg">
+      <Modal opened={open} onClose={dialog.close} title={FHIR.title} size="lg">
         <Dialog />
       </Modal>
     </>
@@ -34,13 +35,10 @@ function Dialog() {
   });
   return (
     <Stack>
-      <Text>
-        A FHIR R4 Patient, or a Bundle with Patients. All of them are signed up, or none. No record that is
-        there already is changed.
-      </Text>
+      <Text>{FHIR.means}</Text>
       <FileInput
-        label="FHIR file"
-        placeholder="Choose a file"
+        label={FHIR.file}
+        placeholder={FILE.choose}
         size="md"
         accept=".json,application/fhir+json,application/json"
         leftSection={<IconFileImport size={20} />}
@@ -52,29 +50,29 @@ function Dialog() {
       />
       <SegmentedControl
         size="md"
-        aria-label="Shoulder that is treated"
+        aria-label={FHIR.treated}
         value={side}
         onChange={(chosen) => setSide(chosen as Side)}
         data={[
-          { value: "left", label: "Left shoulder is treated" },
-          { value: "right", label: "Right shoulder is treated" },
+          { value: "left", label: FHIR.sides.left },
+          { value: "right", label: FHIR.sides.right },
         ]}
       />
       <Refused error={bring.error} />
       {bring.data && (
         <div data-testid="imported">
-          <Text fw={600}>Signed up:</Text>
+          <Text fw={600}>{FHIR.signedUp}</Text>
           <List>
             {bring.data.items.map((patient) => (
               <List.Item key={patient.id}>
                 <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
                   {patient.name}
                 </PageLink>
-                , {patient.clinic_number}
+                {FHIR.numbered(patient.clinic_number)}
               </List.Item>
             ))}
           </List>
-          {bring.data.left_out.length > 0 && <Text>Not kept here: {bring.data.left_out.join(", ")}.</Text>}
+          {bring.data.left_out.length > 0 && <Text>{FHIR.leftOut(bring.data.left_out)}</Text>}
         </div>
       )}
       <Group justify="end">
@@ -83,7 +81,7 @@ function Dialog() {
           loading={bring.isPending}
           onClick={() => file && side && bring.mutate({ resource: file, side })}
         >
-          Import
+          {FHIR.open}
         </Button>
       </Group>
     </Stack>

@@ -4,6 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { api } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
+import { ERASURE } from "./words";
 
 /** Requests for erasure that wait for a decision. Shows nothing while none does. */
 export function OpenErasures() {
@@ -11,11 +12,11 @@ export function OpenErasures() {
   const items = open.data?.items ?? [];
   if (items.length === 0) return null;
   return (
-    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title="Requests for erasure to be decided">
+    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title={ERASURE.open}>
       <Group gap="lg">
         {items.map((request) => (
           <PageLink key={request.id} to="/patients/$patientId" params={{ patientId: request.patient_id }}>
-            Asked for on {formatMoment(request.asked_at)}
+            {ERASURE.askedOn(formatMoment(request.asked_at))}
           </PageLink>
         ))}
       </Group>

@@ -2,6 +2,7 @@ import { Alert, List } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { FILE } from "./words";
 
 /** Why a file was not taken, place by place: its lines and columns, or the paths in it. */
 export function Refused({ error }: { error: unknown }) {
@@ -13,16 +14,12 @@ export function Refused({ error }: { error: unknown }) {
       variant="light"
       icon={<IconInfoCircle />}
       role="alert"
-      title={
-        places.length === 1
-          ? "One thing is wrong in this file"
-          : `${places.length} things are wrong in this file`
-      }
+      title={FILE.wrong(places.length)}
     >
       <List data-testid="places">
         {places.map(([where, what]) => (
           <List.Item key={where}>
-            <strong>{where}</strong>: {what}
+            <strong>{FILE.place(where)}</strong> {what}
           </List.Item>
         ))}
       </List>

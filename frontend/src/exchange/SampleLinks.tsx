@@ -1,5 +1,6 @@
 import { Button } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
+import { FILE } from "./words";
 
 /** What was measured, to be worked on elsewhere: as CSV and as Parquet. */
 export function SampleLinks({
@@ -22,7 +23,7 @@ export function SampleLinks({
           leftSection={<IconDownload size={20} />}
           disabled={disabled}
         >
-          {kind === "csv" ? "CSV" : "Parquet"}
+          {FILE[kind]}
         </Button>
       ))}
     </Button.Group>

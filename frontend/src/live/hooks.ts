@@ -1,9 +1,15 @@
 import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
+import { say } from "../shared/language";
+import { told } from "../shared/told";
 import { ageTenths, isAlive, type LiveState, store } from "./store";
 
 const AGE_EVERY_MS = 500;
+const NOT_ALIVE = say(
+  { message: "There is no live connection to the apparatus.", nextStep: "Wait until it is back." },
+  { message: "装置とのライブ接続がありません。", nextStep: "接続が戻るまでお待ちください。" },
+);
 
 function useStore<T>(select: (state: LiveState) => T): T {
   return useSyncExternalStore(store.subscribe, () => select(store.get()));
@@ -47,11 +53,11 @@ export function useRefusal(command: CommandName): Schemas["RefusalLive"] | null 
   if (!alive) {
     return {
       code: "not_alive",
-      message: "There is no live connection to the apparatus.",
-      next_step: "Wait until it is back.",
+      message: NOT_ALIVE.message,
+      next_step: NOT_ALIVE.nextStep,
     };
   }
-  return refusal;
+  return refusal && { ...refusal, message: told(refusal.message), next_step: told(refusal.next_step) };
 }
 
 /** Keep lists fresh as takes and runs reach the database. */

@@ -20,6 +20,7 @@ import { madeOf } from "../shared/madeOf";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { PATIENT, RECORDINGS } from "./words";
 
 /** One patient: who, what was taught, what was done. */
 export function PatientPage() {
@@ -42,7 +43,7 @@ export function PatientPage() {
       void queries.invalidateQueries({ queryKey: ["patients"] });
     },
   });
-  useTitle(patient.data?.name ?? "Patient");
+  useTitle(patient.data?.name ?? PATIENT.title);
   if (patient.error instanceof ProblemError && patient.error.code === "restricted") {
     return <BreakGlass patientId={patientId} />;
   }
@@ -67,13 +68,13 @@ export function PatientPage() {
           <Group>
             {operates && !who.archived_at && (
               <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
-                To the station
+                {PATIENT.toStation}
               </ButtonLink>
             )}
             {writes && !who.erased_at && (
               <>
                 <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
-                  Edit
+                  {PATIENT.edit}
                 </Button>
                 <Button
                   variant="default"
@@ -81,17 +82,17 @@ export function PatientPage() {
                   loading={archive.isPending}
                   onClick={() => archive.mutate(!who.archived_at)}
                 >
-                  {who.archived_at ? "Restore" : "Archive"}
+                  {who.archived_at ? PATIENT.restore : PATIENT.archive}
                 </Button>
               </>
             )}
           </Group>
         </Group>
         <Group gap="lg">
-          <Text>Clinic number {who.clinic_number}</Text>
-          {who.dominant_side && <Text>{sideWord(who.dominant_side)}-handed</Text>}
-          {who.birth_date && <Text>Born {formatDay(who.birth_date)}</Text>}
-          {who.archived_at && <Badge color="gray">{who.erased_at ? "Erased" : "Archived"}</Badge>}
+          <Text>{PATIENT.number(who.clinic_number)}</Text>
+          {who.dominant_side && <Text>{PATIENT.handed(who.dominant_side)}</Text>}
+          {who.birth_date && <Text>{PATIENT.born(formatDay(who.birth_date))}</Text>}
+          {who.archived_at && <Badge color="gray">{who.erased_at ? PATIENT.erased : PATIENT.archived}</Badge>}
         </Group>
         {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
         <RecordAccess patientId={patientId} />
@@ -101,7 +102,7 @@ export function PatientPage() {
       <AssessmentsSection patientId={patientId} />
       <Stack gap="xs">
         <Title order={2} size="h3">
-          Recordings
+          {RECORDINGS.title}
         </Title>
         <ProblemNote error={recordings.error} />
         {recordings.data && <Recordings items={recordings.data.items} />}
@@ -109,14 +110,14 @@ export function PatientPage() {
       <Programmes patientId={patientId} />
       <Stack gap="xs">
         <Title order={2} size="h3">
-          Sessions
+          {PATIENT.sessions}
         </Title>
         <ProblemNote error={sessions.error} />
         {sessions.items && <SessionTable items={sessions.items} />}
         <More list={sessions} />
       </Stack>
       <DataSection patientId={patientId} />
-      <Modal opened={editing} onClose={form.close} title="Edit patient" size="lg">
+      <Modal opened={editing} onClose={form.close} title={PATIENT.editing} size="lg">
         <PatientForm patient={who} onDone={form.close} />
       </Modal>
     </Stack>
@@ -124,15 +125,15 @@ export function PatientPage() {
 }
 
 function Recordings({ items }: { items: Recording[] }) {
-  if (items.length === 0) return <Text>Nothing has been taught yet. Teach a motion at the station.</Text>;
+  if (items.length === 0) return <Text>{RECORDINGS.none}</Text>;
   return (
     <Table verticalSpacing="md" highlightOnHover>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>Name</Table.Th>
-          <Table.Th>Taught or made</Table.Th>
-          <Table.Th>Side</Table.Th>
-          <Table.Th ta="right">Length</Table.Th>
+          <Table.Th>{RECORDINGS.name}</Table.Th>
+          <Table.Th>{RECORDINGS.taught}</Table.Th>
+          <Table.Th>{RECORDINGS.side}</Table.Th>
+          <Table.Th ta="right">{RECORDINGS.length}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -142,7 +143,7 @@ function Recordings({ items }: { items: Recording[] }) {
               <PageLink to="/recordings/$recordingId" params={{ recordingId: recording.id }}>
                 {recording.name}
               </PageLink>
-              {recording.archived_at && " (archived)"}
+              {recording.archived_at && RECORDINGS.archived}
               {recording.parent_id && (
                 <Text size="sm" c="dimmed">
                   {madeOf(recording, items)}
@@ -150,7 +151,7 @@ function Recordings({ items }: { items: Recording[] }) {
               )}
             </Table.Td>
             <Table.Td>{formatMoment(recording.taught_at)}</Table.Td>
-            <Table.Td>{recording.side === "left" ? "Left" : "Right"}</Table.Td>
+            <Table.Td>{sideWord(recording.side)}</Table.Td>
             <Table.Td ta="right">{formatSpan(recording.duration_s)}</Table.Td>
           </Table.Tr>
         ))}

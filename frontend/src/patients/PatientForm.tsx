@@ -3,19 +3,10 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Patient, ProblemError } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { FORM, SEXES, SIDES } from "./words";
 
-const SEXES = [
-  { value: "unknown", label: "Not stated" },
-  { value: "female", label: "Female" },
-  { value: "male", label: "Male" },
-  { value: "other", label: "Other" },
-];
-
-const SIDES = [
-  { value: "", label: "Not stated" },
-  { value: "left", label: "Left" },
-  { value: "right", label: "Right" },
-];
+const choices = (words: Record<string, string>) =>
+  Object.entries(words).map(([value, label]) => ({ value, label }));
 
 /** Sign a patient up, or change a record. What the service finds wrong stands at its field. */
 export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
@@ -68,13 +59,13 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
   return (
     <form onSubmit={submit} noValidate>
       <Stack>
-        <TextInput label="Name" required data-autofocus {...text("name")} />
-        <TextInput label="Reading of the name (kana)" {...text("kana")} />
-        <TextInput label="Clinic number" required {...text("clinic_number")} />
+        <TextInput label={FORM.name} required data-autofocus {...text("name")} />
+        <TextInput label={FORM.kana} {...text("kana")} />
+        <TextInput label={FORM.number} required {...text("clinic_number")} />
         {!patient && (
           <div>
             <Text component="label" fw={500} id="affected-side">
-              Shoulder that is treated
+              {FORM.treated}
             </Text>
             <SegmentedControl
               size="md"
@@ -82,40 +73,37 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
               aria-labelledby="affected-side"
               value={side}
               onChange={(chosen) => setSide(chosen as "left" | "right")}
-              data={[
-                { value: "left", label: "Left" },
-                { value: "right", label: "Right" },
-              ]}
+              data={choices(SIDES)}
             />
             {fields.affected_side && (
               <Text size="sm" c="grape.9">
-                Choose left or right.
+                {FORM.chooseSide}
               </Text>
             )}
           </div>
         )}
         <Group grow align="start">
-          <TextInput label="Birth date" type="date" {...text("birth_date")} />
+          <TextInput label={FORM.birthDate} type="date" {...text("birth_date")} />
           <Select
-            label="Sex"
-            data={SEXES}
+            label={FORM.sex}
+            data={choices(SEXES)}
             allowDeselect={false}
             value={values.sex}
             onChange={(sex) => setValues({ ...values, sex: (sex ?? "unknown") as Patient["sex"] })}
           />
           <Select
-            label="Dominant side"
-            data={SIDES}
+            label={FORM.dominant}
+            data={[{ value: "", label: FORM.notStated }, ...choices(SIDES)]}
             allowDeselect={false}
             value={values.dominant_side}
             onChange={(dominant) => setValues({ ...values, dominant_side: dominant ?? "" })}
           />
         </Group>
-        <Textarea label="Notes" autosize minRows={2} {...text("notes")} />
+        <Textarea label={FORM.notes} autosize minRows={2} {...text("notes")} />
         <ProblemNote error={save.error} />
         <Group justify="end">
           <Button type="submit" loading={save.isPending}>
-            {patient ? "Save" : "Sign up"}
+            {patient ? FORM.save : FORM.signUp}
           </Button>
         </Group>
       </Stack>

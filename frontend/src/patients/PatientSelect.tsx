@@ -4,8 +4,9 @@ import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Patient } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { CHOICE } from "./words";
 
-const label = (one: Patient) => `${one.name} (${one.clinic_number})`;
+const label = (one: Patient) => CHOICE.one(one.name, one.clinic_number);
 
 /** One of all patients, looked for as on their own page. */
 export function PatientSelect(props: {
@@ -29,14 +30,12 @@ export function PatientSelect(props: {
     <>
       <Select
         size="lg"
-        label="Patient"
-        placeholder={
-          all.length || words ? "Who is on the apparatus?" : "Sign a patient up first, under Patients"
-        }
+        label={CHOICE.label}
+        placeholder={all.length || words ? CHOICE.who : CHOICE.nobodyYet}
         searchable
         // The service has looked already, in kana and numbers that the label does not show.
         filter={({ options }) => options}
-        nothingFoundMessage="Nobody matches"
+        nothingFoundMessage={CHOICE.nobodyMatches}
         data={all.map((one) => ({ value: one.id, label: label(one) }))}
         value={chosen?.id ?? null}
         disabled={props.disabled ?? false}

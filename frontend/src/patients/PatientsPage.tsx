@@ -14,9 +14,10 @@ import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { PatientForm } from "./PatientForm";
+import { PATIENTS } from "./words";
 
 export function PatientsPage() {
-  useTitle("Patients");
+  useTitle(PATIENTS.title);
   const navigate = useNavigate();
   const [search, setSearch] = useState("");
   const [archived, setArchived] = useState(false);
@@ -28,13 +29,13 @@ export function PatientsPage() {
     <Stack>
       <Group justify="space-between">
         <Title order={1} size="h2">
-          Patients
+          {PATIENTS.title}
         </Title>
         <May permission="write_records">
           <Group>
             <ImportPatients />
             <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
-              New patient
+              {PATIENTS.add}
             </Button>
           </Group>
         </May>
@@ -44,8 +45,8 @@ export function PatientsPage() {
       </May>
       <Group align="end">
         <TextInput
-          label="Search"
-          description="Any parts of name, kana, clinic number and birth date, such as “sato 1968-04”"
+          label={PATIENTS.search}
+          description={PATIENTS.searchedBy}
           leftSection={<IconSearch size={18} />}
           w={460}
           maxLength={100}
@@ -54,26 +55,22 @@ export function PatientsPage() {
         />
         <Switch
           size="md"
-          label="Archived"
+          label={PATIENTS.archived}
           checked={archived}
           onChange={(event) => setArchived(event.currentTarget.checked)}
         />
       </Group>
       <ProblemNote error={found.error} />
       {found.isPending && <Skeleton h={200} />}
-      {items?.length === 0 && (
-        <Text>
-          {words || archived ? "Nobody matches." : "Nobody is signed up yet. It begins with “New patient”."}
-        </Text>
-      )}
+      {items?.length === 0 && <Text>{words || archived ? PATIENTS.nobodyMatches : PATIENTS.nobodyYet}</Text>}
       {items && items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>Name</Table.Th>
-              <Table.Th>Clinic number</Table.Th>
-              <Table.Th>Born</Table.Th>
-              <Table.Th>Shoulder</Table.Th>
+              <Table.Th>{PATIENTS.name}</Table.Th>
+              <Table.Th>{PATIENTS.number}</Table.Th>
+              <Table.Th>{PATIENTS.born}</Table.Th>
+              <Table.Th>{PATIENTS.shoulder}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
@@ -98,7 +95,7 @@ export function PatientsPage() {
         </Table>
       )}
       <More list={found} />
-      <Modal opened={signingUp} onClose={form.close} title="New patient" size="lg">
+      <Modal opened={signingUp} onClose={form.close} title={PATIENTS.add} size="lg">
         <PatientForm
           onDone={(saved) => {
             form.close();

@@ -3,8 +3,10 @@ import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
 import { formatSpan } from "../shared/format";
+import { told as said } from "../shared/told";
 import { type Draft, moved } from "./draft";
-import { itemWords } from "./words";
+import { itemWords } from "./told";
+import { ITEMS } from "./words";
 
 /** Recordings in their order: moved, set and taken out by buttons, with a finger or the keyboard. */
 export function EditableItems(props: {
@@ -23,27 +25,27 @@ export function EditableItems(props: {
     focus.current = [];
     wanted?.focus();
   });
-  if (draft.items.length === 0) return <Text>No recording yet: add the first one.</Text>;
+  if (draft.items.length === 0) return <Text>{ITEMS.none}</Text>;
   const move = (place: number, by: 1 | -1) => {
     const item = draft.items[place];
     if (!item) return;
     const ways = by === 1 ? ["down", "up"] : ["up", "down"];
     focus.current = ways.map((way) => `${item.key} ${way}`);
-    setTold(`${item.recording_name} is now ${place + by + 1} of ${draft.items.length}.`);
+    setTold(ITEMS.isNow(item.recording_name, place + by + 1, draft.items.length));
     onChange(moved(draft, place, by));
   };
   return (
     <>
       <VisuallyHidden role="status">{told}</VisuallyHidden>
-      <Table verticalSpacing="sm" aria-label="Recordings in their order">
+      <Table verticalSpacing="sm" aria-label={ITEMS.inOrder}>
         <Table.Thead>
           <Table.Tr>
-            <Table.Th w={40}>No.</Table.Th>
-            <Table.Th>Recording</Table.Th>
-            <Table.Th>How it is played</Table.Th>
-            <Table.Th ta="right">Time</Table.Th>
+            <Table.Th w={40}>{ITEMS.number}</Table.Th>
+            <Table.Th>{ITEMS.recording}</Table.Th>
+            <Table.Th>{ITEMS.played}</Table.Th>
+            <Table.Th ta="right">{ITEMS.time}</Table.Th>
             <Table.Th>
-              <VisuallyHidden>Change</VisuallyHidden>
+              <VisuallyHidden>{ITEMS.change}</VisuallyHidden>
             </Table.Th>
           </Table.Tr>
         </Table.Thead>
@@ -55,7 +57,7 @@ export function EditableItems(props: {
               <ActionIcon
                 size={44}
                 variant="default"
-                aria-label={`${name}: ${way}`}
+                aria-label={ITEMS[way](name)}
                 disabled={disabled}
                 ref={(button) => {
                   buttons.current[`${item.key} ${way}`] = button;
@@ -73,7 +75,7 @@ export function EditableItems(props: {
                   {itemWords(item)}
                   {checked[place]?.problem && (
                     <Text fw={600} c="grape.9" role="alert">
-                      {checked[place].problem}
+                      {said(checked[place].problem)}
                     </Text>
                   )}
                 </Table.Td>
@@ -83,18 +85,18 @@ export function EditableItems(props: {
                     <Button
                       size="md"
                       variant="default"
-                      aria-label={`${name}: settings`}
+                      aria-label={ITEMS.settingsOf(name)}
                       leftSection={<IconAdjustments size={20} />}
                       onClick={() => onSet(item.key)}
                     >
-                      Settings
+                      {ITEMS.settings}
                     </Button>
                     {arrow("up", -1, place === 0)}
                     {arrow("down", 1, place === draft.items.length - 1)}
                     <ActionIcon
                       size={44}
                       variant="default"
-                      aria-label={`${name}: take out`}
+                      aria-label={ITEMS.takeOut(name)}
                       onClick={() =>
                         onChange({ ...draft, items: draft.items.filter((one) => one.key !== item.key) })
                       }

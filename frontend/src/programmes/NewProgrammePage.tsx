@@ -3,13 +3,14 @@ import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { api, type Programme } from "../api/client";
-import { sideWord } from "../shared/format";
+import { Around } from "../shared/Around";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { EMPTY, type Wanted } from "./draft";
 import { useKeep } from "./keep";
 import { ProgrammeEditor } from "./ProgrammeEditor";
+import { NEW } from "./words";
 
 /** A new programme of a patient. Where both shoulders are treated, it asks which of them it is for. */
 export function NewProgrammePage() {
@@ -17,14 +18,15 @@ export function NewProgrammePage() {
   const navigate = useNavigate();
   const keep = useKeep();
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  useTitle("New programme");
+  useTitle(NEW.title);
   return (
     <Stack>
       <Title order={1} size="h2">
-        New programme for{" "}
-        <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
-          {patient.data?.name ?? "the patient"}
-        </PageLink>
+        <Around words={NEW.for}>
+          <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+            {patient.data?.name ?? NEW.thePatient}
+          </PageLink>
+        </Around>
       </Title>
       <ProblemNote error={patient.error} />
       <NewProgramme
@@ -59,13 +61,11 @@ export function NewProgramme(props: {
   return (
     <>
       <ProblemNote error={episodes.error} />
-      {episodes.data && open.length === 0 && (
-        <Text>No episode of care is open. Open one on the patient&rsquo;s page first.</Text>
-      )}
+      {episodes.data && open.length === 0 && <Text>{NEW.noEpisode}</Text>}
       {open.length > 1 && (
         <Radio.Group
-          label="Which episode of care is it for?"
-          description="Only recordings of that shoulder can be prescribed in it."
+          label={NEW.which}
+          description={NEW.whichMeans}
           size="md"
           value={chosen}
           onChange={setChosen}
@@ -76,7 +76,7 @@ export function NewProgramme(props: {
                 key={one.id}
                 size="md"
                 value={one.id}
-                label={`${sideWord(one.side)} shoulder: ${one.diagnosis || "no diagnosis noted"}`}
+                label={NEW.episode(one.side, one.diagnosis || NEW.noDiagnosis)}
               />
             ))}
           </Stack>
@@ -89,13 +89,13 @@ export function NewProgramme(props: {
           patientId={patientId}
           episode={{ id: episode.id, side: episode.side }}
           start={EMPTY}
-          saveLabel="Save the programme"
+          saveLabel={NEW.save}
           onSave={save}
           onCancel={props.onCancel}
         >
           {(fields) => (
             <TextInput
-              label="Name of the programme"
+              label={NEW.name}
               required
               maw={600}
               value={name}

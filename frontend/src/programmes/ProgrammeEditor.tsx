@@ -11,10 +11,12 @@ import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
-import { timerWords } from "./words";
+import { timerWords } from "./told";
+import { EDITOR } from "./words";
 
-const TIMER: Steps = { label: "Timer", unit: "minutes", min: 1, max: 240, step: 1 };
-const WISH: Steps = { label: "Sessions a week", unit: "", min: 1, max: 21, step: 1 };
+type Field = Steps & typeof EDITOR.timer;
+const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
+const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
 
 /** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
 export function ProgrammeEditor(props: {
@@ -56,7 +58,7 @@ export function ProgrammeEditor(props: {
     });
   const chosen = draft.items.find((item) => item.key === set);
   return (
-    <Stack component="section" aria-label="What it says">
+    <Stack component="section" aria-label={EDITOR.title}>
       {props.children?.(fields)}
       <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
       <AddRecording
@@ -68,8 +70,8 @@ export function ProgrammeEditor(props: {
       />
       <Text size="lg" fw={600} data-testid="whole">
         {preview.told
-          ? `${formatSpan(preview.told.duration_s)} of playing in all`
-          : draft.items.length > 0 && !preview.error && "Working out how long it takes"}
+          ? EDITOR.whole(formatSpan(preview.told.duration_s))
+          : draft.items.length > 0 && !preview.error && EDITOR.working}
       </Text>
       {beyond && <Text data-testid="beyond">{beyond}</Text>}
       <ProblemNote error={preview.error} />
@@ -88,14 +90,14 @@ export function ProgrammeEditor(props: {
         />
       </Group>
       <Textarea
-        label="Why"
+        label={EDITOR.why}
         rows={3}
         value={note}
         error={fields.note}
         onChange={(event) => setNote(event.currentTarget.value)}
       />
       <TextInput
-        label="Prescribed by"
+        label={EDITOR.prescribedBy}
         required
         maw={400}
         value={name}
@@ -113,7 +115,7 @@ export function ProgrammeEditor(props: {
           {props.saveLabel}
         </Button>
         <Button size="lg" variant="default" onClick={props.onCancel}>
-          Discard
+          {EDITOR.discard}
         </Button>
       </Group>
       <Modal
@@ -131,7 +133,7 @@ export function ProgrammeEditor(props: {
               onChange={(load_level) => change(chosen.key, { load_level })}
             />
             <Button size="lg" onClick={() => setSet(null)}>
-              Done
+              {EDITOR.done}
             </Button>
           </Stack>
         )}
@@ -176,7 +178,7 @@ function AddRecording(props: {
     setNext(next + 1);
   };
   if (recordings.data && fitting.length === 0) {
-    return <Text>There is nothing to prescribe yet: teach a motion of this shoulder first.</Text>;
+    return <Text>{EDITOR.nothingToAdd}</Text>;
   }
   return (
     <>
@@ -184,9 +186,12 @@ function AddRecording(props: {
       <Select
         size="lg"
         maw={600}
-        label="Add a recording"
-        placeholder="Choose one"
-        data={fitting.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` }))}
+        label={EDITOR.add}
+        placeholder={EDITOR.choose}
+        data={fitting.map((one) => ({
+          value: one.id,
+          label: EDITOR.choice(one.name, formatSpan(one.duration_s)),
+        }))}
         value={null}
         onChange={add}
       />
@@ -196,7 +201,7 @@ function AddRecording(props: {
 
 /** A number that need not be. */
 function Optional(props: {
-  field: Steps;
+  field: Field;
   usual: number;
   value: number | null;
   onChange: (value: number | null) => void;
@@ -206,8 +211,8 @@ function Optional(props: {
     <Stack gap="xs">
       <Switch
         size="lg"
-        label={value === null ? `${field.label}: none` : field.label}
-        aria-label={`With ${field.label.toLowerCase()}`}
+        label={value === null ? field.none : field.label}
+        aria-label={field.withIt}
         checked={value !== null}
         onChange={(event) => onChange(event.currentTarget.checked ? props.usual : null)}
       />

@@ -19,7 +19,7 @@ import { useParams } from "@tanstack/react-router";
 import { useState } from "react";
 import { May } from "../access/May";
 import { api, ProblemError, type Programme, type ProgrammeVersion } from "../api/client";
-import { formatMoment, sideWord } from "../shared/format";
+import { formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
@@ -27,7 +27,8 @@ import { draftOf, type Wanted } from "./draft";
 import { ItemTable } from "./ItemTable";
 import { useKeep } from "./keep";
 import { ProgrammeEditor } from "./ProgrammeEditor";
-import { changes, timerWords, versionWords } from "./words";
+import { changes, timerWords, versionWords } from "./told";
+import { PROGRAMME, VERSIONS } from "./words";
 
 /** One programme: what it says, what it said before, and why it was changed. */
 export function ProgrammePage() {
@@ -36,7 +37,7 @@ export function ProgrammePage() {
     queryKey: ["programme", programmeId],
     queryFn: () => api.programme(programmeId),
   });
-  useTitle(programme.data?.name ?? "Programme");
+  useTitle(programme.data?.name ?? PROGRAMME.title);
   if (programme.error) return <ProblemNote error={programme.error} />;
   if (!programme.data) return <Skeleton h={300} />;
   return <ProgrammeView programme={programme.data} />;
@@ -64,19 +65,19 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
             <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
               {patient.name}
             </PageLink>
-            <Text>{sideWord(programme.side)} shoulder</Text>
-            {programme.archived_at && <Badge color="gray">Archived</Badge>}
+            <Text>{PROGRAMME.shoulder(programme.side)}</Text>
+            {programme.archived_at && <Badge color="gray">{PROGRAMME.archived}</Badge>}
           </Group>
         </div>
         <May permission="write_records">
           <Group>
             {!programme.archived_at && !programme.closed && !editing && (
               <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
-                Change
+                {PROGRAMME.change}
               </Button>
             )}
             <Button variant="default" onClick={name.open}>
-              Rename
+              {PROGRAMME.rename}
             </Button>
             <Button
               variant="default"
@@ -84,21 +85,21 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
               loading={archive.isPending}
               onClick={() => archive.mutate(!programme.archived_at)}
             >
-              {programme.archived_at ? "Restore" : "Archive"}
+              {programme.archived_at ? PROGRAMME.restore : PROGRAMME.archive}
             </Button>
           </Group>
         </May>
       </Group>
       <ProblemNote error={archive.error} />
-      {programme.closed && <Text>Its episode of care is closed, so it is not changed any more.</Text>}
+      {programme.closed && <Text>{PROGRAMME.closed}</Text>}
       {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
-      <Stack gap="sm" component="section" aria-label="Versions">
+      <Stack gap="sm" component="section" aria-label={VERSIONS.title}>
         <Title order={2} size="h3">
-          Versions
+          {VERSIONS.title}
         </Title>
         <Versions versions={programme.versions} />
       </Stack>
-      <Modal opened={renaming} onClose={name.close} title="Rename the programme">
+      <Modal opened={renaming} onClose={name.close} title={PROGRAMME.renaming}>
         <Rename programme={programme} onDone={name.close} />
       </Modal>
     </Stack>
@@ -108,7 +109,7 @@ export function ProgrammeView({ programme }: { programme: Programme }) {
 function Says({ version }: { version: ProgrammeVersion }) {
   const beyond = timerWords(version.timer_minutes, version.duration_s);
   return (
-    <Stack gap="xs" component="section" aria-label="What it says now">
+    <Stack gap="xs" component="section" aria-label={PROGRAMME.saysNow}>
       <Text size="lg" fw={600}>
         {versionWords(version)}
       </Text>
@@ -140,12 +141,9 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
       {newest > basedOn && (
         <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
           <Stack gap="xs" align="start">
-            <Text>
-              {programme.current.made_by} has made version {newest} in the meantime; it stands below. Yours is
-              still here and not saved.
-            </Text>
+            <Text>{VERSIONS.meanwhile(programme.current.made_by, newest)}</Text>
             <Button variant="default" onClick={() => setBasedOn(newest)}>
-              I have read version {newest}: mine comes after it
+              {VERSIONS.read(newest)}
             </Button>
           </Stack>
         </Alert>
@@ -154,7 +152,7 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
         patientId={programme.patient.id}
         episode={{ id: programme.episode_id, side: programme.side }}
         start={start}
-        saveLabel={`Save as version ${basedOn + 1}`}
+        saveLabel={VERSIONS.saveAs(basedOn + 1)}
         onSave={save}
         onCancel={onDone}
       />
@@ -172,14 +170,14 @@ function Versions({ versions }: { versions: ProgrammeVersion[] }) {
 function Version({ version, before }: { version: ProgrammeVersion; before: ProgrammeVersion | undefined }) {
   const [open, { toggle }] = useDisclosure(false);
   return (
-    <Card withBorder component="section" aria-label={`Version ${version.number}`}>
+    <Card withBorder component="section" aria-label={VERSIONS.one(version.number)}>
       <Stack gap="xs">
         <Group justify="space-between" align="start">
           <Title order={3} size="h4">
-            Version {version.number}, {formatMoment(version.made_at)}, {version.made_by}
+            {VERSIONS.made(version.number, formatMoment(version.made_at), version.made_by)}
           </Title>
           <Button variant="default" aria-expanded={open} onClick={toggle}>
-            {open ? "Hide" : "Show"} version {version.number}
+            {open ? VERSIONS.hide(version.number) : VERSIONS.show(version.number)}
           </Button>
         </Group>
         {version.note && <Text style={{ whiteSpace: "pre-wrap" }}>{version.note}</Text>}
@@ -222,7 +220,7 @@ function Rename({ programme, onDone }: { programme: Programme; onDone: () => voi
     >
       <Stack>
         <TextInput
-          label="Name of the programme"
+          label={PROGRAMME.name}
           required
           data-autofocus
           value={name}
@@ -231,7 +229,7 @@ function Rename({ programme, onDone }: { programme: Programme; onDone: () => voi
         />
         <ProblemNote error={save.error} />
         <Button type="submit" loading={save.isPending}>
-          Save
+          {PROGRAMME.save}
         </Button>
       </Stack>
     </form>

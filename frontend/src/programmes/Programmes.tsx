@@ -6,7 +6,9 @@ import { api, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
 import { ProblemNote } from "../shared/problem";
-import { itemWords, versionWords } from "./words";
+import { REGULARITY } from "./planWords";
+import { itemWords, versionWords } from "./told";
+import { NEW, PROGRAMME, VERSIONS } from "./words";
 
 /** A patient's programmes, each with what it says now. */
 export function Programmes({ patientId }: { patientId: string }) {
@@ -17,10 +19,10 @@ export function Programmes({ patientId }: { patientId: string }) {
   const items = programmes.data?.items ?? [];
   const present = items.find((one) => !one.archived_at);
   return (
-    <Stack gap="xs" component="section" aria-label="Programmes">
+    <Stack gap="xs" component="section" aria-label={PROGRAMME.programmes}>
       <Group justify="space-between">
         <Title order={2} size="h3">
-          Programmes
+          {PROGRAMME.programmes}
         </Title>
         <May permission="write_records">
           <ButtonLink
@@ -29,20 +31,20 @@ export function Programmes({ patientId }: { patientId: string }) {
             variant="default"
             leftSection={<IconPlus size={20} />}
           >
-            New programme
+            {NEW.title}
           </ButtonLink>
         </May>
       </Group>
       <ProblemNote error={programmes.error} />
-      {programmes.data && items.length === 0 && <Text>Nothing has been prescribed yet.</Text>}
+      {programmes.data && items.length === 0 && <Text>{PROGRAMME.none}</Text>}
       {present && <Regularity episodeId={present.episode_id} />}
       {items.length > 0 && (
         <Table verticalSpacing="md" highlightOnHover>
           <Table.Thead>
             <Table.Tr>
-              <Table.Th>Name</Table.Th>
-              <Table.Th>What it says</Table.Th>
-              <Table.Th>Since</Table.Th>
+              <Table.Th>{PROGRAMME.nameColumn}</Table.Th>
+              <Table.Th>{PROGRAMME.says}</Table.Th>
+              <Table.Th>{PROGRAMME.since}</Table.Th>
             </Table.Tr>
           </Table.Thead>
           <Table.Tbody>
@@ -66,15 +68,17 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
         </PageLink>
         {programme.archived_at && (
           <Badge ml="xs" color="gray">
-            Archived
+            {PROGRAMME.archived}
           </Badge>
         )}
       </Table.Td>
       <Table.Td>
         {current.items.map((item) => (
           <Text key={item.position}>
-            {item.recording_name}: {itemWords(item)}
-            {item.recording_archived && " (the recording is archived)"}
+            {(item.recording_archived ? PROGRAMME.itemArchived : PROGRAMME.item)(
+              item.recording_name,
+              itemWords(item),
+            )}
           </Text>
         ))}
         <Text size="sm" c="dimmed">
@@ -82,7 +86,7 @@ function Row({ programme }: { programme: Schemas["Programme"] }) {
         </Text>
       </Table.Td>
       <Table.Td>
-        Version {current.number}, {formatMoment(current.made_at)}
+        {VERSIONS.since(current.number, formatMoment(current.made_at))}
         <Text size="sm" c="dimmed">
           {current.made_by}
         </Text>
@@ -101,15 +105,14 @@ function Regularity({ episodeId }: { episodeId: string }) {
   if (!now || now.sessions_wished === null) return null;
   return (
     <Text data-testid="regularity">
-      This week: {weekWords(now)}.{before && ` The week before: ${weekWords(before)}.`}
+      {before ? REGULARITY.nowAndBefore(weekOf(now), weekOf(before)) : REGULARITY.now(weekOf(now))}
     </Text>
   );
 }
 
-function weekWords(week: Schemas["AdherenceWeek"]): string {
-  const wished = week.sessions_wished === null ? "" : ` of ${week.sessions_wished}`;
-  const done = week.repetitions_planned
-    ? `, ${week.repetitions_done} of ${week.repetitions_planned} planned repetitions`
-    : "";
-  return `${week.sessions}${wished} sessions${done}`;
-}
+const weekOf = (week: Schemas["AdherenceWeek"]) => ({
+  sessions: week.sessions,
+  wished: week.sessions_wished,
+  planned: week.repetitions_planned,
+  done: week.repetitions_done,
+});

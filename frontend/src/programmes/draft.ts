@@ -1,7 +1,7 @@
 import type { ProgrammeVersion, Recording, Schemas } from "../api/client";
 import { LOAD_LEVELS } from "../shared/levels";
 import { AS_TAUGHT } from "../shared/settings";
-import type { ItemSettings } from "./words";
+import type { ItemSettings } from "./told";
 
 /** One recording of a programme that is being written; the key stays its own wherever it is moved. */
 export type DraftItem = ItemSettings & { key: string; recording_id: string; recording_name: string };

@@ -3,6 +3,8 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../api/client";
 import { formatDeg, formatMoment } from "../shared/format";
+import { told } from "../shared/told";
+import { PROGRESS } from "./words";
 
 type Column = Schemas["ProgressColumn"];
 
@@ -18,17 +20,17 @@ export function NumbersTable({ title, table }: { title: string; table: Schemas["
           aria-expanded={shown}
           onClick={rows.toggle}
         >
-          {shown ? "Hide the numbers" : "Show the numbers"}
+          {shown ? PROGRESS.hideNumbers : PROGRESS.showNumbers}
         </Button>
       </Group>
       {shown && (
         <ScrollArea.Autosize mah={480} type="auto">
-          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={`Numbers: ${title}`}>
+          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={PROGRESS.numbers(title)}>
             <Table.Thead>
               <Table.Tr>
                 {table.columns.map((column) => (
                   <Table.Th key={column.name} scope="col" ta={alignment(column)}>
-                    {column.name}
+                    {told(column.name)}
                   </Table.Th>
                 ))}
               </Table.Tr>
@@ -56,5 +58,7 @@ const alignment = (column: Column) => (column.kind === "number" ? "right" : "lef
 function cellText(column: Column, value: string | number | null): string {
   if (typeof value === "number") return formatDeg(value, column.digits);
   if (value === null) return "–";
-  return column.kind === "moment" ? formatMoment(value) : value;
+  if (column.kind === "moment") return formatMoment(value);
+  // A name that somebody gave stays as it is.
+  return column.name === "Recording" ? value : told(value);
 }

@@ -8,49 +8,7 @@ import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { withLocalDays } from "./days";
 import { NumbersTable } from "./NumbersTable";
-
-/** What each chart is called, what it shows, and what is said where there is nothing yet. */
-const CHARTS: { chart: Chart; title: string; shows: string; nothing: string }[] = [
-  {
-    chart: "rom",
-    title: "Range of motion",
-    shows:
-      "The affected shoulder over the weeks, with its first measurement, the other shoulder and the reference.",
-    nothing: "No range of motion has been measured yet.",
-  },
-  {
-    chart: "pain",
-    title: "Pain",
-    shows: "0 to 10, as it was told in assessments and around sessions.",
-    nothing: "Nobody has been asked for pain yet.",
-  },
-  {
-    chart: "spadi",
-    title: "SPADI",
-    shows:
-      "Less is better. In the shaded band an improvement is perhaps important to the patient, below it surely.",
-    nothing: "No SPADI has been filled in yet.",
-  },
-  {
-    chart: "tracking",
-    title: "How well recordings were reproduced",
-    shows: "Playback against what was asked for, of the motor that did worst, by recording and method.",
-    nothing: "Nothing has been played and compared yet.",
-  },
-  {
-    chart: "correction",
-    title: "Learned correction",
-    shows:
-      "How much the learned method had come to correct by the end of each session, in the motor it corrects most.",
-    nothing: "Nothing has been played by the learned method yet.",
-  },
-  {
-    chart: "adherence",
-    title: "Sessions a week",
-    shows: "Sessions in which something was played, and how many there were to be by the programme.",
-    nothing: "There has been no session yet.",
-  },
-];
+import { CHARTS, PROGRESS } from "./words";
 
 /** An episode over its weeks: every chart, and the numbers behind it. */
 export function ProgressPage() {
@@ -61,7 +19,7 @@ export function ProgressPage() {
     queryFn: () => api.patient(patientId ?? ""),
     enabled: patientId !== undefined,
   });
-  useTitle("Progress");
+  useTitle(PROGRESS.title);
   return (
     <Stack gap="xl">
       <div>
@@ -71,19 +29,19 @@ export function ProgressPage() {
           </PageLink>
         )}
         <Title order={1} size="h2">
-          Progress
+          {PROGRESS.title}
         </Title>
-        <Text>Weeks are counted from the first assessment or session.</Text>
+        <Text>{PROGRESS.weeks}</Text>
       </div>
-      {CHARTS.map((one) => (
-        <ProgressChart key={one.chart} episodeId={episodeId} {...one} />
+      {(Object.keys(CHARTS) as Chart[]).map((chart) => (
+        <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
       ))}
     </Stack>
   );
 }
 
-function ProgressChart(props: (typeof CHARTS)[number] & { episodeId: string }) {
-  const { chart, episodeId, title } = props;
+function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
+  const { title, shows, nothing } = CHARTS[chart];
   const progress = useQuery({
     queryKey: ["progress", episodeId, chart],
     queryFn: () => api.progress(episodeId, chart),
@@ -97,11 +55,11 @@ function ProgressChart(props: (typeof CHARTS)[number] & { episodeId: string }) {
       </Title>
       <ProblemNote error={progress.error} />
       {progress.isPending && <Skeleton h={340} />}
-      {found && found.table.rows.length === 0 && <Text>{props.nothing}</Text>}
+      {found && found.table.rows.length === 0 && <Text>{nothing}</Text>}
       {found && found.table.rows.length > 0 && (
         <>
-          <Text size="sm">{props.shows}</Text>
-          <Plot figure={found.figure} label={`${title}. ${props.shows} Its numbers can be shown below.`} />
+          <Text size="sm">{shows}</Text>
+          <Plot figure={found.figure} label={PROGRESS.figure(title, shows)} />
           <NumbersTable title={title} table={found.table} />
         </>
       )}

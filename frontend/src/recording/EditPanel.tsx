@@ -6,6 +6,7 @@ import { api, type Edit, type Recording } from "../api/client";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
+import { EDIT, WHATS } from "./words";
 
 type What = Edit["do"];
 type NumberName =
@@ -24,44 +25,20 @@ type Field = Steps & { name: NumberName; first: number };
 const MOTORS = [1, 2, 3, 4, 5];
 const SHORTEST_S = 0.5;
 
-const WHATS: { value: What; label: string; what: string }[] = [
-  { value: "trim", label: "Trim", what: "Only what is between two times." },
-  { value: "hold", label: "Hold", what: "Stand at one point for a while, then go on." },
-  {
-    value: "scale",
-    label: "Less range",
-    what: "Less range of some motors, around the middle of what each goes through.",
-  },
-  {
-    value: "isolate",
-    label: "Some motors only",
-    what: "Only these motors move; the others stay where they started.",
-  },
-  {
-    value: "warm_up",
-    label: "Warm-up",
-    what: "Repetitions that begin with less range and widen it, the last one the whole.",
-  },
-  {
-    value: "stretch",
-    label: "Stretch at the end",
-    what: "At the end of the range of the motor that goes farthest: back, slowly up to the end and beyond it.",
-  },
-  { value: "mirror", label: "For the other shoulder", what: "The same motion of the body's other side." },
-];
+const ORDER: What[] = ["trim", "hold", "scale", "isolate", "warm_up", "stretch", "mirror"];
 
 /** The numbers of each thing to do; the bounds are the service's. */
 function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName, number>>): Field[] {
   const end_s = Math.floor(lasts_s * 10) / 10;
-  const time = { unit: "s", step: 0.5 };
-  const pause = { unit: "s", step: 1, min: 0, max: 120 };
+  const time = { unit: EDIT.seconds, step: 0.5 };
+  const pause = { unit: EDIT.seconds, step: 1, min: 0, max: 120 };
   switch (what) {
     case "trim":
       return [
         {
           ...time,
           name: "start_s",
-          label: "From",
+          label: EDIT.from,
           min: 0,
           max: Math.max(0, (given.end_s ?? end_s) - SHORTEST_S),
           first: 0,
@@ -69,7 +46,7 @@ function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName,
         {
           ...time,
           name: "end_s",
-          label: "To",
+          label: EDIT.to,
           min: (given.start_s ?? 0) + SHORTEST_S,
           max: end_s,
           first: end_s,
@@ -77,30 +54,32 @@ function fieldsOf(what: What, lasts_s: number, given: Partial<Record<NumberName,
       ];
     case "hold":
       return [
-        { ...time, name: "at_s", label: "At", min: 0, max: end_s, first: Math.floor(end_s) / 2 },
-        { name: "hold_s", label: "For", unit: "s", step: 1, min: 1, max: 600, first: 5 },
+        { ...time, name: "at_s", label: EDIT.at, min: 0, max: end_s, first: Math.floor(end_s) / 2 },
+        { name: "hold_s", label: EDIT.lasting, unit: EDIT.seconds, step: 1, min: 1, max: 600, first: 5 },
       ];
     case "scale":
-      return [{ name: "percent", label: "Range", unit: "%", step: 5, min: 10, max: 95, first: 80 }];
+      return [
+        { name: "percent", label: EDIT.range, unit: EDIT.percent, step: 5, min: 10, max: 95, first: 80 },
+      ];
     case "warm_up":
       return [
-        { name: "less_deg", label: "Begin with less by", unit: "deg", step: 1, min: 1, max: 180, first: 15 },
+        { name: "less_deg", label: EDIT.lessBy, unit: EDIT.deg, step: 1, min: 1, max: 180, first: 15 },
         {
           name: "step_deg",
-          label: "Wider each time by",
-          unit: "deg",
+          label: EDIT.widerBy,
+          unit: EDIT.deg,
           step: 0.5,
           min: 0.5,
           max: 30,
           first: 3,
         },
-        { ...pause, name: "pause_s", label: "Pause at each end", first: 0 },
+        { ...pause, name: "pause_s", label: EDIT.pause, first: 0 },
       ];
     case "stretch":
       return [
-        { name: "further_deg", label: "Beyond the end", unit: "deg", step: 1, min: 0, max: 15, first: 3 },
-        { name: "back_deg", label: "From below the end", unit: "deg", step: 1, min: 1, max: 30, first: 5 },
-        { ...pause, name: "hold_s", label: "Hold there", first: 10 },
+        { name: "further_deg", label: EDIT.further, unit: EDIT.deg, step: 1, min: 0, max: 15, first: 3 },
+        { name: "back_deg", label: EDIT.back, unit: EDIT.deg, step: 1, min: 1, max: 30, first: 5 },
+        { ...pause, name: "hold_s", label: EDIT.hold, first: 10 },
       ];
     case "isolate":
     case "mirror":
@@ -164,27 +143,27 @@ export function EditPanel({
   const toggle = (motor: number) =>
     setMotors(MOTORS.filter((one) => (one === motor) !== motors.includes(one)));
   return (
-    <Card withBorder component="section" aria-label="Edit">
+    <Card withBorder component="section" aria-label={EDIT.section}>
       <Stack>
         <Title order={2} size="h3">
-          Make a new recording of this one
+          {EDIT.title}
         </Title>
         <Select
           size="lg"
-          label="What to do"
+          label={EDIT.what}
           allowDeselect={false}
-          data={WHATS.map(({ value, label }) => ({ value, label }))}
+          data={ORDER.map((value) => ({ value, label: WHATS[value].label }))}
           value={what}
           onChange={(wanted) => {
-            const chosen = WHATS.find((one) => one.value === wanted);
+            const chosen = ORDER.find((one) => one === wanted);
             if (!chosen) return;
-            setWhat(chosen.value);
+            setWhat(chosen);
             setGiven({});
           }}
         />
-        <Text size="sm">{WHATS.find((one) => one.value === what)?.what}</Text>
+        <Text size="sm">{WHATS[what].what}</Text>
         {byMotor && (
-          <Group gap="xs" role="group" aria-label="Motors">
+          <Group gap="xs" role="group" aria-label={EDIT.motors}>
             {MOTORS.map((motor) => (
               <Button
                 key={motor}
@@ -193,7 +172,7 @@ export function EditPanel({
                 aria-pressed={motors.includes(motor)}
                 onClick={() => toggle(motor)}
               >
-                Motor {motor}
+                {EDIT.motor(motor)}
               </Button>
             ))}
           </Group>
@@ -219,19 +198,19 @@ export function EditPanel({
             disabled={byMotor && motors.length === 0}
             onClick={() => preview.mutate(edit)}
           >
-            Preview
+            {EDIT.preview}
           </Button>
         </Group>
         {seen && <ProblemNote error={preview.error} />}
         {seen && preview.data && (
           <>
-            <Plot figure={preview.data} label="The five motors before and after" />
+            <Plot figure={preview.data} label={EDIT.figure} />
             <Group align="end">
               <TextInput
                 size="lg"
                 flex={1}
-                label="Name of the new recording"
-                placeholder={`${recording.name}, and what was done`}
+                label={EDIT.name}
+                placeholder={EDIT.unnamed(recording.name)}
                 value={name}
                 maxLength={100}
                 onChange={(event) => setName(event.currentTarget.value)}
@@ -242,7 +221,7 @@ export function EditPanel({
                 loading={keep.isPending}
                 onClick={() => keep.mutate({ ...edit, ...(name.trim() && { name: name.trim() }) })}
               >
-                Keep as a new recording
+                {EDIT.keep}
               </Button>
             </Group>
             <ProblemNote error={keep.error} />

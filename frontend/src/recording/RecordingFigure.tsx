@@ -5,6 +5,7 @@ import { api } from "../api/client";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import type { PlotWindow } from "../shared/window";
+import { RECORDING } from "./words";
 
 /** The five motors' angles over time; one recording a component, so give it the recording's key. */
 export function RecordingFigure({ recordingId }: { recordingId: string }) {
@@ -19,9 +20,7 @@ export function RecordingFigure({ recordingId }: { recordingId: string }) {
     <>
       <ProblemNote error={figure.error} />
       {figure.isPending && <Skeleton h={400} />}
-      {figure.data && (
-        <Plot figure={figure.data} label="Angles of the five motors over time" onWindow={setWindow} />
-      )}
+      {figure.data && <Plot figure={figure.data} label={RECORDING.figure} onWindow={setWindow} />}
     </>
   );
 }

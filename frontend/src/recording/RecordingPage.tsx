@@ -8,15 +8,18 @@ import { useMay } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { RecordingGhost } from "../apparatus3d/lazily";
 import { SampleLinks } from "../exchange/SampleLinks";
+import { Around } from "../shared/Around";
 import { EditableNote } from "../shared/EditableNote";
-import { FIXTURES } from "../shared/fixtures";
 import { formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
 import { MotorRanges } from "../shared/MotorRanges";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
+import { told } from "../shared/told";
+import { FIXTURES, FORMAT } from "../shared/words";
 import { EditPanel } from "./EditPanel";
 import { RecordingFigure } from "./RecordingFigure";
+import { RECORDING } from "./words";
 
 /** One recording: what it is, what each motor does in it, and its curves. */
 export function RecordingPage() {
@@ -53,7 +56,7 @@ export function RecordingPage() {
       void queries.invalidateQueries({ queryKey: ["recordings"] });
     },
   });
-  useTitle(recording.data?.name ?? "Recording");
+  useTitle(recording.data?.name ?? RECORDING.title);
   if (recording.error) return <ProblemNote error={recording.error} />;
   if (!recording.data) return <Skeleton h={300} />;
   const it = recording.data;
@@ -74,7 +77,7 @@ export function RecordingPage() {
               <ActionIcon
                 variant="subtle"
                 size={44}
-                aria-label="Rename"
+                aria-label={RECORDING.rename}
                 onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
               >
                 <IconPencil size={20} />
@@ -90,12 +93,12 @@ export function RecordingPage() {
           >
             <Group gap="xs">
               <TextInput
-                aria-label="Name"
+                aria-label={RECORDING.name}
                 w={360}
                 value={renamed.name}
                 onChange={(event) => setRenamed({ ...renamed, name: event.currentTarget.value })}
               />
-              <ActionIcon type="submit" size={44} aria-label="Save name" loading={update.isPending}>
+              <ActionIcon type="submit" size={44} aria-label={RECORDING.saveName} loading={update.isPending}>
                 <IconCheck size={20} />
               </ActionIcon>
             </Group>
@@ -108,7 +111,7 @@ export function RecordingPage() {
               search={{ patient: it.patient_id, recording: it.id }}
               leftSection={<IconPlayerPlay size={20} />}
             >
-              Play at the station
+              {RECORDING.play}
             </ButtonLink>
           )}
           {writes && !it.archived_at && it.readable && (
@@ -118,7 +121,7 @@ export function RecordingPage() {
               aria-expanded={editing}
               onClick={panel.toggle}
             >
-              Edit
+              {RECORDING.edit}
             </Button>
           )}
           <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
@@ -128,32 +131,35 @@ export function RecordingPage() {
               leftSection={<IconArchive size={20} />}
               onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
             >
-              {it.archived_at ? "Restore" : "Archive"}
+              {it.archived_at ? RECORDING.restore : RECORDING.archive}
             </Button>
           )}
         </Group>
       </Group>
       <Group gap="lg">
         <Text>
-          {it.parent_id ? "Made" : "Taught"} {formatMoment(it.taught_at)}
+          {it.parent_id
+            ? RECORDING.made(formatMoment(it.taught_at))
+            : RECORDING.taught(formatMoment(it.taught_at))}
         </Text>
-        <Text>{it.side === "left" ? "Left" : "Right"} shoulder</Text>
+        <Text>{RECORDING.shoulder(it.side === "left" ? "left" : "right")}</Text>
         <Text>
-          {formatSpan(it.duration_s)}, {it.samples} samples
-          {!it.parent_id && ` at ${it.rate_hz} Hz`}
+          {it.parent_id
+            ? RECORDING.length(formatSpan(it.duration_s), it.samples)
+            : RECORDING.lengthAt(formatSpan(it.duration_s), it.samples, it.rate_hz)}
         </Text>
         <Text>{it.station}</Text>
-        {it.taught_by && <Text>Taught by {it.taught_by}</Text>}
-        {it.fixtures.length > 0 && <Text>With {it.fixtures.map((one) => FIXTURES[one]).join(" and ")}</Text>}
-        {it.archived_at && <Badge color="gray">Archived</Badge>}
+        {it.taught_by && <Text>{RECORDING.taughtBy(it.taught_by)}</Text>}
+        {it.fixtures.length > 0 && <Text>{RECORDING.fixtures(it.fixtures.map((one) => FIXTURES[one]))}</Text>}
+        {it.archived_at && <Badge color="gray">{RECORDING.archived}</Badge>}
       </Group>
       {it.parent_id && (
         <Text data-testid="made-of">
-          Made of{" "}
-          <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
-            {parent.data?.name ?? "another recording"}
-          </PageLink>
-          . Done to what was taught: {it.done.join(", ")}.
+          <Around words={(parent) => RECORDING.madeOf(parent, FORMAT.list(it.done.map(told)))}>
+            <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
+              {parent.data?.name ?? RECORDING.another}
+            </PageLink>
+          </Around>
         </Text>
       )}
       <ProblemNote error={update.error} />
@@ -168,11 +174,9 @@ export function RecordingPage() {
           }}
         />
       )}
-      {!it.readable && (
-        <Text fw={600}>Its samples are damaged and cannot be read. Restore them from a backup.</Text>
-      )}
+      {!it.readable && <Text fw={600}>{RECORDING.damaged}</Text>}
       <EditableNote
-        label="Note"
+        label={RECORDING.note}
         value={it.note}
         version={it.updated_at}
         save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}

@@ -1,13 +1,15 @@
 import { Button, Group, SegmentedControl } from "@mantine/core";
 import { IconFileTypePdf, IconPrinter } from "@tabler/icons-react";
-import { type PaperLanguage, usePaperLanguage } from "../shared/paperLanguage";
+import { LANGUAGES, type Language } from "../shared/language";
+import { usePaperLanguage } from "../shared/paperLanguage";
+import { REPORT } from "./words";
 
 /** The report of a session or an episode: to be printed, or as PDF. In which language is remembered in this browser. */
 export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: string }) {
   const [language, setLanguage] = usePaperLanguage();
   const address = (kind: "html" | "pdf") => `/api/${of}/${id}/report.${kind}?language=${language}`;
   return (
-    <Group gap="sm" role="group" aria-label="Report">
+    <Group gap="sm" role="group" aria-label={REPORT.title}>
       <Button
         component="a"
         href={address("html")}
@@ -16,7 +18,7 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         variant="default"
         leftSection={<IconPrinter size={20} />}
       >
-        Report to print
+        {REPORT.print}
       </Button>
       <Button
         component="a"
@@ -25,17 +27,17 @@ export function ReportLinks({ of, id }: { of: "sessions" | "episodes"; id: strin
         variant="default"
         leftSection={<IconFileTypePdf size={20} />}
       >
-        Report as PDF
+        {REPORT.pdf}
       </Button>
       <SegmentedControl
-        aria-label="Language of the report"
+        aria-label={REPORT.language}
         size="md"
         value={language}
-        onChange={(chosen) => setLanguage(chosen as PaperLanguage)}
-        data={[
-          { value: "en", label: "English" },
-          { value: "ja", label: <span lang="ja">日本語</span> },
-        ]}
+        onChange={(chosen) => setLanguage(chosen as Language)}
+        data={Object.entries(LANGUAGES).map(([value, name]) => ({
+          value,
+          label: <span lang={value}>{name}</span>,
+        }))}
       />
     </Group>
   );

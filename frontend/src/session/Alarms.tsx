@@ -3,6 +3,10 @@ import { useQuery } from "@tanstack/react-query";
 import { api } from "../api/client";
 import { formatClock } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
+import { told } from "../shared/told";
+import { ALARMS } from "./words";
+
+const clock = (moment: string) => formatClock(new Date(moment));
 
 /** What stopped the apparatus in a session, and when it was acknowledged. */
 export function Alarms({ sessionId }: { sessionId: string }) {
@@ -14,17 +18,16 @@ export function Alarms({ sessionId }: { sessionId: string }) {
   const items = alarms.data?.items ?? [];
   if (items.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label="Alarms">
+    <Card withBorder component="section" aria-label={ALARMS.title}>
       <Title order={2} size="h3" mb="sm">
-        Alarms
+        {ALARMS.title}
       </Title>
       <Stack gap={4}>
         {items.map((one) => (
           <Text key={one.id}>
-            {formatClock(new Date(one.at))}: {one.message}{" "}
             {one.ended_at
-              ? `Acknowledged at ${formatClock(new Date(one.ended_at))}.`
-              : "Not acknowledged yet."}
+              ? ALARMS.acknowledged(clock(one.at), told(one.message), clock(one.ended_at))
+              : ALARMS.notAcknowledged(clock(one.at), told(one.message))}
           </Text>
         ))}
       </Stack>

@@ -1,42 +1,32 @@
 import { Card, SimpleGrid, Stack, Text, Title } from "@mantine/core";
 import type { Schemas, Session } from "../api/client";
-import { formatClock, sideWord } from "../shared/format";
-import { END_REASONS } from "../shared/NoteCard";
+import { formatClock } from "../shared/format";
+import { END_REASONS } from "../shared/noteWords";
+import { FIXTURES, FORMAT } from "../shared/words";
+import { CHECKS, FACTS, SUBJECT_SIDES } from "./words";
 
-const CHECKS: Record<Schemas["CheckAnswer"]["check"], string> = {
-  side: "Side, pin in",
-  fixtures: "Fixtures closed",
-  belt: "Belt",
-  pedal: "Pedal answers",
-  estop: "Emergency stop tried",
-};
+const SUBJECTS: Record<string, string> = { ...FIXTURES, ...SUBJECT_SIDES };
 
 /** A session in short: who, what was planned and done, pain, and what the checklist was answered. */
 export function Facts({ session }: { session: Session }) {
   return (
     <SimpleGrid cols={{ base: 1, md: 2 }}>
-      <Card withBorder component="section" aria-label="In short">
+      <Card withBorder component="section" aria-label={FACTS.title}>
         <Stack gap="xs">
-          <Text>
-            {sideWord(session.side)} shoulder
-            {session.therapist ? `, treated by ${session.therapist}` : ""}
-            {session.station ? `, at ${session.station}` : ""}
-          </Text>
+          <Text>{FORMAT.list(whoWords(session))}</Text>
           {session.end_reason && <Text data-testid="end-reason">{END_REASONS[session.end_reason]}</Text>}
           <Text data-testid="pain">{painWords(session)}</Text>
-          {!session.programme && <Text>Recordings were chosen one by one.</Text>}
+          {!session.programme && <Text>{FACTS.oneByOne}</Text>}
         </Stack>
       </Card>
-      <Card withBorder component="section" aria-label="Checklist">
+      <Card withBorder component="section" aria-label={FACTS.checklist}>
         <Title order={3} size="h4">
-          Checklist
+          {FACTS.checklist}
         </Title>
-        {session.checks.length === 0 && <Text>Nobody has gone through it.</Text>}
+        {session.checks.length === 0 && <Text>{FACTS.notGone}</Text>}
         {session.checks.map((one) => (
           <Text key={`${one.check} ${one.at}`}>
-            {CHECKS[one.check]}
-            {one.subject ? ` (${one.subject.replaceAll("_", " ").replaceAll("+", ", ")})` : ""}:{" "}
-            {one.by || "seen by the apparatus"}, {formatClock(new Date(one.at))}
+            {FACTS.answer(checkWords(one), one.by || FACTS.seen, formatClock(new Date(one.at)))}
           </Text>
         ))}
       </Card>
@@ -44,11 +34,25 @@ export function Facts({ session }: { session: Session }) {
   );
 }
 
+function whoWords({ side, therapist, station }: Session): string[] {
+  return [
+    side === null ? FACTS.unknownShoulder : FACTS.shoulder(side),
+    ...(therapist ? [FACTS.treatedBy(therapist)] : []),
+    ...(station ? [FACTS.at(station)] : []),
+  ];
+}
+
+/** A check, and what its answer was good for: a side, or fixtures. */
+function checkWords({ check, subject }: Schemas["CheckAnswer"]): string {
+  const parts = subject.split("+").map((part) => SUBJECTS[part] ?? part.replaceAll("_", " "));
+  return subject ? FACTS.about(CHECKS[check], FORMAT.list(parts)) : CHECKS[check];
+}
+
 function painWords({ pain_before, pain_during, pain_after }: Session): string {
   const given = [
-    ["before", pain_before],
-    ["during", pain_during],
-    ["after", pain_after],
-  ].flatMap(([when, pain]) => (pain === null ? [] : [`${pain} ${when}`]));
-  return given.length > 0 ? `Pain (0 to 10): ${given.join(", ")}` : "Nobody has asked for pain.";
+    ...(pain_before === null ? [] : [FACTS.before(pain_before)]),
+    ...(pain_during === null ? [] : [FACTS.during(pain_during)]),
+    ...(pain_after === null ? [] : [FACTS.after(pain_after)]),
+  ];
+  return given.length > 0 ? FACTS.pain(FORMAT.list(given)) : FACTS.noPain;
 }

@@ -5,6 +5,7 @@ import { api } from "../api/client";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import type { PlotWindow } from "../shared/window";
+import { COMPARED } from "./words";
 
 /** The paper's figure of each motor. Looking closer at one shows the same seconds of the others. */
 export function RunFigures({ runId }: { runId: string }) {
@@ -23,13 +24,9 @@ export function RunFigures({ runId }: { runId: string }) {
         {figures.data?.motors.map(({ motor, figure }) => (
           <div key={motor}>
             <Title order={3} size="h4">
-              Motor {motor}
+              {COMPARED.motorNumber(motor)}
             </Title>
-            <Plot
-              figure={figure}
-              label={`Motor ${motor}: teaching and playback angle on the left axis, error on the right axis`}
-              onWindow={setWindow}
-            />
+            <Plot figure={figure} label={COMPARED.figure(motor)} onWindow={setWindow} />
           </div>
         ))}
       </SimpleGrid>

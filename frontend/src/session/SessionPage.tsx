@@ -5,6 +5,7 @@ import { api, type Run } from "../api/client";
 import { SampleLinks } from "../exchange/SampleLinks";
 import { PlannedAndDone } from "../programmes/PlannedAndDone";
 import { ReportLinks } from "../reports/ReportLinks";
+import { Around } from "../shared/Around";
 import { formatClock, formatDeg, formatMoment, formatRange } from "../shared/format";
 import { LOAD_LEVELS } from "../shared/levels";
 import { ButtonLink, PageLink } from "../shared/links";
@@ -12,24 +13,18 @@ import { NoteCard } from "../shared/NoteCard";
 import { ProblemNote } from "../shared/problem";
 import { settingsWords } from "../shared/settings";
 import { useTitle } from "../shared/title";
+import { told } from "../shared/told";
+import { FORMAT } from "../shared/words";
 import { Alarms } from "./Alarms";
 import { Facts } from "./Facts";
 import { RunFigures } from "./RunFigures";
-
-const OUTCOMES: Record<Run["outcome"], string> = {
-  loaded: "Going on",
-  completed: "Played to its end",
-  returned: "Ended early",
-  stopped: "Stopped",
-  unloaded: "Not played",
-  interrupted: "Interrupted: the control program ended",
-};
+import { COMPARED, OUTCOMES, SESSION } from "./words";
 
 /** One visit: what was played, and how closely the playback followed the teaching. */
 export function SessionPage() {
   const { sessionId } = useParams({ from: "/sessions/$sessionId" });
   const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
-  useTitle(session.data ? `Session of ${session.data.patient.name}` : "Session");
+  useTitle(session.data ? SESSION.of(session.data.patient.name) : SESSION.title);
   if (session.error) return <ProblemNote error={session.error} />;
   if (!session.data) return <Skeleton h={300} />;
   const it = session.data;
@@ -38,20 +33,22 @@ export function SessionPage() {
       <Group justify="space-between" align="start">
         <div>
           <Title order={1} size="h2">
-            Session of{" "}
-            <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
-              {it.patient.name}
-            </PageLink>
+            <Around words={SESSION.of}>
+              <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
+                {it.patient.name}
+              </PageLink>
+            </Around>
           </Title>
           <Text>
-            {formatMoment(it.started_at)}
-            {it.ended_at ? ` to ${formatMoment(it.ended_at)}` : ", still open"}
+            {it.ended_at
+              ? SESSION.fromTo(formatMoment(it.started_at), formatMoment(it.ended_at))
+              : SESSION.stillOpen(formatMoment(it.started_at))}
           </Text>
         </div>
         {!it.ended_at && (
           <Group>
             <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
-              To the station
+              {SESSION.toStation}
             </ButtonLink>
           </Group>
         )}
@@ -61,7 +58,7 @@ export function SessionPage() {
       <PlannedAndDone sessionId={it.id} />
       <NoteCard key={it.id} session={it} />
       <Alarms sessionId={it.id} />
-      {it.runs.length === 0 && <Text>Nothing has been played in this session yet.</Text>}
+      {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
       {it.runs.map((run, place) => (
         <RunCard key={run.id} run={run} number={place + 1} />
       ))}
@@ -72,14 +69,15 @@ export function SessionPage() {
 function RunCard({ run, number }: { run: Run; number: number }) {
   const changes = settingsWords(run);
   return (
-    <Card withBorder padding="lg" component="section" aria-label={`Playback ${number}`}>
+    <Card withBorder padding="lg" component="section" aria-label={SESSION.playback(number)}>
       <Stack>
         <Group justify="space-between">
           <Title order={2} size="h3">
-            {number}.{" "}
-            <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
-              {run.recording_name}
-            </PageLink>
+            <Around words={(recording) => SESSION.numbered(number, recording)}>
+              <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
+                {run.recording_name}
+              </PageLink>
+            </Around>
           </Title>
           <Group>
             <Text>{formatClock(new Date(run.started_at))}</Text>
@@ -93,14 +91,10 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             </Badge>
           </Group>
         </Group>
-        {run.load_level !== null && (
-          <Text c="dimmed">
-            Resistance level {run.load_level} of {LOAD_LEVELS}
-          </Text>
-        )}
+        {run.load_level !== null && <Text c="dimmed">{SESSION.level(run.load_level, LOAD_LEVELS)}</Text>}
         {changes && <Text>{changes}</Text>}
         <Text data-testid="done">{doneWords(run)}</Text>
-        {run.stop && <Text fw={600}>{run.stop.message}</Text>}
+        {run.stop && <Text fw={600}>{told(run.stop.message)}</Text>}
         {run.comparison ? (
           <>
             <Group justify="end">
@@ -111,7 +105,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             <RunFigures runId={run.id} />
           </>
         ) : (
-          <Text>Nothing was played, so there is nothing to compare.</Text>
+          <Text>{SESSION.nothingToCompare}</Text>
         )}
       </Stack>
     </Card>
@@ -122,11 +116,11 @@ function RunCard({ run, number }: { run: Run; number: number }) {
 function doneWords(run: Run): string {
   const words: string[] = [];
   if (run.repetitions_done !== null) {
-    words.push(`${run.repetitions_done} of ${run.repetitions} repetitions`);
+    words.push(SESSION.repetitions(run.repetitions_done, run.repetitions));
   }
-  if (run.reversals) words.push(`taken back ${run.reversals === 1 ? "once" : `${run.reversals} times`}`);
-  if (run.least_range_percent !== null) words.push(`down to ${run.least_range_percent} % of its range`);
-  return words.join(", ");
+  if (run.reversals) words.push(SESSION.takenBack(run.reversals));
+  if (run.least_range_percent !== null) words.push(SESSION.leastRange(run.least_range_percent));
+  return FORMAT.list(words);
 }
 
 type Comparison = NonNullable<Run["comparison"]>;
@@ -136,11 +130,11 @@ function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
     <Table.ScrollContainer minWidth={860}>
       <Table withTableBorder verticalSpacing="xs" data-testid="errors">
         <Table.Caption>
-          Playback minus teaching, {comparison.samples} samples{run.rate_hz ? ` at ${run.rate_hz} Hz` : ""}. A
-          positive lag is late. Smoothness is the spectral arc length: about −1.4 for one smooth movement,
-          lower with every stop and with tremor.
+          {run.rate_hz
+            ? COMPARED.captionAt(comparison.samples, run.rate_hz)
+            : COMPARED.caption(comparison.samples)}
         </Table.Caption>
-        <Head first="Motor" others={[...ERROR_HEADS, "Torque peak, Nm", "Smoothness taught", "played"]} />
+        <Head first={COMPARED.motor} others={[...COMPARED.heads, ...COMPARED.motorHeads]} />
         <Table.Tbody>
           {comparison.motors.map((motor) => (
             <Row
@@ -166,13 +160,13 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
   return (
     <Table.ScrollContainer minWidth={860}>
       <Table withTableBorder verticalSpacing="xs" data-testid="motions">
-        <Table.Caption>The same by the body's motions, in its own angles</Table.Caption>
-        <Head first="Motion" others={[...ERROR_HEADS, "Apparatus, deg", "Healthy shoulder, deg"]} />
+        <Table.Caption>{COMPARED.motionsCaption}</Table.Caption>
+        <Head first={COMPARED.motion} others={[...COMPARED.heads, ...COMPARED.motionHeads]} />
         <Table.Tbody>
           {motions.map((motion) => (
             <Row
               key={motion.motion}
-              first={`${motion.motion} ${motion.name}`}
+              first={COMPARED.motionNamed(motion.motion, told(motion.name))}
               others={[
                 ...errorCells(motion),
                 formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
@@ -185,17 +179,6 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
     </Table.ScrollContainer>
   );
 }
-
-/** Over what errorCells says of a motor or a motion. */
-const ERROR_HEADS = [
-  "Peak, deg",
-  "at, s",
-  "RMSE, deg",
-  "Start, deg",
-  "Lag, ms",
-  "Taught, deg",
-  "Reached, deg",
-];
 
 function errorCells(it: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
   return [

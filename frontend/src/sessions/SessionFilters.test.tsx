@@ -1,8 +1,9 @@
 import { MantineProvider } from "@mantine/core";
 import { cleanup, fireEvent, render, screen } from "@testing-library/react";
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { asWanted, type Filters, readFilters, stopWords } from "./filters";
+import { asWanted, type Filters, readFilters } from "./filters";
 import { SessionFilters } from "./SessionFilters";
+import { stopWords } from "./words";
 
 afterEach(cleanup);
 

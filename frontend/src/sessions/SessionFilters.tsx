@@ -1,6 +1,7 @@
 import { Button, Group, Select, TextInput } from "@mantine/core";
 import type { Schemas } from "../api/client";
-import { type Filters, stopWords } from "./filters";
+import type { Filters } from "./filters";
+import { SESSIONS, stopWords } from "./words";
 
 const named = (values: string[]) => values.map((value) => ({ value, label: value }));
 
@@ -30,7 +31,7 @@ export function SessionFilters(props: {
     return (
       <Select
         label={label}
-        placeholder="Any"
+        placeholder={SESSIONS.any}
         clearable
         searchable
         data={known ? data : [...data, { value: chosen, label: chosen }]}
@@ -42,14 +43,14 @@ export function SessionFilters(props: {
   const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: stopWords(code) }));
   return (
     <Group align="end">
-      {day("From", "from")}
-      {day("To", "to")}
-      {choice("Therapist", "therapist", named(choices?.therapists ?? []))}
-      {choice("Station", "station", named(choices?.stations ?? []))}
-      {choice("Stopped by", "stop", stops)}
+      {day(SESSIONS.from, "from")}
+      {day(SESSIONS.to, "to")}
+      {choice(SESSIONS.therapist, "therapist", named(choices?.therapists ?? []))}
+      {choice(SESSIONS.station, "station", named(choices?.stations ?? []))}
+      {choice(SESSIONS.stoppedBy, "stop", stops)}
       {Object.keys(value).length > 0 && (
         <Button variant="subtle" onClick={() => onChange({})}>
-          Show all
+          {SESSIONS.showAll}
         </Button>
       )}
     </Group>

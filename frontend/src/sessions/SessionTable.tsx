@@ -2,6 +2,7 @@ import { Table, Text } from "@mantine/core";
 import type { Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
+import { SESSIONS } from "./words";
 
 /** Sessions in a list; whose they are, where that is not said already. */
 export function SessionTable(props: {
@@ -10,20 +11,20 @@ export function SessionTable(props: {
   narrowed?: boolean;
 }) {
   if (props.items.length === 0) {
-    return <Text>{props.narrowed ? "No session matches." : "There has been no session yet."}</Text>;
+    return <Text>{props.narrowed ? SESSIONS.noneMatches : SESSIONS.none}</Text>;
   }
   return (
     <Table verticalSpacing="md" highlightOnHover>
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>Began</Table.Th>
-          {props.withPatient && <Table.Th>Patient</Table.Th>}
-          <Table.Th>Therapist</Table.Th>
-          <Table.Th>Station</Table.Th>
-          <Table.Th ta="right">Playbacks</Table.Th>
-          <Table.Th ta="right">Stopped</Table.Th>
-          <Table.Th>Ended</Table.Th>
-          <Table.Th>Signed</Table.Th>
+          <Table.Th>{SESSIONS.began}</Table.Th>
+          {props.withPatient && <Table.Th>{SESSIONS.patient}</Table.Th>}
+          <Table.Th>{SESSIONS.therapist}</Table.Th>
+          <Table.Th>{SESSIONS.station}</Table.Th>
+          <Table.Th ta="right">{SESSIONS.playbacks}</Table.Th>
+          <Table.Th ta="right">{SESSIONS.stopped}</Table.Th>
+          <Table.Th>{SESSIONS.ended}</Table.Th>
+          <Table.Th>{SESSIONS.signed}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>
@@ -48,8 +49,8 @@ export function SessionTable(props: {
             <Table.Td>{session.station || "–"}</Table.Td>
             <Table.Td ta="right">{session.runs}</Table.Td>
             <Table.Td ta="right">{session.stops}</Table.Td>
-            <Table.Td>{session.ended_at ? formatMoment(session.ended_at) : "Open"}</Table.Td>
-            <Table.Td>{session.signed_at ? formatMoment(session.signed_at) : "Not yet"}</Table.Td>
+            <Table.Td>{session.ended_at ? formatMoment(session.ended_at) : SESSIONS.open}</Table.Td>
+            <Table.Td>{session.signed_at ? formatMoment(session.signed_at) : SESSIONS.notYet}</Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>

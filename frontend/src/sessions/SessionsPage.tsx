@@ -9,10 +9,11 @@ import { useTitle } from "../shared/title";
 import { asWanted } from "./filters";
 import { SessionFilters } from "./SessionFilters";
 import { SessionTable } from "./SessionTable";
+import { SESSIONS } from "./words";
 
 /** What was done, with all patients, newest first; what the list is narrowed to stands in the address. */
 export function SessionsPage() {
-  useTitle("Sessions");
+  useTitle(SESSIONS.title);
   const filters = useSearch({ from: "/sessions" });
   const navigate = useNavigate({ from: "/sessions" });
   const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
@@ -20,7 +21,7 @@ export function SessionsPage() {
   return (
     <Stack>
       <Title order={1} size="h2">
-        Sessions
+        {SESSIONS.title}
       </Title>
       <SessionFilters
         value={filters}

@@ -22,9 +22,3 @@ export function readFilters(search: Record<string, unknown>): Filters {
 export function asWanted({ from, to, ...same }: Filters): SessionsWanted {
   return { ...same, ...(from && { since: midnight(from, 0) }), ...(to && { until: midnight(to, 1) }) };
 }
-
-/** A stop's cause in words: estop_pressed is "Emergency stop pressed". */
-export function stopWords(code: string): string {
-  const words = code.replace(/^estop/, "emergency_stop").replaceAll("_", " ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
-}

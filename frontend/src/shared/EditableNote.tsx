@@ -3,6 +3,7 @@ import { useMutation } from "@tanstack/react-query";
 import { useState } from "react";
 import { useMay } from "../access/hooks";
 import { ProblemNote } from "./problem";
+import { NOTES } from "./words";
 
 /** A note that is saved when one says so, and shows while it is not. */
 export function EditableNote(props: {
@@ -38,10 +39,10 @@ export function EditableNote(props: {
       {changed && (
         <Group>
           <Button loading={saving.isPending} onClick={() => saving.mutate(draft)}>
-            Save note
+            {NOTES.save}
           </Button>
           <Button variant="subtle" onClick={() => setDraft(null)}>
-            Discard
+            {NOTES.discard}
           </Button>
         </Group>
       )}

@@ -8,13 +8,14 @@ import {
 import classes from "../alarms/alarms.module.css";
 import type { Live } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
+import { ESTOP } from "./words";
 
 const LOOKS = {
-  closed: { text: "E-stop ready", Icon: IconCircleCheck },
-  pressed: { text: "E-stop pressed", Icon: IconAlertOctagonFilled },
-  released: { text: "E-stop released, not acknowledged", Icon: IconLockExclamation },
-  missing: { text: "E-stop does not answer", Icon: IconPlugConnectedX },
-  unknown: { text: "E-stop unknown", Icon: IconHelpHexagon },
+  closed: { text: ESTOP.closed, Icon: IconCircleCheck },
+  pressed: { text: ESTOP.pressed, Icon: IconAlertOctagonFilled },
+  released: { text: ESTOP.released, Icon: IconLockExclamation },
+  missing: { text: ESTOP.missing, Icon: IconPlugConnectedX },
+  unknown: { text: ESTOP.unknown, Icon: IconHelpHexagon },
 } as const;
 
 type Look = keyof typeof LOOKS;

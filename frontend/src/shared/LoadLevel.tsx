@@ -4,6 +4,7 @@ import { useQuery } from "@tanstack/react-query";
 import { useId } from "react";
 import { api, type Run } from "../api/client";
 import { LOAD_LEVELS } from "./levels";
+import { LEVEL } from "./playWords";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
 
@@ -32,13 +33,13 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
     <Stack gap={4} role="group" aria-labelledby={label}>
       <Group justify="space-between" align="baseline">
         <Text size="lg" fw={600} id={label}>
-          Resistance level
+          {LEVEL.label}
         </Text>
         <Text size="lg" fw={700} data-testid="level">
-          {value} of {LOAD_LEVELS}
+          {LEVEL.of(value, LOAD_LEVELS)}
           {value === props.last && (
             <Text span size="sm" fw={400}>
-              , as last time
+              {LEVEL.asLast}
             </Text>
           )}
         </Text>
@@ -47,7 +48,7 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
         <ActionIcon
           size={44}
           variant="default"
-          aria-label="One level lower"
+          aria-label={LEVEL.lower}
           disabled={value <= 1}
           onClick={() => step(-1)}
         >
@@ -63,23 +64,20 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           label={null}
           size={22}
           thumbSize={44}
-          thumbLabel="Resistance level"
+          thumbLabel={LEVEL.label}
           styles={{ mark: { visibility: "hidden" }, markLabel: { textAlign: "center", color: "inherit" } }}
         />
         <ActionIcon
           size={44}
           variant="default"
-          aria-label="One level higher"
+          aria-label={LEVEL.higher}
           disabled={value >= LOAD_LEVELS}
           onClick={() => step(1)}
         >
           <IconPlus size={22} />
         </ActionIcon>
       </Group>
-      <Text size="sm">
-        How hard the arm may resist before it is taken back. 1: the lightest touch, which the arm's own weight
-        may be. {LOAD_LEVELS}: the motors' rated torque.
-      </Text>
+      <Text size="sm">{LEVEL.means(LOAD_LEVELS)}</Text>
     </Stack>
   );
 }

@@ -1,4 +1,5 @@
 import { Button } from "@mantine/core";
+import { LISTS } from "./words";
 
 /** What a list that grows can be asked for: TanStack's infinite query is one. */
 type Growing = { hasNextPage: boolean; isFetchingNextPage: boolean; fetchNextPage: () => unknown };
@@ -8,7 +9,7 @@ export function More({ list }: { list: Growing }) {
   if (!list.hasNextPage) return null;
   return (
     <Button variant="default" loading={list.isFetchingNextPage} onClick={() => void list.fetchNextPage()}>
-      Show more
+      {LISTS.more}
     </Button>
   );
 }

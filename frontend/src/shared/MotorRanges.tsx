@@ -1,6 +1,7 @@
 import { Table } from "@mantine/core";
 import type { Schemas } from "../api/client";
 import { formatDeg } from "./format";
+import { RANGES } from "./words";
 
 /** How far and how fast each motor goes in a motion. */
 export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
@@ -8,10 +9,10 @@ export function MotorRanges({ ranges }: { ranges: Schemas["MotorRange"][] }) {
     <Table maw={640} withTableBorder verticalSpacing="xs">
       <Table.Thead>
         <Table.Tr>
-          <Table.Th>Motor</Table.Th>
-          <Table.Th ta="right">From, deg</Table.Th>
-          <Table.Th ta="right">To, deg</Table.Th>
-          <Table.Th ta="right">Fastest, deg/s</Table.Th>
+          <Table.Th>{RANGES.motor}</Table.Th>
+          <Table.Th ta="right">{RANGES.from}</Table.Th>
+          <Table.Th ta="right">{RANGES.to}</Table.Th>
+          <Table.Th ta="right">{RANGES.fastest}</Table.Th>
         </Table.Tr>
       </Table.Thead>
       <Table.Tbody>

@@ -6,34 +6,27 @@ import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
 import { formatMoment } from "./format";
 import { useKeepSession } from "./keepSession";
+import { END_REASONS, NOTE } from "./noteWords";
 import { usePaperLanguage } from "./paperLanguage";
 import { ProblemNote } from "./problem";
 
 const SAVE_AFTER_MS = 800;
 
-export const END_REASONS: Record<NonNullable<Session["end_reason"]>, string> = {
-  completed: "Completed as planned",
-  shortened: "Shortened by the therapist",
-  stopped: "Ended by a stop",
-  patient_request: "At the patient's request",
-  other: "Other",
-};
-
 /** The note: drafted from what was measured, edited, signed, and then only added to. What is typed is saved by itself. */
 export function NoteCard({ session }: { session: Session }) {
   const writes = useMay("write_records");
   return (
-    <Card withBorder padding="lg" component="section" aria-label="Note">
+    <Card withBorder padding="lg" component="section" aria-label={NOTE.title}>
       <Stack>
         <Title order={2} size="h3">
-          Note
+          {NOTE.title}
         </Title>
         {session.signed_at ? (
           <Signed session={session} />
         ) : writes ? (
           <Open session={session} />
         ) : (
-          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || "Nothing is written yet."}</Text>
+          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || NOTE.nothing}</Text>
         )}
       </Stack>
     </Card>
@@ -78,7 +71,7 @@ function Open({ session }: { session: Session }) {
   return (
     <>
       <Textarea
-        label="Note of this session"
+        label={NOTE.label}
         autosize
         minRows={4}
         value={text}
@@ -90,10 +83,10 @@ function Open({ session }: { session: Session }) {
       <Group>
         <Text size="sm" role="status">
           {typed === null && !session.note
-            ? "Drafted from what was measured. Read it, and change what is not so."
+            ? NOTE.drafted
             : text === session.note
-              ? "Saved"
-              : "Not saved yet"}
+              ? NOTE.saved
+              : NOTE.notSaved}
         </Text>
         {draft.data && text !== draft.data.text && (
           <Button
@@ -103,7 +96,7 @@ function Open({ session }: { session: Session }) {
               later(draft.data.text);
             }}
           >
-            Draft it anew
+            {NOTE.anew}
           </Button>
         )}
       </Group>
@@ -115,15 +108,15 @@ function Open({ session }: { session: Session }) {
             loading={sign.isPending}
             onClick={() => sign.mutate()}
           >
-            Sign as {who}
+            {NOTE.signAs(who)}
           </Button>
-          <Text>Once signed, the note stays as it is.</Text>
+          <Text>{NOTE.onceSigned}</Text>
         </Group>
       ) : (
         <Group align="end">
           <Select
             size="lg"
-            label="How did it end?"
+            label={NOTE.howEnded}
             allowDeselect={false}
             data={Object.entries(END_REASONS).map(([value, label]) => ({ value, label }))}
             value={chosen}
@@ -135,7 +128,7 @@ function Open({ session }: { session: Session }) {
             loading={end.isPending}
             onClick={() => end.mutate()}
           >
-            End the session
+            {NOTE.end}
           </Button>
         </Group>
       )}
@@ -152,14 +145,14 @@ function Signed({ session }: { session: Session }) {
         {session.note}
       </Text>
       <Text fw={600} data-testid="signed">
-        Signed by {session.signed_by}, {session.signed_at && formatMoment(session.signed_at)}
+        {session.signed_at && NOTE.signedBy(session.signed_by, formatMoment(session.signed_at))}
       </Text>
       {session.addenda.map((one) => (
         <Alert
           key={one.id}
           variant="outline"
           color="gray"
-          title={`Addendum by ${one.written_by}, ${formatMoment(one.written_at)}`}
+          title={NOTE.addendumBy(one.written_by, formatMoment(one.written_at))}
         >
           <Text style={{ whiteSpace: "pre-wrap" }}>{one.text}</Text>
         </Alert>
@@ -183,8 +176,8 @@ function Add({ session }: { session: Session }) {
   return (
     <>
       <Textarea
-        label="Addendum"
-        description="The signed note stays as it is; what is to be added stands below it."
+        label={NOTE.addendum}
+        description={NOTE.addendumIs}
         autosize
         minRows={2}
         value={text}
@@ -198,7 +191,7 @@ function Add({ session }: { session: Session }) {
           loading={add.isPending}
           onClick={() => add.mutate()}
         >
-          Add as {who}
+          {NOTE.addAs(who)}
         </Button>
       </Group>
       <ProblemNote error={add.error} />

@@ -1,4 +1,5 @@
 import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
+import { PLAYING } from "./playWords";
 import { Stepper, type Steps } from "./Stepper";
 import { type Settings, settingsWords } from "./settings";
 
@@ -6,23 +7,23 @@ type Field = Steps & { name: Exclude<keyof Settings, "method"> };
 
 /** In the order in which they are most often changed; the bounds are the service's. */
 const FIELDS: Field[] = [
-  { name: "speed_percent", label: "Speed", unit: "%", min: 10, max: 150, step: 10 },
-  { name: "range_percent", label: "Range", unit: "%", min: 10, max: 100, step: 5 },
-  { name: "repetitions", label: "Repetitions", unit: "", min: 1, max: 200, step: 1 },
-  { name: "pause_s", label: "Pause at each end", unit: "s", min: 0, max: 120, step: 1 },
+  { name: "speed_percent", label: PLAYING.speed, unit: PLAYING.percent, min: 10, max: 150, step: 10 },
+  { name: "range_percent", label: PLAYING.range, unit: PLAYING.percent, min: 10, max: 100, step: 5 },
+  { name: "repetitions", label: PLAYING.repetitions, unit: "", min: 1, max: 200, step: 1 },
+  { name: "pause_s", label: PLAYING.pause, unit: PLAYING.seconds, min: 0, max: 120, step: 1 },
 ];
 
 const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
-  { value: "smooth", label: "Smooth", what: "As it was taught, without its tremor." },
+  { value: "smooth", label: PLAYING.smooth, what: PLAYING.smoothIs },
   {
     value: "learned",
-    label: "Learned",
-    what: "Smooth, and closer with every playback of this recording with the same settings.",
+    label: PLAYING.learned,
+    what: PLAYING.learnedIs,
   },
   {
     value: "paper",
-    label: "As in the paper",
-    what: "Ten steps a second, for comparison. It jumps at the start.",
+    label: PLAYING.paper,
+    what: PLAYING.paperIs,
   },
 ];
 
@@ -35,6 +36,7 @@ export function PlaySettings(props: {
   const { value, last, onChange } = props;
   const asLast =
     last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
+  const words = settingsWords(value) ?? PLAYING.asTaught;
   return (
     <Stack gap="xs">
       <SimpleGrid cols={{ base: 1, sm: 2 }}>
@@ -51,15 +53,14 @@ export function PlaySettings(props: {
       <SegmentedControl
         fullWidth
         size="lg"
-        aria-label="Way of playing"
+        aria-label={PLAYING.way}
         data={METHODS.map(({ value, label }) => ({ value, label }))}
         value={value.method}
         onChange={(method) => onChange({ ...value, method })}
       />
       <Text size="sm">{METHODS.find((method) => method.value === value.method)?.what}</Text>
       <Text size="sm" data-testid="settings">
-        {settingsWords(value) ?? "As it was taught, once"}
-        {asLast && ", as last time"}. Less range is less at both ends, around the middle of the motion.
+        {asLast ? PLAYING.toldAsLast(words) : PLAYING.told(words)}
       </Text>
     </Stack>
   );

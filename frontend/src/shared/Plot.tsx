@@ -1,12 +1,16 @@
 import { Skeleton, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
+import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureWords";
+import { LANGUAGE } from "./language";
 import { inScheme } from "./plotColours";
+import { spoken } from "./plotWords";
 import { type PlotWindow, windowOf } from "./window";
 
 // A double click shows all of it again, whatever part was last asked for.
 const config = {
   responsive: true,
+  locale: LANGUAGE,
   displaylogo: false,
   doubleClick: "autosize",
   modeBarButtonsToRemove: ["resetScale2d"],
@@ -38,8 +42,11 @@ export function Plot({
     let gone = false;
     void import("plotly.js-cartesian-dist-min").then(async ({ default: Plotly }) => {
       if (gone) return;
+      if (LANGUAGE === "ja") {
+        Plotly.register({ moduleType: "locale", name: LANGUAGE, dictionary: PLOTLY, format: PLOTLY_DAYS });
+      }
       // Plotly writes into the layout it is given what is done to it.
-      const { data, layout } = inScheme(figure, scheme);
+      const { data, layout } = inScheme(spoken(figure), scheme);
       const plot = await Plotly.react(element, data, layout, config);
       plot.removeAllListeners("plotly_relayout");
       plot.on("plotly_relayout", (change) => {
@@ -57,7 +64,7 @@ export function Plot({
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>
-      {!drawn && <Skeleton pos="absolute" inset={0} aria-label="The figure is being drawn" />}
+      {!drawn && <Skeleton pos="absolute" inset={0} aria-label={FIGURE.drawing} />}
       <figure ref={place} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );

@@ -3,16 +3,18 @@ import { Link, Outlet, useRouterState } from "@tanstack/react-router";
 import { AccountMenu } from "../access/AccountMenu";
 import { useMay } from "../access/hooks";
 import { useSavedRecords } from "../live/hooks";
+import { Brand } from "./Brand";
 import { PageLink } from "./links";
 import classes from "./Shell.module.css";
 import { StateBar } from "./StateBar";
+import { SHELL } from "./words";
 
 const PAGES = [
-  { to: "/", label: "Station", needs: "see_station" },
-  { to: "/stations", label: "Stations", needs: "see_station" },
-  { to: "/patients", label: "Patients", needs: "read_records" },
-  { to: "/sessions", label: "Sessions", needs: "read_records" },
-  { to: "/administration/accounts", label: "Administration", needs: "administer" },
+  { to: "/", label: SHELL.station, needs: "see_station" },
+  { to: "/stations", label: SHELL.stations, needs: "see_station" },
+  { to: "/patients", label: SHELL.patients, needs: "read_records" },
+  { to: "/sessions", label: SHELL.sessions, needs: "read_records" },
+  { to: "/administration/accounts", label: SHELL.administration, needs: "administer" },
 ] as const;
 
 /** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
@@ -41,9 +43,9 @@ function Top() {
         underline="never"
         style={{ whiteSpace: "nowrap" }}
       >
-        Kata <span lang="ja">肩型</span>
+        <Brand />
       </PageLink>
-      <Group component="nav" gap={4} wrap="nowrap" aria-label="Pages">
+      <Group component="nav" gap={4} wrap="nowrap" aria-label={SHELL.pages}>
         {PAGES.map((page) => (
           <Tab key={page.to} {...page} />
         ))}

@@ -3,11 +3,13 @@ import { IconPlugConnected, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
 import { Alarms } from "../alarms/Alarms";
 import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../live/hooks";
+import { Brand } from "./Brand";
 import { EstopBadge } from "./EstopBadge";
 import { modeWords } from "./modes";
 import classes from "./Shell.module.css";
 import { StopBanner } from "./StopBanner";
 import { StopButton } from "./StopButton";
+import { SHELL } from "./words";
 
 const HEADER = 124;
 
@@ -23,7 +25,7 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
             <Group gap="sm" mb={8} wrap="nowrap">
               {top ?? (
                 <Text fw={700} fz={22} c="var(--kata-brand)">
-                  Kata <span lang="ja">肩型</span>
+                  <Brand />
                 </Text>
               )}
             </Group>
@@ -62,7 +64,7 @@ function ModeBadge() {
       tt="none"
       data-testid="mode"
     >
-      {alive && mode ? modeWords({ mode, stop, run }) : "State unknown"}
+      {alive && mode ? modeWords({ mode, stop, run }) : SHELL.modeUnknown}
     </Badge>
   );
 }
@@ -74,7 +76,7 @@ function ConnectionBadge() {
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
       <Text size="sm" role="status">
-        {connected ? `Live${station?.simulated ? ", simulated apparatus" : ""}` : "Connection lost"}
+        {!connected ? SHELL.lost : station?.simulated ? SHELL.liveSimulated : SHELL.live}
       </Text>
       <Age />
     </Group>
@@ -93,7 +95,7 @@ function Age() {
 }
 
 const formatAge = (tenths: number) =>
-  tenths < 600 ? `${(tenths / 10).toFixed(1)} s old` : `${Math.floor(tenths / 600)} min old`;
+  tenths < 600 ? SHELL.secondsOld((tenths / 10).toFixed(1)) : SHELL.minutesOld(Math.floor(tenths / 600));
 
 /** Before the first word there is nothing to be alarmed about yet. */
 function Starting() {
@@ -103,7 +105,7 @@ function Starting() {
   if (connected ? device !== "starting" : heardAt !== null) return null;
   return (
     <Text className={classes.lost ?? ""} role="status" data-testid="starting">
-      {connected ? "The apparatus' control program is starting." : "Connecting to the service …"}
+      {connected ? SHELL.starting : SHELL.connecting}
     </Text>
   );
 }

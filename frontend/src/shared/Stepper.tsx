@@ -1,6 +1,7 @@
 import { ActionIcon, Group, NumberInput, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
 import { useId } from "react";
+import { PLAYING } from "./playWords";
 
 /** What a number is called, and its bounds. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
@@ -25,7 +26,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={`${label}: less`}
+          aria-label={PLAYING.less(label)}
           disabled={disabled || value <= min}
           onClick={() => give(value - step)}
         >
@@ -49,7 +50,7 @@ export function Stepper(props: {
         <ActionIcon
           size={44}
           variant="default"
-          aria-label={`${label}: more`}
+          aria-label={PLAYING.more(label)}
           disabled={disabled || value >= max}
           onClick={() => give(value + step)}
         >

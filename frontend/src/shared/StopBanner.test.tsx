@@ -20,7 +20,7 @@ const cause = {
 function show(arm_held: boolean, connected = true) {
   const live = { device: "running", age_ms: 5, mode: "stopped", refusals: {} } as Partial<Live>;
   const stop = { causes: [cause], arm_held };
-  const state = { connected, heardAt: 0, station: null, live: { ...live, stop }, events: [] };
+  const state = { connected, heardAt: 0, station: null, live: { kept: {}, ...live, stop }, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
   render(
     <MantineProvider>

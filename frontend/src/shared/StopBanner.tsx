@@ -5,8 +5,8 @@ import { AlarmFrame, useAlarms } from "../alarms/Alarms";
 import { api } from "../api/client";
 import { useAlive, useLive, useRefusal } from "../live/hooks";
 import { ProblemNote } from "./problem";
-
-const LETS_GO = "Support the arm first: it will sink. Pressing Stop lets it go, too.";
+import { told } from "./told";
+import { STOPPED } from "./words";
 
 /**
  * A latched stop: why, what to do, and the acknowledgement once that is possible. A banner on every page; on the station's it is
@@ -25,17 +25,17 @@ export function StopBanner({ whole = false }: { whole?: boolean }) {
   return (
     <AlarmFrame priority={alarm?.priority ?? "high"} testid="stop-banner">
       <Title order={2} fz={whole ? 36 : 20} mb="xs">
-        {held ? "Stopped. The motors still hold the arm" : "The apparatus has been stopped"}
+        {held ? STOPPED.titleHeld : STOPPED.title}
       </Title>
       <Group justify="space-between" align="start" gap="xl">
         <List size={size} spacing={4} flex="1 1 20rem">
           {stop.causes.map((cause) => (
             <List.Item key={`${cause.code}-${cause.axis}`}>
               <Text span inherit fw={600}>
-                {cause.message}
+                {told(cause.message)}
               </Text>{" "}
-              {cause.cleared && !held ? "This has cleared. " : ""}
-              {cause.next_step}
+              {cause.cleared && !held ? STOPPED.cleared : ""}
+              {told(cause.next_step)}
             </List.Item>
           ))}
         </List>
@@ -48,16 +48,14 @@ export function StopBanner({ whole = false }: { whole?: boolean }) {
               loading={acknowledge.isPending}
               onClick={() => acknowledge.mutate()}
             >
-              {held ? "Acknowledge and let the arm go" : "Acknowledge"}
+              {held ? STOPPED.acknowledgeHeld : STOPPED.acknowledge}
             </Button>
             <Text size={whole ? "md" : "sm"} maw={320} mih={20} {...(held && { fw: 600 })}>
-              {refusal ? refusal.message : held ? LETS_GO : "It starts nothing by itself."}
+              {refusal ? refusal.message : held ? STOPPED.letsGo : STOPPED.startsNothing}
             </Text>
           </div>
         ) : (
-          <Text maw={320}>
-            Whoever operates the apparatus acknowledges it, signed in and with the screen unlocked.
-          </Text>
+          <Text maw={320}>{STOPPED.byWhom}</Text>
         )}
       </Group>
       <ProblemNote error={acknowledge.error} />

@@ -4,14 +4,14 @@ import { useCallback, useEffect, useState } from "react";
 import { api, type Live, ProblemError } from "../api/client";
 import { store } from "../live/store";
 import { formatClock } from "./format";
+import { isMoving } from "./modes";
+import { STOP } from "./words";
 
 type Sent = { state: "sending" } | { state: "confirmed"; at: number } | { state: "failed"; why: string };
 
-const MOVING: Live["mode"][] = ["approaching", "playing", "paused", "returning"];
-
 /** Whether Esc means Stop now: while something moves, or while nobody can say that nothing does. */
 export function escapeStops(connected: boolean, mode: Live["mode"] | undefined): boolean {
-  return !connected || mode === undefined || MOVING.includes(mode);
+  return !connected || mode === undefined || isMoving(mode);
 }
 
 /** Over the live connection, which stands already; by a request of its own where nothing is answered there. */
@@ -34,7 +34,7 @@ export function StopButton() {
       await askForStop();
       setSent({ state: "confirmed", at: Date.now() });
     } catch (error) {
-      setSent({ state: "failed", why: error instanceof ProblemError ? error.message : "No answer." });
+      setSent({ state: "failed", why: error instanceof ProblemError ? error.message : STOP.noAnswer });
     }
   }, []);
 
@@ -62,15 +62,15 @@ export function StopButton() {
         leftSection={<IconHandStop size={32} />}
         onClick={() => void stop()}
         aria-keyshortcuts="Escape"
-        title="Stops under control and switches torque off. It needs the network: it is not the emergency stop. Key: Esc"
+        title={STOP.what}
       >
-        Stop
+        {STOP.stop}
       </Button>
       <Text size="xs" h={18} aria-live="assertive" data-testid="stop-answer">
-        {sent?.state === "sending" && "Sent …"}
-        {sent?.state === "confirmed" && `Confirmed by the device ${formatClock(sent.at)}`}
-        {sent?.state === "failed" && `Not confirmed: ${sent.why} Use the emergency stop.`}
-        {!sent && "Key: Esc"}
+        {sent?.state === "sending" && STOP.sent}
+        {sent?.state === "confirmed" && STOP.confirmed(formatClock(sent.at))}
+        {sent?.state === "failed" && STOP.failed(sent.why)}
+        {!sent && STOP.key}
       </Text>
     </Stack>
   );

@@ -1,6 +1,9 @@
-const day = new Intl.DateTimeFormat(undefined, { year: "numeric", month: "short", day: "numeric" });
-const time = new Intl.DateTimeFormat(undefined, { hour: "2-digit", minute: "2-digit" });
-const clock = new Intl.DateTimeFormat(undefined, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+import { LOCALE } from "./language";
+import { FORMAT, SIDES } from "./words";
+
+const day = new Intl.DateTimeFormat(LOCALE, { year: "numeric", month: "short", day: "numeric" });
+const time = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit" });
+const clock = new Intl.DateTimeFormat(LOCALE, { hour: "2-digit", minute: "2-digit", second: "2-digit" });
 
 /** A day of the calendar, 1968-04-12: the same wherever one is. */
 export const formatDay = (iso: string) => day.format(new Date(`${iso}T00:00`));
@@ -8,7 +11,7 @@ export const formatDay = (iso: string) => day.format(new Date(`${iso}T00:00`));
 export const formatDayOf = (moment: string) => day.format(new Date(moment));
 export const formatMoment = (iso: string) => {
   const moment = new Date(iso);
-  return `${day.format(moment)}, ${time.format(moment)}`;
+  return FORMAT.moment(day.format(moment), time.format(moment));
 };
 export const formatClock = (moment: number | Date) => clock.format(moment);
 
@@ -20,7 +23,7 @@ export function formatSpan(seconds: number): string {
 
 /** From the lowest to the highest angle; a dash where they are not known. */
 export function formatRange(min: number | null, max: number | null): string {
-  return min === null || max === null ? "–" : `${formatDeg(min)} to ${formatDeg(max)}`;
+  return min === null || max === null ? "–" : FORMAT.range(formatDeg(min), formatDeg(max));
 }
 
 /** Degrees with one digit and a true minus sign; a dash where there is none. */
@@ -30,6 +33,8 @@ export function formatDeg(value: number | null | undefined, digits = 1): string 
   return (Number(text) === 0 ? (0).toFixed(digits) : text).replace("-", "−");
 }
 
+/** The same with its unit. */
+export const formatDegrees = (value: number | null, digits = 1): string => `${formatDeg(value, digits)}°`;
+
 /** Which shoulder; a dash where nobody has said. */
-export const sideWord = (side: "left" | "right" | null) =>
-  side === null ? "–" : side === "left" ? "Left" : "Right";
+export const sideWord = (side: "left" | "right" | null) => (side === null ? "–" : SIDES[side]);

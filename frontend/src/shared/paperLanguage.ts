@@ -1,12 +1,11 @@
 import { useLocalStorage } from "@mantine/hooks";
+import { LANGUAGE, type Language } from "./language";
 
-export type PaperLanguage = "en" | "ja";
-
-/** In which language notes are drafted and reports are printed: the browser's, until somebody chooses; remembered in this browser. */
+/** In which language notes are drafted and reports are printed: the page's, until somebody chooses; remembered in this browser. */
 export function usePaperLanguage() {
-  return useLocalStorage<PaperLanguage>({
+  return useLocalStorage<Language>({
     key: "kata.report-language",
-    defaultValue: navigator.language.startsWith("ja") ? "ja" : "en",
+    defaultValue: LANGUAGE,
     getInitialValueInEffect: false,
     // Whatever somebody else has written there.
     deserialize: (kept) => (kept === '"ja"' ? "ja" : "en"),

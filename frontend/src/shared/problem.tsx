@@ -1,6 +1,7 @@
 import { Alert } from "@mantine/core";
 import { IconInfoCircle } from "@tabler/icons-react";
 import { ProblemError } from "../api/client";
+import { PROBLEMS } from "./words";
 
 /** What went wrong, in a sentence, and what to do. Shows nothing when nothing did. */
 export function ProblemNote({ error }: { error: unknown }) {
@@ -9,13 +10,13 @@ export function ProblemNote({ error }: { error: unknown }) {
   if (told && Object.keys(told.fields).length > 0) {
     return (
       <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
-        Please check the marked fields.
+        {PROBLEMS.fields}
       </Alert>
     );
   }
   return (
     <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
-      {told ? told.message : "Something went wrong in this page. Reload it."}
+      {told ? told.message : PROBLEMS.page}
       {told?.nextStep ? ` ${told.nextStep}` : ""}
     </Alert>
   );

@@ -1,4 +1,6 @@
 import type { Schemas } from "../api/client";
+import { PLAYING } from "./playWords";
+import { FORMAT } from "./words";
 
 /** How a recording is played. */
 export type Settings = Pick<
@@ -19,13 +21,13 @@ export const AS_TAUGHT: Settings = {
 /** In words, what is not as it was taught; null where everything is. */
 export function settingsWords(it: Kept): string | null {
   const words: string[] = [];
-  if (it.range_percent !== 100) words.push(`${it.range_percent} % of the range`);
-  if (it.speed_percent !== 100) words.push(`${it.speed_percent} % of the speed`);
-  if (it.repetitions !== 1) words.push(`${it.repetitions} repetitions`);
-  if (it.repetitions !== 1 && it.pause_s !== 0) words.push(`${it.pause_s} s of pause at each end`);
-  if (it.method === "learned") words.push("learned from earlier playbacks");
-  if (it.method === "paper") words.push("as in the paper, at 10 Hz");
-  return words.length > 0 ? words.join(", ") : null;
+  if (it.range_percent !== 100) words.push(PLAYING.ofTheRange(it.range_percent));
+  if (it.speed_percent !== 100) words.push(PLAYING.ofTheSpeed(it.speed_percent));
+  if (it.repetitions !== 1) words.push(PLAYING.times(it.repetitions));
+  if (it.repetitions !== 1 && it.pause_s !== 0) words.push(PLAYING.pauses(it.pause_s));
+  if (it.method === "learned") words.push(PLAYING.byLearning);
+  if (it.method === "paper") words.push(PLAYING.asInThePaper);
+  return words.length > 0 ? FORMAT.list(words) : null;
 }
 
 /** What this recording was last played with; none where none of the runs is one of it. */

@@ -1,18 +1,20 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { lazy, Suspense } from "react";
 import { useAlive, useLive, useStation } from "../live/hooks";
-import { formatDeg } from "../shared/format";
+import { formatDegrees } from "../shared/format";
 import classes from "./station.module.css";
+import { ANGLES } from "./words";
 
 // Drawn by a library of its own, which the numbers need not wait for.
 const Strip = lazy(() => import("./Strip").then((module) => ({ default: module.Strip })));
 
+const LINE = "━";
 const WHAT = [
-  { motor: 1, what: "Scapula, through the links" },
-  { motor: 2, what: "Scapula, through the links" },
-  { motor: 3, what: "Shoulder abduction" },
-  { motor: 4, what: "Shoulder flexion" },
-  { motor: 5, what: "Rotation of the upper arm" },
+  { motor: 1, what: ANGLES.scapula },
+  { motor: 2, what: ANGLES.scapula },
+  { motor: 3, what: ANGLES.abduction },
+  { motor: 4, what: ANGLES.flexion },
+  { motor: 5, what: ANGLES.rotation },
 ];
 
 /** The five angles now, against their setpoints, within their ranges. */
@@ -20,24 +22,24 @@ export function Angles() {
   const alive = useAlive();
   const torque = useLive("torque_on");
   return (
-    <Card withBorder component="section" aria-label="Angles">
+    <Card withBorder component="section" aria-label={ANGLES.title}>
       <Group justify="space-between" mb="sm">
         <Title order={2} size="h3">
-          Angles
+          {ANGLES.title}
         </Title>
         <Group gap="lg">
           <Text size="sm">
             <Text span c="var(--kata-setpoint)" fw={700}>
-              ━
+              {LINE}
             </Text>{" "}
-            setpoint{" "}
+            {ANGLES.setpoint}{" "}
             <Text span c="var(--kata-measured)" fw={700}>
-              ━
+              {LINE}
             </Text>{" "}
-            measured
+            {ANGLES.measured}
           </Text>
           <Text fw={600} data-testid="torque">
-            {!alive ? "No live values" : torque ? "Torque on" : "Torque off"}
+            {!alive ? ANGLES.none : torque ? ANGLES.torqueOn : ANGLES.torqueOff}
           </Text>
         </Group>
       </Group>
@@ -62,12 +64,12 @@ function Axis({ axis, what }: { axis: number; what: string }) {
   return (
     <div className={classes.axis}>
       <div>
-        <Text fw={600}>Motor {axis + 1}</Text>
+        <Text fw={600}>{ANGLES.motor(axis + 1)}</Text>
         <Text size="sm" c="dimmed">
           {what}
         </Text>
         <Text fz={32} fw={700} className={classes.number ?? ""} data-testid={`angle-${axis + 1}`}>
-          {formatDeg(measured)}°
+          {formatDegrees(measured)}
         </Text>
       </div>
       <div>
@@ -80,10 +82,10 @@ function Axis({ axis, what }: { axis: number; what: string }) {
         </div>
         <Group justify="space-between">
           <Text size="xs" c="dimmed">
-            {formatDeg(info.min_deg, 0)}°
+            {formatDegrees(info.min_deg, 0)}
           </Text>
           <Text size="xs" c="dimmed">
-            {formatDeg(info.max_deg, 0)}°
+            {formatDegrees(info.max_deg, 0)}
           </Text>
         </Group>
       </div>

@@ -7,6 +7,7 @@ import { useRefusal } from "../live/hooks";
 import { store } from "../live/store";
 import { ProblemNote } from "../shared/problem";
 import classes from "./station.module.css";
+import { STATION } from "./words";
 
 type Props = ButtonProps & {
   command: CommandName;
@@ -45,7 +46,7 @@ export function CommandButton({ command, send, onDone, children, disabled, ...lo
         {children}
       </Button>
       <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
-        {waits ? WAITS : refusal && `${refusal.message} ${refusal.next_step}`}
+        {waits ? STATION.waits : refusal && `${refusal.message} ${refusal.next_step}`}
       </Text>
       {sending.error && (
         <Text component="div" mt="xs">
@@ -55,5 +56,3 @@ export function CommandButton({ command, send, onDone, children, disabled, ...lo
     </div>
   );
 }
-
-const WAITS = "Sent. It waits for the apparatus to confirm it.";

@@ -1,6 +1,8 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { useEvents } from "../live/hooks";
 import { formatClock } from "../shared/format";
+import { told } from "../shared/told";
+import { STATION } from "./words";
 
 const SHOWN = 6;
 
@@ -9,15 +11,15 @@ export function Lately() {
   const events = useEvents().filter((event) => event.code !== "mode");
   if (events.length === 0) return null;
   return (
-    <Card withBorder component="section" aria-label="Lately">
+    <Card withBorder component="section" aria-label={STATION.lately}>
       <Title order={2} size="h3" mb="sm">
-        Lately
+        {STATION.lately}
       </Title>
       <Stack gap={4}>
         {events.slice(0, SHOWN).map((event) => (
           <Group key={`${event.at} ${event.number}`} gap="md" wrap="nowrap" align="start">
             <Text c="dimmed">{formatClock(new Date(event.at))}</Text>
-            <Text>{event.message}</Text>
+            <Text>{told(event.message)}</Text>
           </Group>
         ))}
       </Stack>

@@ -6,7 +6,9 @@ import { useMay } from "../access/hooks";
 import { api } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { formatClock } from "../shared/format";
+import { isMoving } from "../shared/modes";
 import { ProblemNote } from "../shared/problem";
+import { LEASE } from "./words";
 
 /** Who operates the apparatus: one person at one browser at a time. Others watch, may take over, and may always stop it. */
 export function LeaseBar() {
@@ -22,41 +24,35 @@ export function LeaseBar() {
   const release = useMutation({ mutationFn: api.releaseLease });
   if (!alive || !lease) return null;
   const since = lease.since ? formatClock(new Date(lease.since)) : "";
-  const moving = mode === "approaching" || mode === "playing" || mode === "paused" || mode === "returning";
+  const moving = mode !== null && isMoving(mode);
   return (
     <Stack gap="xs" data-testid="lease" data-mine={lease.mine}>
       {lease.holder === null ? (
-        <Text>Nobody operates the apparatus now. Whoever begins something here does.</Text>
+        <Text>{LEASE.nobody}</Text>
       ) : lease.mine ? (
         <Group justify="space-between">
           <Group gap="xs">
             <IconHandFinger size={22} />
             <Text fw={600}>
-              {lease.taken_from
-                ? `You operate the apparatus since ${since}. You took over from ${lease.taken_from}.`
-                : `You operate the apparatus since ${since}.`}
+              {lease.taken_from ? LEASE.youFrom(since, lease.taken_from) : LEASE.you(since)}
             </Text>
           </Group>
           <Button variant="default" loading={release.isPending} onClick={() => release.mutate()}>
-            Release it
+            {LEASE.release}
           </Button>
         </Group>
       ) : (
         <Alert color="indigo" variant="light" icon={<IconEye />} role="status">
           <Group justify="space-between">
             <div>
-              <Text fw={600}>
-                {lease.holder} operates the apparatus at another browser since {since}.
-              </Text>
+              <Text fw={600}>{LEASE.other(lease.holder, since)}</Text>
               <Text>
-                {lease.away_since
-                  ? `That browser cannot be reached since ${formatClock(new Date(lease.away_since))}.`
-                  : "You watch. Stop works from here too."}
+                {lease.away_since ? LEASE.away(formatClock(new Date(lease.away_since))) : LEASE.youWatch}
               </Text>
             </div>
             {operates && (
               <Button size="lg" variant="default" onClick={dialog.open}>
-                Take over
+                {LEASE.takeOver}
               </Button>
             )}
           </Group>
@@ -64,25 +60,25 @@ export function LeaseBar() {
       )}
       {lease.paused && (
         <Alert color="indigo" variant="outline" role="status">
-          The playback was paused because the browser that operates it could not be reached.
+          {LEASE.paused}
         </Alert>
       )}
       <ProblemNote error={release.error} />
-      <Modal opened={asking} onClose={dialog.close} title={`Take over from ${lease.holder ?? "nobody"}`}>
+      <Modal
+        opened={asking}
+        onClose={dialog.close}
+        title={lease.holder === null ? LEASE.takeOverNobody : LEASE.takeOverFrom(lease.holder)}
+      >
         <Stack>
-          <Text>
-            {moving
-              ? "The arm is being moved or held. From now on you answer for it; what goes on is not interrupted."
-              : "From now on you operate the apparatus, and the other browser watches."}
-          </Text>
-          <Text>{lease.holder} is told at once, and it is written down.</Text>
+          <Text>{moving ? LEASE.moving : LEASE.standing}</Text>
+          {lease.holder !== null && <Text>{LEASE.isTold(lease.holder)}</Text>}
           <ProblemNote error={take.error} />
           <Group justify="end">
             <Button variant="default" onClick={dialog.close}>
-              Go on watching
+              {LEASE.watchOn}
             </Button>
             <Button loading={take.isPending} onClick={() => take.mutate(true)}>
-              Take over
+              {LEASE.takeOver}
             </Button>
           </Group>
         </Stack>

@@ -1,15 +1,15 @@
 import { Text } from "@mantine/core";
 import type { Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
+import { LOOP } from "./words";
 
 /** How punctual the control loop is, in one line. */
 export function loopWords(loop: Schemas["LoopLive"]): string {
-  const missed = loop.overruns === 1 ? "1 cycle missed" : `${loop.overruns} cycles missed`;
   return [
-    `Control loop at ${loop.cycle_hz} Hz: ${loop.overruns === 0 ? "no cycle missed" : missed}`,
-    `99.9 % began within ${loop.lateness_p999_ms.toFixed(2)} ms`,
-    loop.real_time ? "real time granted" : "real time not granted",
-    loop.memory_locked ? "memory locked" : "memory not locked",
+    LOOP.at(loop.cycle_hz, loop.overruns === 0 ? LOOP.noneMissed : LOOP.missed(loop.overruns)),
+    LOOP.within(loop.lateness_p999_ms.toFixed(2)),
+    loop.real_time ? LOOP.realTime : LOOP.noRealTime,
+    loop.memory_locked ? LOOP.locked : LOOP.notLocked,
   ].join(" · ");
 }
 

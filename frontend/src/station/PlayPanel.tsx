@@ -18,11 +18,13 @@ import { PageLink } from "../shared/links";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
+import { told } from "../shared/told";
+import { FORMAT } from "../shared/words";
 import { CommandButton } from "./CommandButton";
-
 import { pathWords, TakenBack } from "./TakenBack";
 import { CheckList, useChecklist } from "./visit/CheckList";
 import { isDone, nextItem } from "./visit/steps";
+import { PLAY } from "./words";
 
 /** Playback: choose, load, move to the start, play; each a step of its own. */
 export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {
@@ -31,7 +33,7 @@ export function PlayPanel(props: { patientId: string; session: Session | null; w
   // Kept here, so that it outlives the run that it was chosen for.
   const [level, setLevel] = useState<number | null>(null);
   return (
-    <Stack component="section" aria-label="Play back">
+    <Stack component="section" aria-label={PLAY.title}>
       {run ? (
         <Loaded run={run} />
       ) : (
@@ -50,6 +52,7 @@ type Choice = {
 };
 
 const PLANNED = "planned-";
+const itemWords = (item: string, done: boolean) => (done ? PLAY.done(item) : item);
 
 function Choose({ session, wanted, level, onLevel }: Choice) {
   const patientId = session.patient.id;
@@ -67,9 +70,9 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const choices = [
     ...planned.map((one) => ({
       value: `${PLANNED}${one.position}`,
-      label: `${one.position}. ${one.recording_name}${isDone(one, session.runs) ? " · done" : ""}`,
+      label: itemWords(PLAY.item(one.position, one.recording_name), isDone(one, session.runs)),
     })),
-    ...recorded.map((one) => ({ value: one.id, label: `${one.name} · ${formatSpan(one.duration_s)}` })),
+    ...recorded.map((one) => ({ value: one.id, label: PLAY.lasting(one.name, formatSpan(one.duration_s)) })),
   ];
   // What is planned next, unless somebody has chosen.
   const standing = next ? `${PLANNED}${next.position}` : (recorded[0]?.id ?? null);
@@ -95,20 +98,20 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
     if (item) onLevel(null);
     void queries.invalidateQueries({ queryKey: ["session"] });
   };
-  if (recordings.data && choices.length === 0) return <Text>Nothing to play yet: teach a motion first.</Text>;
+  if (recordings.data && choices.length === 0) return <Text>{PLAY.nothingYet}</Text>;
   return (
     <>
       <ProblemNote error={recordings.error ?? last.error} />
       <Select
         size="lg"
-        label="Recording"
+        label={PLAY.recording}
         allowDeselect={false}
         data={
           planned.length === 0
             ? choices
             : [
-                { group: "Planned", items: choices.slice(0, planned.length) },
-                { group: "Besides", items: choices.slice(planned.length) },
+                { group: PLAY.planned, items: choices.slice(0, planned.length) },
+                { group: PLAY.besides, items: choices.slice(planned.length) },
               ]
         }
         value={value}
@@ -116,7 +119,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       />
       {checklist.data?.complete === false && (
         <>
-          <Text fw={600}>Before it is loaded:</Text>
+          <Text fw={600}>{PLAY.before}</Text>
           <CheckList sessionId={session.id} recordingId={recordingId} onlyOpen />
         </>
       )}
@@ -131,7 +134,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
         disabled={value === null || last.isPending || checklist.data?.complete !== true}
         send={load}
       >
-        Load
+        {PLAY.load}
       </CommandButton>
     </>
   );
@@ -145,37 +148,35 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
   return (
     <Stack className={alive ? "" : "stale"}>
       <Text size="lg" fw={600}>
-        {run.recording_name ?? "A recording"}
+        {run.recording_name ?? PLAY.aRecording}
         <Text span size="md" fw={400}>
-          {" "}
-          · resistance level {run.load_level} of {LOAD_LEVELS}
+          {PLAY.level(run.load_level, LOAD_LEVELS)}
         </Text>
       </Text>
-      {run.changes.length > 0 && <Text data-testid="changes">Played {run.changes.join(", ")}</Text>}
+      {run.changes.length > 0 && (
+        <Text data-testid="changes">{PLAY.played(FORMAT.list(run.changes.map(told)))}</Text>
+      )}
       {mode === "ready" && (
         <>
-          <Text>
-            Check that the patient is seated and the fixtures are closed. The motors will take the arm slowly
-            to where the recording starts, and hold it there.
-          </Text>
+          <Text>{PLAY.check}</Text>
           <Group>
             <CommandButton command="approach" send={api.approach} leftSection={<IconTargetArrow size={26} />}>
-              Move to the start
+              {PLAY.approach}
             </CommandButton>
             <CommandButton command="unload" send={api.unload} variant="default">
-              Not now
+              {PLAY.notNow}
             </CommandButton>
           </Group>
         </>
       )}
       {mode === "approaching" && (
         <Text fz={28} fw={700} role="status">
-          Moving to the start, {formatSpan(run.left_s)} left
+          {PLAY.approaching(formatSpan(run.left_s))}
         </Text>
       )}
       {mode === "returning" && (
         <Text fz={28} fw={700} role="status">
-          Moving back, {formatSpan(run.left_s)} left
+          {PLAY.returning(formatSpan(run.left_s))}
         </Text>
       )}
       {(mode === "playing" || mode === "paused") && (
@@ -185,25 +186,25 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {pathWords(mode, run)}
             </Text>
             <Text fz={28} data-testid="left">
-              {formatSpan(run.left_s)} left
+              {PLAY.left(formatSpan(run.left_s))}
             </Text>
           </Group>
-          <Progress size={20} value={share} aria-label="Progress of the playback" transitionDuration={100} />
+          <Progress size={20} value={share} aria-label={PLAY.progress} transitionDuration={100} />
           {run.range_percent < 99.5 && (
             <Text size="lg" data-testid="range">
-              {Math.round(run.range_percent)} % of the range; it comes back repetition by repetition
+              {PLAY.range(Math.round(run.range_percent))}
             </Text>
           )}
           <TakenBack mode={mode} run={run} />
           <Group>
             {mode === "paused" && (
               <CommandButton command="play" send={api.play} leftSection={<IconPlayerPlay size={26} />}>
-                {run.at_start && !run.reversing ? "Play" : "Play on"}
+                {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}
               </CommandButton>
             )}
             {mode === "playing" && (
               <CommandButton command="pause" send={api.pause} leftSection={<IconPlayerPause size={26} />}>
-                Pause
+                {PLAY.pause}
               </CommandButton>
             )}
             <CommandButton
@@ -212,7 +213,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
             >
-              Less
+              {PLAY.less}
             </CommandButton>
             <CommandButton
               command="return"
@@ -220,7 +221,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >
-              Back and release
+              {PLAY.back}
             </CommandButton>
           </Group>
         </>
@@ -242,9 +243,9 @@ function LastRun({ patientId }: { patientId: string }) {
   if (!sessionId) return null;
   return (
     <Text>
-      The playback is saved.{" "}
+      {PLAY.saved}
       <PageLink to="/sessions/$sessionId" params={{ sessionId }}>
-        Look at teaching against playback
+        {PLAY.compare}
       </PageLink>
     </Text>
   );

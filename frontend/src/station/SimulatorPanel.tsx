@@ -5,19 +5,9 @@ import { useState } from "react";
 import { api, type Schemas } from "../api/client";
 import { useConnected } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
+import { told } from "../shared/told";
 import classes from "./station.module.css";
-
-const PHASES: Record<Schemas["Hand"]["phase"], string> = {
-  away: "The hand is away.",
-  reaching: "The hand takes the arm to where the motion starts.",
-  tracing: "The hand moves the arm along the motion.",
-  leaving: "The hand lets go.",
-};
-const SOURCES: Record<Schemas["Motion"]["source"], string> = {
-  "built-in": "Built in",
-  recorded: "Recorded",
-  uploaded: "Uploaded",
-};
+import { HAND, SIMULATOR, SOURCES } from "./words";
 
 /** Stands in for the therapist's hand and foot and the patient's switch, while the apparatus is a simulated one. */
 export function SimulatorPanel() {
@@ -44,22 +34,23 @@ export function SimulatorPanel() {
       group,
       items: motions
         .filter((motion) => motion.source === source)
-        .map((motion) => ({ value: motion.id, label: `${motion.name} · ${motion.duration_s.toFixed(0)} s` })),
+        .map((motion) => ({
+          value: motion.id,
+          label: SIMULATOR.lasting(told(motion.name), motion.duration_s.toFixed(0)),
+        })),
     }))
     .filter(({ items }) => items.length > 0);
   return (
-    <Card withBorder className={classes.simulator ?? ""} component="section" aria-label="Simulated apparatus">
+    <Card withBorder className={classes.simulator ?? ""} component="section" aria-label={SIMULATOR.title}>
       <Stack className={connected ? "" : "stale"}>
         <Title order={2} size="h3">
-          Simulated apparatus
+          {SIMULATOR.title}
         </Title>
-        <Text size="sm">
-          In place of hand, foot and the patient's switch. With a real apparatus this panel is not here.
-        </Text>
+        <Text size="sm">{SIMULATOR.what}</Text>
         <Group align="end" wrap="nowrap">
           <Select
             flex={1}
-            label="Motion that the hand follows"
+            label={SIMULATOR.motion}
             allowDeselect={false}
             searchable
             data={groups}
@@ -74,7 +65,7 @@ export function SimulatorPanel() {
                 leftSection={<IconUpload size={18} />}
                 loading={upload.isPending}
               >
-                CSV
+                {SIMULATOR.csv}
               </Button>
             )}
           </FileButton>
@@ -87,26 +78,26 @@ export function SimulatorPanel() {
             loading={guide.isPending}
             onClick={() => value && guide.mutate(value)}
           >
-            Guide the arm, foot on the pedal
+            {SIMULATOR.guide}
           </Button>
           <Button
             variant={state?.pedal_down ? "filled" : "default"}
             aria-pressed={state?.pedal_down === true}
             onClick={() => pedal.mutate(!state?.pedal_down)}
           >
-            {state?.pedal_down ? "Lift the foot" : "Step on the pedal"}
+            {state?.pedal_down ? SIMULATOR.lift : SIMULATOR.stepOn}
           </Button>
           <Button
             variant={state?.estop_pressed ? "filled" : "default"}
             aria-pressed={state?.estop_pressed === true}
             onClick={() => estop.mutate(!state?.estop_pressed)}
           >
-            {state?.estop_pressed ? "Release the e-stop switch" : "Press the e-stop switch"}
+            {state?.estop_pressed ? SIMULATOR.release : SIMULATOR.press}
           </Button>
         </Group>
         <Text size="sm" data-testid="hand">
-          {state ? PHASES[state.hand.phase] : ""}
-          {state && state.hand.left_s > 0 ? ` ${state.hand.left_s.toFixed(0)} s left.` : ""}
+          {state ? HAND[state.hand.phase] : ""}
+          {state && state.hand.left_s > 0 ? SIMULATOR.left(state.hand.left_s.toFixed(0)) : ""}
         </Text>
         <ProblemNote error={simulator.error ?? guide.error ?? upload.error ?? pedal.error ?? estop.error} />
       </Stack>

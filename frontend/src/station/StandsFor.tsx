@@ -6,6 +6,7 @@ import { useOperates } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
+import { STANDS } from "./words";
 
 type Side = Schemas["Live"]["side"];
 
@@ -18,7 +19,7 @@ export function StandsFor({ wanted }: { wanted: Side | undefined }) {
   const [asking, dialog] = useDisclosure(false);
   const other: Side = side === "right" ? "left" : "right";
   const turn = useMutation({ mutationFn: () => api.turn(other), onSuccess: dialog.close });
-  const differs = wanted !== undefined && wanted !== side;
+  const differs = wanted !== undefined && side !== null && wanted !== side;
   const button = operates && (
     <Button
       size="md"
@@ -27,41 +28,39 @@ export function StandsFor({ wanted }: { wanted: Side | undefined }) {
       disabled={!alive || mode !== "idle"}
       onClick={dialog.open}
     >
-      Turned to the {other} shoulder …
+      {STANDS.turned(other)}
     </Button>
   );
   return (
     <div className={alive ? "" : "stale"}>
       {differs ? (
-        <Alert variant="outline" color="gray" title={`The apparatus stands for the ${side} shoulder`}>
+        <Alert variant="outline" color="gray" title={STANDS.standsFor(side)}>
           <Group justify="space-between">
-            <Text>The patient's {wanted} one is treated.</Text>
+            <Text>{STANDS.treated(wanted)}</Text>
             {button}
           </Group>
         </Alert>
       ) : (
         <Group justify="space-between">
-          <Text>The apparatus stands for the {side} shoulder</Text>
+          <Text>{side && STANDS.standsFor(side)}</Text>
           {button}
         </Group>
       )}
-      <Modal opened={asking} onClose={dialog.close} title={`For the ${other} shoulder`} size="lg">
+      <Modal opened={asking} onClose={dialog.close} title={STANDS.turning(other)} size="lg">
         <Stack>
-          <Text>Motors 3 and 4 turn the other way round on the other shoulder. Before anything moves:</Text>
+          <Text>{STANDS.before}</Text>
           <List>
-            <List.Item>The patient's arm is out of the apparatus.</List.Item>
-            <List.Item>
-              The apparatus is turned by 180 degrees, and its pin is locked for the {other} side.
-            </List.Item>
-            <List.Item>The arm that is to be treated lies in the apparatus, and hangs down.</List.Item>
+            <List.Item>{STANDS.armOut}</List.Item>
+            <List.Item>{STANDS.isTurned(other)}</List.Item>
+            <List.Item>{STANDS.armIn}</List.Item>
           </List>
           <ProblemNote error={turn.error} />
           <Group>
             <Button size="xl" loading={turn.isPending} onClick={() => turn.mutate()}>
-              It stands for the {other} shoulder
+              {STANDS.confirm(other)}
             </Button>
             <Button size="xl" variant="default" onClick={dialog.close}>
-              Not now
+              {STANDS.notNow}
             </Button>
           </Group>
         </Stack>

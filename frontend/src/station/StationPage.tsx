@@ -1,8 +1,9 @@
 import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
+import { lazy, Suspense, useEffect } from "react";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
-import { api } from "../api/client";
+import { api, type Patient } from "../api/client";
 import { LiveApparatus } from "../apparatus3d/lazily";
 import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
@@ -14,11 +15,15 @@ import { Angles } from "./Angles";
 import { Lately } from "./Lately";
 import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
-import { Loaded } from "./PlayPanel";
-import { SimulatorPanel } from "./SimulatorPanel";
 import { StandsFor } from "./StandsFor";
-import { TeachPanel } from "./TeachPanel";
-import { Visit } from "./visit/Visit";
+import { STATION } from "./words";
+
+// The first page tells what the apparatus does, and stops it; what is worked with comes right behind.
+const work = () => import("./work");
+const Loaded = lazy(() => work().then(({ Loaded }) => ({ default: Loaded })));
+const SimulatorPanel = lazy(() => work().then(({ SimulatorPanel }) => ({ default: SimulatorPanel })));
+const TeachPanel = lazy(() => work().then(({ TeachPanel }) => ({ default: TeachPanel })));
+const Visit = lazy(() => work().then(({ Visit }) => ({ default: Visit })));
 
 /** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
 export function StationPage() {
@@ -32,7 +37,8 @@ export function StationPage() {
   const teaching = useLive("teaching");
   const stop = useLive("stop");
   const navigate = useNavigate({ from: "/" });
-  useTitle(station?.name ?? "Station");
+  useEffect(() => void work(), []);
+  useTitle(station?.name ?? STATION.title);
   // Whoever is on the apparatus is the one this page is about.
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
   const patientId = onApparatus ?? search.patient ?? null;
@@ -44,7 +50,7 @@ export function StationPage() {
   return (
     <Stack>
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
-        {station?.name ?? "Station"}
+        {station?.name ?? STATION.title}
       </Title>
       <StopBanner whole />
       <Grid gap="lg">
@@ -54,8 +60,7 @@ export function StationPage() {
             <LeaseBar />
             {me && station && !worksAt(me, station.name) && (
               <Alert color="gray" variant="outline">
-                You do not work at {station.name}: you watch, and may stop it. An administrator can assign you
-                to it.
+                {STATION.notHere(station.name)}
               </Alert>
             )}
             {reads && (
@@ -65,28 +70,27 @@ export function StationPage() {
                 onChange={(chosen) => void navigate({ search: chosen ? { patient: chosen } : {} })}
               />
             )}
-            {patient.data && (
-              <Text>
-                {sideWord(patient.data.affected_side)} shoulder
-                {patient.data.notes ? ` · ${patient.data.notes}` : ""}
-              </Text>
-            )}
+            {patient.data && <Text>{patientWords(patient.data)}</Text>}
             <ProblemNote error={patient.error} />
             <StandsFor wanted={patient.data?.affected_side ?? undefined} />
-            {/* What cannot be done now gives its place to what is going on. */}
-            {operates && patientId && !run && <TeachPanel patientId={patientId} />}
-            {operates && patientId && !teaching && (
-              <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
-            )}
-            {!operates && run && (
-              <Card withBorder component="section" aria-label="What goes on">
-                <Loaded run={run} />
-              </Card>
-            )}
+            <Suspense>
+              {/* What cannot be done now gives its place to what is going on. */}
+              {operates && patientId && !run && <TeachPanel patientId={patientId} />}
+              {operates && patientId && !teaching && (
+                <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+              )}
+              {!operates && run && (
+                <Card withBorder component="section" aria-label={STATION.goesOn}>
+                  <Loaded run={run} />
+                </Card>
+              )}
+            </Suspense>
           </Stack>
           {diagnoses && station?.simulated && (
             <Box mt={stop === null ? "md" : 0}>
-              <SimulatorPanel />
+              <Suspense>
+                <SimulatorPanel />
+              </Suspense>
             </Box>
           )}
         </Grid.Col>
@@ -101,4 +105,9 @@ export function StationPage() {
       </Grid>
     </Stack>
   );
+}
+
+function patientWords({ affected_side, notes }: Patient): string {
+  const shoulder = affected_side === null ? sideWord(null) : STATION.shoulder(affected_side);
+  return notes ? STATION.shoulderNotes(shoulder, notes) : shoulder;
 }

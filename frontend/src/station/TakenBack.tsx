@@ -1,16 +1,16 @@
 import { Alert, Text } from "@mantine/core";
 import { IconArrowBackUpDouble } from "@tabler/icons-react";
 import type { Live, Schemas } from "../api/client";
+import { Around } from "../shared/Around";
+import { told } from "../shared/told";
+import { STOP } from "../shared/words";
+import { PLAY, TAKEN_BACK } from "./words";
 
 /** What goes on on the recording's path, to be read from two metres. */
 export function pathWords(mode: Live["mode"], run: Schemas["RunLive"]): string {
-  if (mode === "playing") return run.reversing ? "Taking the arm back" : "Playing";
-  if (run.reversing) return "Taken back, holding";
-  return run.at_start ? "At the start, holding" : "Paused, holding";
-}
-
-function timesWords(count: number): string {
-  return count === 1 ? "once" : `${count} times`;
+  if (mode === "playing") return run.reversing ? TAKEN_BACK.reversing : TAKEN_BACK.playing;
+  if (run.reversing) return TAKEN_BACK.heldBack;
+  return run.at_start ? TAKEN_BACK.atStart : TAKEN_BACK.paused;
 }
 
 /** Where the arm met resistance, how often it was taken back, and what can be done while it waits. */
@@ -19,7 +19,7 @@ export function TakenBack({ mode, run }: { mode: Live["mode"]; run: Schemas["Run
   const waits = mode === "paused" && run.reversing;
   const title = (
     <Text inherit fz="lg">
-      Taken back {timesWords(run.reversals)} in this playback
+      {TAKEN_BACK.times(run.reversals)}
     </Text>
   );
   return (
@@ -31,12 +31,19 @@ export function TakenBack({ mode, run }: { mode: Live["mode"]; run: Schemas["Run
       role="status"
       data-testid="taken-back"
     >
-      <Text>{run.resistance}</Text>
+      <Text>{told(run.resistance ?? "")}</Text>
       {waits && (
         <Text mt="xs">
-          Look after the patient first. <b>Play on</b> tries again from here; resistance in the same place
-          again stops the playback. <b>Back and release</b> takes the arm to where it came from. <b>Stop</b>{" "}
-          lets it go here.
+          {TAKEN_BACK.look}
+          <Around words={TAKEN_BACK.playOn}>
+            <b>{PLAY.playOn}</b>
+          </Around>
+          <Around words={TAKEN_BACK.back}>
+            <b>{PLAY.back}</b>
+          </Around>
+          <Around words={TAKEN_BACK.stop}>
+            <b>{STOP.stop}</b>
+          </Around>
         </Text>
       )}
     </Alert>

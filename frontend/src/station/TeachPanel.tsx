@@ -5,10 +5,12 @@ import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
+import { Around } from "../shared/Around";
 import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
+import { TEACH } from "./words";
 
 type Fixtures = NonNullable<Schemas["TeachRequest"]["fixtures"]>;
 
@@ -21,10 +23,10 @@ export function TeachPanel({ patientId }: { patientId: string }) {
   const [fixtures, setFixtures] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
   return (
-    <Card withBorder component="section" aria-label="Teach">
+    <Card withBorder component="section" aria-label={TEACH.title}>
       <Stack>
         <Title order={2} size="h3">
-          Teach
+          {TEACH.title}
         </Title>
         {teaching ? (
           <div className={alive ? "" : "stale"}>
@@ -32,11 +34,11 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             <Group justify="space-between" mt="md">
               <Text size="lg" data-testid="takes">
                 {teaching.takes === 0
-                  ? "Nothing recorded yet"
-                  : `Take ${teaching.takes}: ${teaching.take_s.toFixed(1)} s`}
+                  ? TEACH.nothing
+                  : TEACH.take(teaching.takes, teaching.take_s.toFixed(1))}
               </Text>
               <CommandButton command="finish_teaching" send={api.finishTeaching}>
-                Finish teaching
+                {TEACH.finish}
               </CommandButton>
             </Group>
           </div>
@@ -44,18 +46,18 @@ export function TeachPanel({ patientId }: { patientId: string }) {
           <>
             <SegmentedControl
               size="md"
-              aria-label="What the arm is in"
+              aria-label={TEACH.fixtures}
               value={fixtures}
               onChange={setFixtures}
               data={[
-                { value: "arm_fixer_1", label: "Arm fixer 1 (motions 1 to 5)" },
-                { value: "arm_fixer_2,elbow_fixer_1", label: "Arm fixer 2 and elbow fixer 1 (motion 6)" },
+                { value: "arm_fixer_1", label: TEACH.first },
+                { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
               ]}
             />
             <TextInput
               size="lg"
-              label="Name of the motion"
-              placeholder="Motion"
+              label={TEACH.name}
+              placeholder={TEACH.unnamed}
               value={name}
               maxLength={100}
               onChange={(event) => setName(event.currentTarget.value)}
@@ -66,13 +68,13 @@ export function TeachPanel({ patientId }: { patientId: string }) {
               send={() =>
                 api.teach({
                   patient_id: patientId,
-                  name: name.trim() || "Motion",
+                  name: name.trim() || TEACH.unnamed,
                   taught_by: who,
                   fixtures: fixtures.split(",") as Fixtures,
                 })
               }
             >
-              Start teaching
+              {TEACH.start}
             </CommandButton>
           </>
         )}
@@ -80,11 +82,11 @@ export function TeachPanel({ patientId }: { patientId: string }) {
           <List data-testid="saved">
             {saved.map((one) => (
               <List.Item key={one.id}>
-                Saved:{" "}
-                <PageLink to="/recordings/$recordingId" params={{ recordingId: one.id }}>
-                  {one.name}
-                </PageLink>
-                , {formatSpan(one.duration_s)}
+                <Around words={(name) => TEACH.saved(name, formatSpan(one.duration_s))}>
+                  <PageLink to="/recordings/$recordingId" params={{ recordingId: one.id }}>
+                    {one.name}
+                  </PageLink>
+                </Around>
               </List.Item>
             ))}
           </List>
@@ -101,12 +103,12 @@ function Pedal() {
   const recording = teaching?.recording === true;
   const words =
     pedal === "stuck"
-      ? "Lift your foot off the pedal first"
+      ? TEACH.liftFirst
       : pedal === "unknown"
-        ? "The pedal does not answer"
+        ? TEACH.noPedal
         : recording
-          ? "Recording"
-          : "Press the pedal to record";
+          ? TEACH.recording
+          : TEACH.press;
   return (
     <Group
       className={classes.pedal ?? ""}
@@ -121,7 +123,7 @@ function Pedal() {
       </Text>
       {recording && (
         <Text fz={28} ml="auto" ff="monospace">
-          {teaching.take_s.toFixed(1)} s
+          {TEACH.seconds(teaching.take_s.toFixed(1))}
         </Text>
       )}
     </Group>

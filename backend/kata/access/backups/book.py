@@ -35,6 +35,10 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     tested_at: datetime | None = None
     test_problem: str = ""
     """Why it is not known to be restorable; empty where it was whole and equal."""
+    audit_rows: int | None = None
+    """Of the audit trail, verified in what came back."""
+    audit_problem: str = ""
+    """Where that trail is not whole; empty where it is."""
 
 
 def leave_note(settings: Settings, note: Note) -> None:

@@ -28,7 +28,9 @@ def backup(
     to: Annotated[Path | None, typer.Option(help="Folder for backups, instead of the one that is set.")] = None,
     nightly: Annotated[bool, typer.Option("--nightly", hidden=True)] = False,
 ) -> None:
-    """Make an encrypted backup now, also while Kata runs, and try it. Status 1 when there is none, or it does not come back whole."""
+    """Make an encrypted backup now, also while Kata runs, and try it. Status 1 when there is none, it does not come
+    back whole, or the audit trail in it is not.
+    """
     # Nobody waits for it, and a cycle of the apparatus shall not.
     os.nice(_PATIENCE)
     # Told to end, it takes away what is not encrypted yet.
@@ -45,6 +47,7 @@ def backup(
         _fail(f"It does not come back whole: {note.test_problem}")
     else:
         typer.echo("Restored to try it: whole, and equal to the database at its moment.")
+        _tell_audit(note.audit_rows, note.audit_problem)
     if settings.backup_key_file.exists():
         typer.echo(
             f"Key: {settings.backup_key_file}. Without it the backup is worth nothing; a copy of it belongs elsewhere."
@@ -89,6 +92,13 @@ def _tell(tried: Tried) -> None:
         f"Whole: made on {told.made_at:%Y-%m-%d %H:%M} UTC by Kata {told.program}, {len(told.tables)} tables, {rows} rows, "
         "equal to the database at that moment. Nothing was changed."
     )
+    _tell_audit(tried.audit_rows, tried.audit_problem)
+
+
+def _tell_audit(rows: int | None, problem: str) -> None:
+    if problem:
+        _fail(f"The audit trail in it is NOT WHOLE: {problem} Ask for all of it: kata audit verify")
+    typer.echo("There is no audit trail in it." if rows is None else f"The audit trail in it is whole: {rows} rows.")
 
 
 def _settings(**given: Any) -> Settings:

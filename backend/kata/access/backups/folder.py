@@ -98,13 +98,13 @@ def aside_folder(settings: Settings, name: str) -> Path:
 
 def others_files(settings: Settings, database: Path | None) -> list[Path]:
     """Files of the data folder that belong to the clinic besides its database, relative to it: journals that no row holds yet, how the
-    station stands, certificates. Not: what is kept elsewhere already, what opens backups, and the audit trail's anchor, which a
-    restore on the same computer leaves where it is.
+    station stands, certificates. Not: what is kept elsewhere already, what opens backups; and the audit trail's
+    anchor and the key of the second factors, which have places of their own in a backup, and go on over a restore.
 
     ``database``: SQLite's file.
     """
     left_out = {settings.backup_folder, settings.backup_key_file, public_half(settings), settings.journal / "imported"}
-    left_out.add(settings.effective_audit_anchor)
+    left_out |= {settings.effective_audit_anchor, settings.effective_second_factor_key}
     copies = f"{database.name}.version-" if database else None
     if database:
         left_out |= {database.with_name(database.name + ending) for ending in _ENDINGS}

@@ -14,11 +14,12 @@ from uuid import uuid4
 
 import msgspec
 
+from kata.access import anchor
 from kata.access.backups.book import Kind, Note, leave_note
 from kata.access.backups.folder import one_at_a_time, others_files, work_folder
 from kata.access.backups.key import BackupError, identities, make_key, recipients, whereabouts
 from kata.access.backups.restoring import try_backup
-from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, SUFFIX, Contents, seal
+from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, FACTOR_KEY, SUFFIX, Contents, seal
 from kata.database.base import utc_now
 from kata.database.copies import copy, kind_of, size_bytes
 from kata.database.engine import Database, DatabaseError
@@ -93,10 +94,9 @@ def _made(settings: Settings, note: Note) -> Note:
         if whereabouts(settings) != "here":
             return msgspec.structs.replace(note, test_problem=NOT_TRIED)
         try:
-            problems = try_backup(settings, database, file, identities(settings.backup_key_file)).problems
+            return try_backup(settings, database, file, identities(settings.backup_key_file)).noted(note)
         except (BackupError, DatabaseError, OSError) as error:
-            problems = [str(error)]
-        return msgspec.structs.replace(note, tested_at=utc_now(), test_problem="; ".join(problems))
+            return msgspec.structs.replace(note, tested_at=utc_now(), test_problem=str(error))
     finally:
         database.close()
 
@@ -111,10 +111,14 @@ def _written(settings: Settings, database: Database, note: Note) -> int:
             [path for path in others_files(settings, database.file) if path.is_relative_to(journals)],
             folder / DATA,
         )
+        anchored = _anchored(settings.effective_audit_anchor)
         schema, tables = copy(database, folder / DATABASE)
         # The anchor goes after it: it has to know every row that the database has.
         with suppress(FileNotFoundError):
             shutil.copy(settings.effective_audit_anchor, folder / DATA / ANCHOR)
+        # Likewise: a secret may have been sealed with it just now.
+        with suppress(FileNotFoundError):
+            shutil.copy(settings.effective_second_factor_key, folder / DATA / FACTOR_KEY)
         _take(
             settings,
             [path for path in others_files(settings, database.file) if not path.is_relative_to(journals)],
@@ -129,8 +133,16 @@ def _written(settings: Settings, database: Database, note: Note) -> int:
             database=kind_of(database),
             schema=schema,
             tables=tables,
+            anchored=anchored,
         )
         return seal(Path(note.file), recipients(settings), contents, folder)
+
+
+def _anchored(file: Path) -> int:
+    try:
+        return max((line.line for line in anchor.read(file)), default=0)
+    except FileNotFoundError:
+        return 0
 
 
 def _take(settings: Settings, paths: list[Path], folder: Path) -> None:

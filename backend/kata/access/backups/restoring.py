@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+import msgspec
 from alembic.script import ScriptDirectory
 from pyrage.x25519 import Identity
 from sqlalchemy import update
@@ -28,10 +29,12 @@ from kata.access.backups.folder import (
     work_folder,
 )
 from kata.access.backups.key import BackupError, adopt_key, identities
-from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, Contents, sync_folder, unseal
+from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, FACTOR_KEY, Contents, sync_folder, unseal
+from kata.access.factor_key import adopt
 from kata.access.restored import note_restored
-from kata.access.tables import AccountRow, SignInRow
+from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.trail import Chained
+from kata.access.verify import verify
 from kata.database.base import utc_now
 from kata.database.copies import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch
 from kata.database.engine import Database
@@ -51,6 +54,20 @@ class Tried:
     contents: Contents
     problems: list[str]
     """Where what came back is not equal to what was backed up; empty where it is."""
+    audit_rows: int | None = None
+    """Of the audit trail, verified in what came back; None where there is none yet, or what came back is not equal."""
+    audit_problem: str = ""
+    """Where that trail is not whole; empty where it is. The backup is what was backed up all the same."""
+
+    def noted(self, note: Note) -> Note:
+        """With what came of it."""
+        return msgspec.structs.replace(
+            note,
+            tested_at=utc_now(),
+            test_problem="; ".join(self.problems),
+            audit_rows=self.audit_rows,
+            audit_problem=self.audit_problem,
+        )
 
 
 @dataclass(frozen=True)
@@ -71,7 +88,9 @@ def try_backup(settings: Settings, database: Database, file: Path, keys: list[Id
     with work_folder(settings) as folder:
         contents = unseal(file, keys, folder, _check(settings, database))
         with scratch(database, folder / DATABASE) as made:
-            return Tried(contents, _problems(made, contents))
+            if problems := _problems(made, contents):
+                return Tried(contents, problems)
+            return _audited(made, contents, folder / DATA / ANCHOR)
 
 
 def try_and_note(settings: Settings, file: Path, key: Path) -> Tried:
@@ -91,14 +110,14 @@ def try_and_note(settings: Settings, file: Path, key: Path) -> Tried:
         told = tried.contents
         leave_note(
             settings,
-            Note(
-                id=told.id,
-                at=told.made_at,
-                kind=told.kind,
-                file=str(file.absolute()),
-                bytes=file.stat().st_size,
-                tested_at=utc_now(),
-                test_problem="; ".join(tried.problems),
+            tried.noted(
+                Note(
+                    id=told.id,
+                    at=told.made_at,
+                    kind=told.kind,
+                    file=str(file.absolute()),
+                    bytes=file.stat().st_size,
+                )
             ),
         )
     return tried
@@ -178,6 +197,15 @@ def _problems(made: Database, contents: Contents) -> list[str]:
         return found_damaged(connection) or differences(contents.tables, tallies(connection))
 
 
+def _audited(made: Database, contents: Contents, anchor: Path) -> Tried:
+    """The audit trail in it, verified as ``kata audit verify`` does it: damage is found while there are backups from before it."""
+    if AuditRow.__tablename__ not in contents.tables:
+        return Tried(contents, [])
+    with made.read() as session:
+        verdict = verify(session, [anchor], of_backup=contents.anchored)
+    return Tried(contents, [], verdict.rows, "" if verdict.whole else verdict.findings[0].message)
+
+
 def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: datetime) -> None:
     """What somebody could come in with that has been ended or used up since the backup lets nobody in; the trail says what it was."""
     here = settings.effective_audit_anchor
@@ -193,13 +221,18 @@ def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: d
 
 
 def _exchange(settings: Settings, there: list[Path], restored: Path, aside: Path) -> None:
-    """What else belongs to the clinic: what is there aside, what was backed up in its place. An anchor that is there goes on."""
-    data, anchor = settings.data, restored / ANCHOR
+    """What else belongs to the clinic: what is there aside, what was backed up in its place. An anchor that is there goes on,
+    and so does a key of second factors.
+    """
+    data, anchor, key = settings.data, restored / ANCHOR, restored / FACTOR_KEY
     if anchor.exists():
         if not settings.effective_audit_anchor.exists():
             settings.effective_audit_anchor.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(anchor, settings.effective_audit_anchor)
         anchor.unlink()
+    if key.exists():
+        adopt(settings.effective_second_factor_key, key)
+        key.unlink()
     for path in there:
         (aside / path).parent.mkdir(parents=True, exist_ok=True)
         (data / path).replace(aside / path)

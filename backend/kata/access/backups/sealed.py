@@ -29,6 +29,7 @@ SUFFIX: Final = ".kata-backup"
 DATABASE: Final = "database"
 DATA: Final = "data"
 ANCHOR: Final = "audit.anchor"
+FACTOR_KEY: Final = "second-factor-key.txt"
 _CONTENTS: Final = "kata-backup.json"
 _FORMAT: Final = "kata-backup/1"
 _COMPRESSION: Final = 1
@@ -52,6 +53,8 @@ class Contents(msgspec.Struct, frozen=True, kw_only=True):
     """Revision of the database's tables."""
     tables: dict[str, Tally]
     """What was in them at the moment of the backup."""
+    anchored: int = 0
+    """Lines in the audit trail's anchor when the backup was begun."""
 
 
 def seal(file: Path, recipients: list[Recipient], contents: Contents, folder: Path) -> int:

@@ -2,11 +2,10 @@
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
-from kata.clinic.events.observer import Observer
-from kata.clinic.events.writer import EventWriter
+from kata.clinic.events.observer import Ended, Happening, Observer
 from kata.station.schemas import EventLive
 from kata.station.station import Station, Subscription
 
@@ -14,8 +13,8 @@ log = logging.getLogger(__name__)
 
 
 @asynccontextmanager
-async def recording(station: Station, writer: EventWriter) -> AsyncIterator[None]:
-    """While the context lasts, what the station tells goes to the writer; at its end, what was told last too."""
+async def recording(station: Station, put: Callable[[Happening | Ended], None]) -> AsyncIterator[None]:
+    """While the context lasts, what the station tells is put down; at its end, what was told last too. ``put`` returns at once."""
     observer = Observer(station.info.name)
 
     def take(told: Subscription) -> None:
@@ -23,12 +22,12 @@ async def recording(station: Station, writer: EventWriter) -> AsyncIterator[None
             log.error("the service was too busy to hear every event of the device; some are not written down")
             told.overflown = False
         for item in observer.look(station.live(), station.occupation):
-            writer.put(item)
+            put(item)
         while told.waiting:
             event = told.waiting.popleft()
             if isinstance(event, EventLive):
                 for happening in observer.hear(event):
-                    writer.put(happening)
+                    put(happening)
 
     async def listen(told: Subscription) -> None:
         while True:

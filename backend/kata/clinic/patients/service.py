@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, selectinload
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.pages import Keyset
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
-from kata.clinic.patients.search import words_of
+from kata.clinic.patients.search import numbers_of, words_of
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.problems import ProblemError, check_version, not_found
@@ -32,11 +32,11 @@ def find(
     # First only who they are, which one index tells; then their records, a page of them.
     query = select(PatientRow.id)
     query = query.where(PatientRow.archived_at.is_not(None) if archived else PatientRow.archived_at.is_(None))
-    for word in words_of(search):
-        query = query.where(PatientRow.search_text.contains(word, autoescape=True))
+    for forms in words_of(search):
+        query = query.where(or_(*(PatientRow.search_text.contains(form, autoescape=True) for form in forms)))
     if hidden is not None:
         # Looked up beforehand, so that the list is still told by its index alone.
-        named = select(PatientRow.id).where(PatientRow.clinic_number == search.strip())
+        named = select(PatientRow.id).where(PatientRow.clinic_number.in_(numbers_of(search)))
         query = query.where(or_(PatientRow.id.not_in(hidden), PatientRow.id.in_(named)))
     found = _BY_NAME.page(query, after, limit).subquery()
     records = select(PatientRow).join(found, found.c.id == PatientRow.id).order_by(PatientRow.name, PatientRow.id)

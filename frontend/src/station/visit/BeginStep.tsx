@@ -6,6 +6,7 @@ import { api, type Session } from "../../api/client";
 import { useKeepSession } from "../../shared/keepSession";
 import { ProblemNote } from "../../shared/problem";
 import { settingsWords } from "../../shared/settings";
+import { VISIT } from "./words";
 
 const NONE = "none";
 
@@ -44,23 +45,21 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
     <Stack>
       <Select
         size="lg"
-        label="Programme"
+        label={VISIT.programme}
         allowDeselect={false}
         data={[
-          ...choices.map((one) => ({ value: one.id, label: `${one.name} (version ${one.number})` })),
+          ...choices.map((one) => ({ value: one.id, label: VISIT.version(one.name, one.number) })),
           ...(planned && !version && chosen === planned && session?.programme
-            ? [{ value: planned, label: `${session.programme.name} (version ${session.programme.number})` }]
+            ? [{ value: planned, label: VISIT.version(session.programme.name, session.programme.number) }]
             : []),
-          { value: NONE, label: "None: recordings are chosen one by one" },
+          { value: NONE, label: VISIT.none },
         ]}
         value={chosen}
         onChange={setGiven}
       />
       {items.map((item) => (
         <Text key={item.position}>
-          {item.position}. {item.recording_name}
-          {": "}
-          {settingsWords(item) ?? "as it was taught, once"}
+          {VISIT.item(item.position, item.recording_name, settingsWords(item) ?? VISIT.asTaught)}
         </Text>
       ))}
       <Group>
@@ -70,7 +69,7 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
           disabled={programmes.isPending}
           onClick={() => begin.mutate()}
         >
-          {session ? "Go on" : "Begin the session"}
+          {session ? VISIT.goOn : VISIT.begin}
         </Button>
       </Group>
       <ProblemNote error={programmes.error ?? begin.error} />

@@ -5,14 +5,10 @@ import { useMay, useName } from "../../access/hooks";
 import { api, type Check } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
+import { told } from "../../shared/told";
+import { HOW, VISIT } from "./words";
 
 const LOOK_AGAIN_MS = 1000;
-
-/** How to do what only the apparatus can tell. */
-const HOW: Partial<Record<Check["check"], string>> = {
-  pedal: "Plug it in, and step on it once.",
-  estop: "Press the switch, release it, and acknowledge the stop.",
-};
 
 /** The checklist of a session for what is to be played. It looks again while something is open: some of it happens elsewhere. */
 export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
@@ -48,7 +44,7 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
             <Group wrap="nowrap">
               {check.given ? <IconCircleCheckFilled size={34} /> : <IconCircle size={34} />}
               <div>
-                <Text size="lg">{check.sentence}</Text>
+                <Text size="lg">{told(check.sentence)}</Text>
                 <Text size="sm">{answerWords(check)}</Text>
               </div>
             </Group>
@@ -56,10 +52,10 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
               <Button
                 size="lg"
                 disabled={tick.isPending}
-                aria-label={`It is so: ${check.sentence}`}
+                aria-label={VISIT.isSoThat(told(check.sentence))}
                 onClick={() => tick.mutate(check.check)}
               >
-                It is so
+                {VISIT.isSo}
               </Button>
             )}
           </Group>
@@ -71,7 +67,7 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
 }
 
 function answerWords(check: Check): string {
-  if (!check.given) return check.detected ? `Not seen yet. ${HOW[check.check] ?? ""}` : "Open";
+  if (!check.given) return check.detected ? `${VISIT.notSeen}${HOW[check.check] ?? ""}` : VISIT.open;
   const at = check.checked_at ? formatClock(new Date(check.checked_at)) : "";
-  return check.checked_by ? `${check.checked_by}, ${at}` : `Seen by the apparatus, ${at}`;
+  return check.checked_by ? VISIT.givenBy(check.checked_by, at) : VISIT.seen(at);
 }

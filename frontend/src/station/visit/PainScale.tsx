@@ -1,5 +1,6 @@
 import { Button, Group, Stack, Text } from "@mantine/core";
 import { useId } from "react";
+import { VISIT } from "./words";
 
 const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
 
@@ -27,7 +28,7 @@ export function PainScale(props: {
             fz={22}
             variant={pain === value ? "filled" : "default"}
             aria-pressed={pain === value}
-            aria-label={`${label}: ${pain}`}
+            aria-label={VISIT.painIs(label, pain)}
             disabled={disabled}
             onClick={() => onChange(pain)}
           >
@@ -35,7 +36,7 @@ export function PainScale(props: {
           </Button>
         ))}
       </Group>
-      <Text size="sm">0: none. 10: the worst imaginable.</Text>
+      <Text size="sm">{VISIT.painScale}</Text>
     </Stack>
   );
 }

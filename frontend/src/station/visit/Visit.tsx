@@ -12,8 +12,9 @@ import { PlayPanel } from "../PlayPanel";
 import { BeginStep } from "./BeginStep";
 import { CheckList, useChecklist } from "./CheckList";
 import { PainScale } from "./PainScale";
-import { canGoTo, nextItem, STEP_WORDS, STEPS, type Step, stepAfter, stepOf } from "./steps";
+import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
 import classes from "./visit.module.css";
+import { STEP_WORDS, VISIT } from "./words";
 
 /** The visit that this patient has now: the newest session, unless it is signed and over. */
 function useVisit(patientId: string) {
@@ -45,7 +46,7 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
   }, [known, gone, session]);
   if (visit.isPending) return null;
   return (
-    <Card withBorder component="section" aria-label="Session">
+    <Card withBorder component="section" aria-label={VISIT.title}>
       <Stack>
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
         <Title order={2} size="h3">
@@ -56,9 +57,9 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
           <>
             {newest?.signed_at && (
               <Text>
-                The last session is signed.{" "}
+                {VISIT.lastSigned}
                 <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
-                  Look at it
+                  {VISIT.look}
                 </PageLink>
               </Text>
             )}
@@ -79,7 +80,7 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
                   variant={session.runs.length > 0 ? "filled" : "default"}
                   onClick={() => go("pain_after")}
                 >
-                  Enough played: on to pain after
+                  {VISIT.enough}
                 </Button>
               </Group>
             )}
@@ -91,7 +92,7 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
             {session.ended_at && (
               <Group>
                 <Button variant="default" size="lg" onClick={() => setAnother(true)}>
-                  Sign it later: begin another session
+                  {VISIT.signLater}
                 </Button>
               </Group>
             )}
@@ -106,7 +107,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
   const { step, session, locked, onGo } = props;
   const reached = STEPS.indexOf(stepOf(session));
   return (
-    <Group component="nav" gap="xs" aria-label="Steps of the session">
+    <Group component="nav" gap="xs" aria-label={VISIT.steps}>
       {STEPS.map((one, place) => (
         <UnstyledButton
           key={one}
@@ -115,7 +116,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
           disabled={locked || !canGoTo(one, session)}
           onClick={() => onGo(one)}
         >
-          {place < reached ? <IconCircleCheckFilled size={22} aria-label="done" /> : <b>{place + 1}</b>}{" "}
+          {place < reached ? <IconCircleCheckFilled size={22} aria-label={VISIT.done} /> : <b>{place + 1}</b>}{" "}
           {STEP_WORDS[one]}
         </UnstyledButton>
       ))}
@@ -137,11 +138,11 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   const complete = checklist.data?.complete === true;
   return (
     <>
-      <Text>{name ? `For ${name}.` : "Nothing has been taught yet; the fixtures are asked for later."}</Text>
+      <Text>{name ? VISIT.checkedFor(name) : VISIT.nothingTaught}</Text>
       <CheckList sessionId={session.id} recordingId={recordingId} />
       <Group>
         <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
-          {complete ? "On to pain before" : "Later: on to pain before"}
+          {complete ? VISIT.toPain : VISIT.toPainLater}
         </Button>
       </Group>
     </>
@@ -159,14 +160,14 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
     <>
       {when === "pain_after" && (
         <PainScale
-          label="Worst pain during the session"
+          label={VISIT.worstPain}
           value={session.pain_during}
           disabled={say.isPending}
           onChange={(pain_during) => say.mutate({ pain_during })}
         />
       )}
       <PainScale
-        label={when === "pain_before" ? "Pain before" : "Pain after"}
+        label={when === "pain_before" ? VISIT.painBefore : VISIT.painAfter}
         value={session[when]}
         disabled={say.isPending}
         onChange={(pain) => say.mutate({ [when]: pain })}
@@ -174,7 +175,7 @@ function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onD
       <ProblemNote error={say.error} />
       <Group>
         <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
-          {session[when] === null ? "Not asked: go on" : "Go on"}
+          {session[when] === null ? VISIT.notAsked : VISIT.goOn}
         </Button>
       </Group>
     </>

@@ -3,15 +3,6 @@ import type { Schemas, Session } from "../../api/client";
 export const STEPS = ["begin", "checklist", "pain_before", "play", "pain_after", "note"] as const;
 export type Step = (typeof STEPS)[number];
 
-export const STEP_WORDS: Record<Step, string> = {
-  begin: "Patient and programme",
-  checklist: "Checklist",
-  pain_before: "Pain before",
-  play: "Play",
-  pain_after: "Pain after",
-  note: "Note and signature",
-};
-
 type Seen = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
 
 /** Where a visit stands, by what the service knows of it: so that a reload, or another computer, goes on there. */

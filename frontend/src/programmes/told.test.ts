@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { ProgrammeItem, ProgrammeVersion } from "../api/client";
 import { AS_TAUGHT } from "../shared/settings";
-import { changes, itemWords, timerWords, versionWords } from "./words";
+import { changes, itemWords, timerWords, versionWords } from "./told";
 
 const item = (name: string, given: Partial<ProgrammeItem> = {}): ProgrammeItem => ({
   ...AS_TAUGHT,

@@ -1,0 +1,142 @@
+"""What happens at the station goes through the spool: device events, what the audit trail is told, and what never began.
+
+Ids are made at the source. What has been delivered is not known to whoever put it: nobody at the station waits for the database.
+"""
+
+import logging
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import Final, Literal
+from uuid import UUID
+
+import msgspec
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from kata.access.actor import by_program
+from kata.access.audit import NOTED, note
+from kata.access.chain import Entry
+from kata.clinic.events.observer import Ended, Happening
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions import runs
+from kata.database.delivery import AGAIN_S, Delivery
+from kata.database.engine import Database
+from kata.database.spool import Record, Spool
+
+log = logging.getLogger(__name__)
+
+_LAST_S: Final = 10.0
+"""So long the end of the service waits for a database that is slow; what is left is on disk."""
+_ROOM: Final = 5000
+"""So many may wait for a disk that takes nothing; behind them there is room for what the apparatus was told to do."""
+
+
+class _Happened(msgspec.Struct, frozen=True, tag="happened"):
+    happening: Happening
+
+
+class _Over(msgspec.Struct, frozen=True, tag="over"):
+    ended: Ended
+
+
+class _Noted(msgspec.Struct, frozen=True, tag="noted"):
+    entry: Entry
+
+
+class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
+    """A run or teaching that was written down, or may have been, and never reached the device."""
+
+    what: Literal["run", "teaching"]
+    id: UUID
+
+
+_Kept = _Happened | _Over | _Noted | NotBegun
+_DECODER: Final = msgspec.json.Decoder(_Kept)
+
+
+class Keeping:
+    """Takes it, and has it brought into the database. Every ``put`` returns at once."""
+
+    def __init__(self, database: Database, station: str, folder: Path, *, again_s: float = AGAIN_S) -> None:
+        """``folder`` is the spool's; ``again_s``: the pause before the database is tried again.
+
+        :raises SpoolError: when something in it cannot be read.
+        :raises OSError: when it cannot be written to.
+        """
+        self._station = station
+        self.spool = Spool(folder)
+        self.delivery = Delivery(self.spool, database, station, self._take, folder, again_s=again_s)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether what can wait outside may come in; it may not while the disk takes nothing and much waits for it."""
+        return self.spool.unwritten < _ROOM
+
+    def put_event(self, item: Happening | Ended) -> None:
+        """Something that the device told."""
+        self._put(_Happened(item) if isinstance(item, Happening) else _Over(item))
+
+    def put_entry(self, entry: Entry) -> None:
+        """A row of the audit trail, which gets its place in the chain when it arrives."""
+        self._put(_Noted(entry))
+
+    def put_not_begun(self, what: Literal["run", "teaching"], id_: UUID) -> None:
+        """It is to be forgotten, if it stands in the database."""
+        self._put(NotBegun(what, id_))
+
+    def until_taken(self, limit_s: float) -> bool:
+        """Whether the database has, within so many seconds, all that was put so far."""
+        return self.delivery.until_taken(limit_s)
+
+    def close(self) -> None:
+        """Bring what there is into the database as far as it takes it, and end."""
+        self.spool.until_written(_LAST_S)
+        self.delivery.close(_LAST_S)
+        self.spool.close()
+
+    def _put(self, item: _Kept) -> None:
+        self.spool.put(msgspec.json.encode(item))
+
+    def _take(self, session: Session, records: Sequence[Record]) -> int:
+        items = [_decoded(record) for record in records]
+        if isinstance(items[0], NotBegun):
+            # By itself: what it changes is noted with it.
+            with by_program("never_begun", self._station):
+                note(session, "never_begun", subject=f"{items[0].what} {items[0].id}")
+            _forget(session, items[0])
+            return 1
+        told = list(takewhile(lambda item: not isinstance(item, NotBegun), items))
+        _keep_events(session, told)
+        entries = [item.entry for item in told if isinstance(item, _Noted)]
+        if entries:
+            session.info.setdefault(NOTED, []).extend(entries)
+        return len(told)
+
+
+def _decoded(record: Record) -> _Kept:
+    try:
+        decoded: _Kept = _DECODER.decode(record.payload)
+    except msgspec.MsgspecError as error:
+        raise ValueError(f"record {record.number} of the spool is of another version: {error}") from error
+    return decoded
+
+
+def _keep_events(session: Session, items: Sequence[_Kept]) -> None:
+    new = [item.happening for item in items if isinstance(item, _Happened)]
+    there = set(session.scalars(select(DeviceEventRow.id).where(DeviceEventRow.id.in_([one.id for one in new]))))
+    rows = {one.id: DeviceEventRow(**vars(one), ended_at=None) for one in new if one.id not in there}
+    session.add_all(rows.values())
+    session.flush()
+    for item in items:
+        if isinstance(item, _Over):
+            ended = update(DeviceEventRow).where(DeviceEventRow.id.in_(item.ended.ids))
+            session.execute(ended.values(ended_at=item.ended.at))
+
+
+def _forget(session: Session, item: NotBegun) -> None:
+    if item.what == "run":
+        runs.forget(session, item.id)
+    elif row := session.get(TeachingRow, item.id):
+        session.delete(row)

@@ -1,0 +1,153 @@
+"""Whether the database answers. While it does not, whoever asks is told so at once; one thread tries it again and again.
+
+So nobody waits for it longer than the first few, no thread of the service is held by it, and it is not run over when it comes back.
+"""
+
+import logging
+import sqlite3
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from typing import Final
+
+from sqlalchemy import Engine, text
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+from sqlalchemy.exc import TimeoutError as NoConnectionError
+
+from kata.database.base import utc_now
+
+log = logging.getLogger(__name__)
+
+_AGAIN_S: Final = 1.0
+_SQLITE_LOST: Final = frozenset(
+    {
+        sqlite3.SQLITE_BUSY,
+        sqlite3.SQLITE_LOCKED,
+        sqlite3.SQLITE_READONLY,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_FULL,
+        sqlite3.SQLITE_CANTOPEN,
+    }
+)
+_SLOW: Final = frozenset({"55P03", "57014", "40P01", "40001"})
+"""PostgreSQL's codes: a lock or an answer that took too long, a deadlock, a conflict. It is there, and could not now."""
+_LOST: Final = ("08", "53", "57P", "58")
+"""What its codes begin with when it goes down, comes up, or has no room, connection or disk left."""
+_STANDBY: Final = "25006"
+"""It only reads: another server is the one to write to by now."""
+
+
+class DatabaseAwayError(SQLAlchemyError):
+    """The database does not answer, or cannot be written to; ``since`` when, UTC. Nothing is known to have been changed."""
+
+    def __init__(self, since: datetime) -> None:
+        super().__init__(f"the database does not answer since {since:%Y-%m-%d %H:%M:%S} UTC")
+        self.since = since
+
+
+class Watch:
+    """Knows, of each way to a database, since when it is lost. A SQLite file may take no writes and be read all the same."""
+
+    def __init__(
+        self, writer: Engine, *, again_s: float = _AGAIN_S, on_back: Callable[[datetime], None] = lambda since: None
+    ) -> None:
+        """``again_s``: the pause before a lost one is tried again; ``on_back``: told since when it was away, from a thread."""
+        self._writer = writer
+        self._again_s = again_s
+        self.on_back = on_back
+        self._lost: dict[Engine, datetime] = {}
+        self._changed = threading.Condition()
+        self._closing = False
+        self._thread = threading.Thread(target=self._run, name="database", daemon=True)
+        self._thread.start()
+
+    @property
+    def since(self) -> datetime | None:
+        """Since when it cannot be written to, UTC; None: it can, as far as is known."""
+        return self._lost.get(self._writer)
+
+    @contextmanager
+    def asking(self, engine: Engine) -> Iterator[None]:
+        """What is asked of the database in this block.
+
+        :raises DatabaseAwayError: at once while it is known to be lost, or when that shows.
+        """
+        if since := self._lost.get(engine):
+            raise DatabaseAwayError(since)
+        try:
+            yield
+        except (DBAPIError, NoConnectionError) as error:
+            if _is_lost(error):
+                raise DatabaseAwayError(self._lose(engine, error)) from error
+            if isinstance(error, NoConnectionError) or _code(error) in _SLOW:
+                raise DatabaseAwayError(utc_now()) from error
+            raise
+
+    def until_back(self, limit_s: float) -> bool:
+        """Whether it can be written to within so many seconds."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._closing or self._writer not in self._lost, limit_s)
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join(self._again_s)
+
+    def _lose(self, engine: Engine, error: SQLAlchemyError) -> datetime:
+        with self._changed:
+            if engine not in self._lost:
+                log.error("the database does not answer: %s", getattr(error, "orig", None) or error)
+                self._lost[engine] = utc_now()
+                self._changed.notify_all()
+            since = self._lost[engine]
+        if _code(error) == _STANDBY:
+            # Those that are open are open to the wrong server.
+            engine.dispose()
+        return since
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closing or self._lost)
+                if self._changed.wait_for(lambda: self._closing, self._again_s):
+                    return
+                lost = dict(self._lost)
+            for engine, since in lost.items():
+                if self._answers(engine):
+                    with self._changed:
+                        del self._lost[engine]
+                        self._changed.notify_all()
+                    log.warning("the database answers again; it was away since %s", since.isoformat(timespec="seconds"))
+                    if engine is self._writer:
+                        self.on_back(since)
+
+    def _answers(self, engine: Engine) -> bool:
+        try:
+            with engine.begin() as connection:
+                connection.execute(text("SELECT 1"))
+                if engine is self._writer:
+                    # Written to, as a disk that is full can still be read.
+                    connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
+        except SQLAlchemyError:
+            return False
+        return True
+
+
+def _is_lost(error: SQLAlchemyError) -> bool:
+    if not isinstance(error, DBAPIError):
+        return False
+    if isinstance(error.orig, sqlite3.OperationalError):
+        return (getattr(error.orig, "sqlite_errorcode", 0) & 0xFF) in _SQLITE_LOST
+    code = _code(error)
+    # Without a code, no server has said it: there was no connection, or it has been given up.
+    no_word = code is None and type(error).__name__ in ("OperationalError", "InterfaceError")
+    return error.connection_invalidated or no_word or code == _STANDBY or (code or "").startswith(_LOST)
+
+
+def _code(error: SQLAlchemyError) -> str | None:
+    """PostgreSQL's, where it has told one."""
+    code: str | None = getattr(getattr(error, "orig", None), "sqlstate", None)
+    return code

@@ -1,0 +1,70 @@
+"""Five stations treat on one PostgreSQL that is killed, or hangs, fifty times, and on two of which the first is killed ten times:
+nothing is lost, nothing is doubled. An hour.
+
+`--log-cli-level info` tells each as it comes, and the figures at the end.
+"""
+
+import logging
+import random
+from contextlib import ExitStack
+from pathlib import Path
+from threading import Event
+
+import pytest
+
+from kata.bench import postgresql
+from tests.whole.failover import pair
+from tests.whole.outages import TreatingStation, judge
+
+STATIONS = 5
+OUTAGES = 50
+HANGS_S = 600.0
+"""The longest of them, once."""
+FAILOVERS = 10
+
+log = logging.getLogger(__name__)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(10_800)
+def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
+    chance, over = random.Random(8), Event()
+    with postgresql.serving() as url, ExitStack() as stack:
+        server = postgresql.Server(url)
+        stations = [TreatingStation(stack, tmp_path, f"Station {n}", url, over) for n in range(1, STATIONS + 1)]
+        stack.callback(over.set)
+        for one in stations:
+            one.begin()
+        settled_mb = [one.clinic.service_mb for one in stations]
+        for number in range(OUTAGES):
+            over.wait(chance.uniform(1.0, 6.0))
+            with server.hanging() if chance.random() < 0.5 else server.killed():
+                over.wait(HANGS_S if number == OUTAGES // 2 else chance.uniform(0.0, 10.0))
+            if number == OUTAGES // 10:
+                settled_mb = [one.clinic.service_mb for one in stations]
+            log.info("outage %d of %d", number + 1, OUTAGES)
+        over.set()
+        for one in stations:
+            one.end()
+        growth_mb = [one.clinic.service_mb - mb for one, mb in zip(stations, settled_mb, strict=True)]
+        log.info("%s; services grew by %s MB", judge(stations, url), ", ".join(f"{mb:+.1f}" for mb in growth_mb))
+        assert max(growth_mb) <= 10.0
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
+    chance, over = random.Random(10), Event()
+    with pair() as servers, ExitStack() as stack:
+        stations = [TreatingStation(stack, tmp_path, f"Station {n}", servers.url, over) for n in range(1, STATIONS + 1)]
+        stack.callback(over.set)
+        for one in stations:
+            one.begin()
+        for number in range(FAILOVERS):
+            over.wait(chance.uniform(5.0, 10.0))
+            servers.fail_over(chance.uniform(0.0, 3.0))
+            log.info("failover %d of %d", number + 1, FAILOVERS)
+        over.set()
+        for one in stations:
+            one.end()
+        log.info("%s", judge(stations, servers.url))

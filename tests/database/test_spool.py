@@ -1,0 +1,261 @@
+"""What happens at the station is on disk at once, and in the database exactly once, in order, however often either fails."""
+
+import errno
+import os
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import Column, Integer, MetaData, String, Table, select
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session
+
+from kata.database.base import utc_now
+from kata.database.delivery import Delivery, SpoolRow
+from kata.database.engine import Database
+from kata.database.spool import Record, Spool, SpoolError, read
+
+ARRIVED = Table(
+    "arrived", MetaData(), Column("place", Integer, primary_key=True), Column("what", String, nullable=False)
+)
+
+
+def filled(folder: Path, *payloads: str, **given: Any) -> Spool:
+    made = Spool(folder, again_s=0.01, **given)
+    for one in payloads:
+        made.put(one.encode())
+    assert made.until_written(10)
+    return made
+
+
+def told(records: Sequence[Record]) -> list[str]:
+    return [one.payload.decode() for one in records]
+
+
+def the_file(folder: Path) -> Path:
+    return max(folder.glob("*.spool"))
+
+
+def test_cut_at_any_byte_it_gives_what_stands_before(tmp_path: Path) -> None:
+    payloads = ["first", "second, which is longer", "", "third"]
+    filled(tmp_path, *payloads).close()
+    data = the_file(tmp_path).read_bytes()
+    ends = [data.index(b"\n") + 1]
+    for one in payloads:
+        ends.append(ends[-1] + 8 + len(one))
+    assert ends[-1] == len(data)
+    cut = tmp_path / "cut" / "000000000001.spool"
+    cut.parent.mkdir()
+    for size in range(len(data) + 1):
+        cut.write_bytes(data[:size])
+        part = read(cut)
+        whole = sum(size >= end for end in ends[1:])
+        assert (part is None) == (size < ends[0])
+        assert told(part.records if part else []) == payloads[:whole], size
+
+
+def test_a_byte_that_is_wrong_gives_what_stands_before_it(tmp_path: Path) -> None:
+    payloads = ["first", "second", "third"]
+    filled(tmp_path, *payloads).close()
+    file = the_file(tmp_path)
+    data = file.read_bytes()
+    header = data.index(b"\n") + 1
+    for at in range(header, len(data)):
+        file.write_bytes(data[:at] + bytes([data[at] ^ 0x10]) + data[at + 1 :])
+        part = read(file)
+        assert part
+        assert told(part.records) == payloads[: len(part.records)]
+        assert len(part.records) < 3
+
+
+def test_what_a_crash_has_torn_is_gone_on_behind(tmp_path: Path) -> None:
+    filled(tmp_path, "a", "b").close()
+    file = the_file(tmp_path)
+    file.write_bytes(file.read_bytes()[:-1])
+    again = filled(tmp_path, "c", "d")
+    assert [(one.number, one.payload.decode()) for one in again.after(0, 10)] == [(1, "a"), (2, "c"), (3, "d")]
+    again.close()
+
+
+def test_files_end_and_begin_and_those_that_were_taken_go(tmp_path: Path) -> None:
+    made = Spool(tmp_path, full_bytes=200, again_s=0.01)
+    for n in range(50):
+        made.put(f"{n:03d}".encode())
+        assert made.until_written(10)
+    assert len(list(tmp_path.glob("*.spool"))) > 3
+    assert told(made.after(0, 1000)) == [f"{n:03d}" for n in range(50)]
+    assert told(made.after(20, 5)) == [f"{n:03d}" for n in range(20, 25)]
+    made.taken(30)
+    assert told(made.after(30, 1000)) == [f"{n:03d}" for n in range(30, 50)]
+    made.taken(50)
+    assert len(list(tmp_path.glob("*.spool"))) == 1
+    made.close()
+    again = filled(tmp_path, "next")
+    assert [one.number for one in again.after(50, 10)] == [51]
+    assert again.id == made.id
+    again.close()
+
+
+def test_a_folder_of_somebody_elses_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "000000000001.spool").write_text('{"format":"kata-spool/9"}\n')
+    with pytest.raises(SpoolError, match="that this version can read"):
+        Spool(tmp_path)
+
+
+def test_a_disk_that_is_full_is_said_and_nothing_is_written_twice_when_it_is_not_any_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = filled(tmp_path, "before")
+    write, full, tried = os.write, threading.Event(), threading.Semaphore(0)
+    full.set()
+
+    def taking_some(file: int, data: bytes) -> int:
+        if full.is_set():
+            tried.release()
+            if len(data) > 12:
+                return write(file, data[:12])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(file, data)
+
+    monkeypatch.setattr(os, "write", taking_some)
+    made.put(b"one")
+    made.put(b"two")
+    assert all(tried.acquire(timeout=10) for _ in range(3))
+    assert made.full_since is not None
+    assert made.unwritten == 2
+    full.clear()
+    assert made.until_written(10)
+    made.put(b"after")
+    assert made.until_written(10)
+    assert made.full_since is None
+    assert [(one.number, one.payload) for one in made.after(0, 10)] == [
+        (1, b"before"), (2, b"one"), (3, b"two"), (4, b"after"),
+    ]  # fmt: skip
+    made.close()
+
+
+class Clinic:
+    """A database with a table of what has arrived."""
+
+    def __init__(self, database: Database, folder: Path) -> None:
+        self.database, self.folder = database, folder
+        with database.writer.begin() as connection:
+            ARRIVED.create(connection)
+        self.failures: list[Exception] = []
+        self.tried = threading.Semaphore(0)
+
+    def take(self, session: Session, records: Sequence[Record]) -> int:
+        self.tried.release()
+        if self.failures:
+            raise self.failures.pop()
+        for one in records:
+            session.execute(ARRIVED.insert().values(what=one.payload.decode() or None))
+        return len(records)
+
+    def delivery(self, spool: Spool) -> Delivery:
+        return Delivery(spool, self.database, "Station 1", self.take, self.folder, again_s=0.01)
+
+    def arrived(self) -> list[str]:
+        with self.database.read() as session:
+            return list(session.scalars(select(ARRIVED.c.what).order_by(ARRIVED.c.place)))
+
+
+@pytest.fixture
+def clinic(database: Database, tmp_path: Path) -> Clinic:
+    return Clinic(database, tmp_path)
+
+
+def test_everything_arrives_once_and_in_order_over_failures_and_starts(clinic: Clinic, tmp_path: Path) -> None:
+    expected: list[str] = []
+    for start in range(3):
+        clinic.failures = [OperationalError("", None, Exception("gone")) for _ in range(2)]
+        spool = filled(tmp_path / "spool")
+        delivery = clinic.delivery(spool)
+        for n in range(100):
+            expected.append(f"{start}-{n}")
+            spool.put(expected[-1].encode())
+        assert delivery.until_taken(20)
+        assert delivery.waiting == 0
+        delivery.close(5)
+        spool.close()
+    assert clinic.arrived() == expected
+
+
+def _crashed(*_: object) -> None:
+    raise RuntimeError("crashed")
+
+
+def test_a_crash_between_the_commit_and_the_files_imports_nothing_twice(
+    clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spool = filled(tmp_path / "spool", "a", "b")
+    with monkeypatch.context() as patch:
+        patch.setattr(Delivery, "_now_taken", lambda *_: None)
+        delivery = clinic.delivery(spool)
+        limit = time.monotonic() + 30
+        while clinic.arrived() != ["a", "b"]:
+            assert time.monotonic() < limit
+        # It ends where the process would have: with everything else still to do.
+        patch.setattr(Delivery, "_deliver", _crashed)
+        delivery.close(0)
+    spool.close()
+    assert clinic.arrived() == ["a", "b"]
+    spool = filled(tmp_path / "spool", "c")
+    delivery = clinic.delivery(spool)
+    assert delivery.until_taken(20)
+    delivery.close(5)
+    spool.close()
+    assert clinic.arrived() == ["a", "b", "c"]
+
+
+def test_a_commit_whose_answer_is_lost_is_found_to_stand(
+    clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The server has committed, and the connection broke before it could say so."""
+    spool = filled(tmp_path / "spool", "a", "b")
+    deliver = Delivery._deliver
+    lost: list[bool] = []
+
+    def losing(self: Delivery, at_once: int) -> None:
+        with monkeypatch.context() as patch:
+            patch.setattr(Delivery, "_now_taken", lambda *_: None)
+            if not lost:
+                lost.append(True)
+                deliver(self, at_once)
+                raise OperationalError("", None, Exception("connection lost"))
+        deliver(self, at_once)
+
+    monkeypatch.setattr(Delivery, "_deliver", losing)
+    delivery = clinic.delivery(spool)
+    assert delivery.until_taken(20)
+    delivery.close(5)
+    spool.close()
+    assert clinic.arrived() == ["a", "b"]
+
+
+def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing(
+    clinic: Clinic, tmp_path: Path
+) -> None:
+    spool = filled(tmp_path / "spool", "a", "", "c")
+    delivery = clinic.delivery(spool)
+    assert delivery.until_taken(20)
+    delivery.close(5)
+    spool.close()
+    assert clinic.arrived() == ["a", "c"]
+    assert (tmp_path / "refused.jsonl").read_bytes() == b"\n"
+
+
+def test_a_folder_that_was_put_back_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
+    spool = filled(tmp_path / "spool", "a")
+    with clinic.database.write() as session:
+        session.add(SpoolRow(id=spool.id, station="Station 1", taken=7, at=utc_now()))
+    spool.close()
+    spool = filled(tmp_path / "spool", "b")
+    delivery = clinic.delivery(spool)
+    assert delivery.until_taken(20)
+    delivery.close(5)
+    spool.close()
+    assert clinic.arrived() == ["b"]

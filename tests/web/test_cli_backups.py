@@ -1,0 +1,191 @@
+"""``kata backup``, ``kata restore`` and ``kata accounts link``, as somebody types them, wrong things included."""
+
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from pyrage.x25519 import Identity
+from sqlalchemy import select
+
+from kata.access import set_up
+from kata.clinic.patients.tables import PatientRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.device import journal
+from tests.web.test_cli import kata
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """Of a clinic with a patient, K-1."""
+    folder = tmp_path / "data"
+    folder.mkdir()
+    database = Database(f"sqlite:///{folder / 'kata.db'}")
+    upgrade(database)
+    database.close()
+    add_patient(folder, "K-1")
+    return folder
+
+
+def add_patient(data: Path, number: str) -> None:
+    database, now = Database(f"sqlite:///{data / 'kata.db'}"), utc_now()
+    with database.write() as session:
+        session.add(
+            PatientRow(
+                id=uuid4(), clinic_number=number, name="N", sex="unknown", notes="", created_at=now, updated_at=now
+            )
+        )
+    database.close()
+
+
+def patients(data: Path) -> list[str]:
+    database = Database(f"sqlite:///{data / 'kata.db'}")
+    with database.read() as session:
+        found = list(session.scalars(select(PatientRow.clinic_number).order_by(PatientRow.clinic_number)))
+    database.close()
+    return found
+
+
+def backup_of(data: Path) -> Path:
+    assert kata("backup", "--data", data, folder=data).returncode == 0
+    (file,) = data.glob("backups/*.kata-backup")
+    return file
+
+
+def refused(done: subprocess.CompletedProcess[str], sentence: str, code: int = 1) -> None:
+    assert done.returncode == code, done.stdout + done.stderr
+    assert sentence in " ".join(done.stderr.split()), done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_backup_says_where_it_is_that_it_came_back_and_what_to_keep(data: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "not there yet" / "backups"
+    done = kata("backup", "--data", data, "--to", elsewhere, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    (file,) = elsewhere.iterdir()
+    assert f"Backup: {file} (" in done.stdout
+    assert "Restored to try it: whole, and equal to the database at its moment." in done.stdout
+    assert "The audit trail in it is whole: 0 rows." in done.stdout
+    assert f"Key: {data / 'backup-key.txt'}. Without it the backup is worth nothing" in done.stdout
+
+
+def test_a_backup_that_could_not_be_tried_says_so(data: Path) -> None:
+    backup_of(data)
+    (data / "backup-key.txt").unlink()
+    done = kata("backup", "--data", data, folder=data)
+    assert done.returncode == 0
+    assert "Not tried: The key is not on this computer" in done.stdout
+    assert "Key:" not in done.stdout
+
+
+def test_no_backup_is_made_of_nothing_or_into_something_that_is_no_folder(data: Path, tmp_path: Path) -> None:
+    refused(kata("backup", "--data", tmp_path / "empty", folder=tmp_path), "there is no database")
+    (tmp_path / "a file").write_text("")
+    refused(
+        kata("backup", "--data", data, "--to", tmp_path / "a file", folder=tmp_path), "No backup was made: File exists"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is no public key of age (age1...)"),
+        ("KATA_BACKUP_KEY", "kata.db", "is no key of backups"),
+        ("KATA_BACKUP_AT", "at night", "must be a time of day such as 02:30, or never"),
+    ],
+)
+def test_a_setting_that_makes_no_sense_makes_no_backup(
+    data: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str, sentence: str
+) -> None:
+    monkeypatch.setenv(name, value)
+    refused(kata("backup", "--data", data, folder=data), sentence)
+    assert list(data.glob("backups/*")) == []
+
+
+def test_a_try_changes_nothing_and_says_what_is_in_it(data: Path) -> None:
+    file = backup_of(data)
+    add_patient(data, "K-2")
+    done = kata("restore", file, "--try", "--data", data, folder=data)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "equal to the database at that moment. Nothing was changed." in done.stdout
+    assert "The audit trail in it is whole: 0 rows." in done.stdout
+    assert patients(data) == ["K-1", "K-2"]
+
+
+def test_a_restore_over_a_clinic_that_is_there_puts_it_aside(data: Path) -> None:
+    file = backup_of(data)
+    add_patient(data, "K-2")
+    done = kata("restore", file, "--data", data, folder=data)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert patients(data) == ["K-1"]
+    aside = Path(re.findall(r"What was there before: (.*)", done.stdout)[0])
+    assert patients(aside) == ["K-1", "K-2"]
+    assert "Everybody signs in again, with the passwords of that day." in done.stdout
+
+
+def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Path) -> None:
+    file = backup_of(data)
+    refused(kata("restore", file, "--data", tmp_path / "new", folder=tmp_path), "name the copy that was kept elsewhere")
+    done = kata("restore", file, "--key", data / "backup-key.txt", "--data", tmp_path / "new", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "What was there before: nothing" in done.stdout
+    assert patients(tmp_path / "new") == ["K-1"]
+
+
+@pytest.mark.parametrize("only_try", [[], ["--try"]])
+def test_what_is_no_backup_or_does_not_open_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
+    file = backup_of(data)
+
+    def restoring(backup: Path, *more: Any) -> subprocess.CompletedProcess[str]:
+        return kata("restore", backup, *only_try, "--data", data, *more, folder=tmp_path)
+
+    refused(restoring(tmp_path / "nowhere"), "does not exist", code=2)
+    refused(restoring(data), "is a directory", code=2)
+    nonsense, cut_short, key = tmp_path / "nonsense", tmp_path / "cut-short", tmp_path / "key.txt"
+    nonsense.write_text("something else")
+    refused(restoring(nonsense), "is no backup, or its beginning is damaged")
+    cut_short.write_bytes(file.read_bytes()[:-100])
+    refused(restoring(cut_short), "is not whole: it was cut short or changed")
+    key.write_text(f"{Identity.generate()}\n")
+    refused(restoring(file, "--key", key), "This key does not open")
+    refused(restoring(file, "--key", tmp_path / "none.txt"), "cannot be read (No such file or directory)")
+    key.write_text("# no key in here\n")
+    refused(restoring(file, "--key", key), "holds no key")
+    assert patients(data) == ["K-1"]
+    assert list(data.glob("before-restore-*")) == []
+
+
+def test_nothing_is_restored_under_a_service_at_work(data: Path) -> None:
+    file = backup_of(data)
+    with journal.claimed(data, 0.0):
+        refused(
+            kata("restore", file, "--data", data, folder=data), f"Kata is running on {data}, and nothing is replaced"
+        )
+        assert kata("restore", file, "--try", "--data", data, folder=data).returncode == 0
+
+
+def test_a_link_for_a_clinic_that_is_locked_out_is_good_once_the_last_one_alone(tmp_path: Path) -> None:
+    data, made = tmp_path / "new" / "data", []
+    for _ in range(2):
+        done = kata("accounts", "link", "--data", data, "--url", "https://kata.clinic.example/", folder=tmp_path)
+        assert done.returncode == 0
+        made += re.findall(r"once, within 24 hours: https://kata.clinic.example/set-up#secret=(\S+)", done.stderr)
+        assert done.stdout == "", "whoever sends the output somewhere sends no secret along"
+    first, last = made
+    assert not set_up.fits(data, first, utc_now())
+    assert set_up.fits(data, last, utc_now())
+    assert all(last not in file.read_text() for file in data.iterdir())
+    assert (data / "set-up-link.json").stat().st_mode & 0o777 == 0o600
+
+
+def test_a_link_needs_a_folder_that_can_be_written_to(tmp_path: Path) -> None:
+    (tmp_path / "a file").write_text("")
+    refused(
+        kata("accounts", "link", "--data", tmp_path / "a file", folder=tmp_path),
+        f"Nothing can be written to {tmp_path / 'a file'}",
+    )

@@ -1,0 +1,186 @@
+"""Stations that share one database and go on treating while it hangs and dies; what they, their simulators and the apparatus did is known
+here, and compared with what the database has in the end."""
+
+import logging
+import random
+import time
+from collections import Counter
+from contextlib import ExitStack, closing
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any, Final
+from urllib.error import URLError
+from uuid import UUID, uuid4
+
+import httpx2
+from sqlalchemy import func, select
+
+from kata.access.verify import verify
+from kata.bench.clinic import BenchError, Clinic, prepared
+from kata.bench.load import loading
+from kata.bench.prepared import Prepared
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.tables import RunRow
+from kata.database.engine import Database
+from kata.device import journal
+
+log = logging.getLogger(__name__)
+
+_RATE_HZ: Final = 100
+_PLAY_S: Final = 20.0
+_LIMIT_S: Final = 120.0
+_ACTIVE: Final = {"X-Kata-Active": "1"}
+_ESTOP: Final = "estop_pressed"
+
+
+class _Hand:
+    """The simulator's, which counts how often its emergency stop is pressed."""
+
+    def __init__(self, hand: Any) -> None:
+        self._hand, self.presses = hand, 0
+
+    def estop(self, pressed: bool) -> None:
+        self.presses += pressed
+        self._hand.estop(pressed)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._hand, name)
+
+
+class TreatingStation:
+    """Plays over and over, presses its emergency stop now and then, and writes notes; whatever the database does."""
+
+    def __init__(self, stack: ExitStack, folder: Path, name: str, database_url: str, over: Event) -> None:
+        self.name, self.data, self._over = name, folder / name, over
+        self.records: Prepared = prepared(self.data, play_s=_PLAY_S, plot_s=1.0, database_url=database_url)
+        self.clinic = stack.enter_context(
+            Clinic(self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=database_url)
+        )
+        self.hand = _Hand(self.clinic.hand)
+        self.clinic.hand = self.hand  # type: ignore[assignment]
+        # A page is open, or the apparatus would be paused for want of one.
+        stack.enter_context(loading(self.clinic, None, pages=1))
+        self.notes: dict[str, int] = {}
+        """By clinic number: which change of its notes was the last that the service has acknowledged."""
+        self.runs: set[UUID] = set()
+        """That were seen going on."""
+        self._threads = [Thread(target=self._treat), Thread(target=self._write)]
+
+    def begin(self) -> None:
+        for thread in self._threads:
+            thread.start()
+
+    def end(self) -> None:
+        """Wait until nothing is going on and all that was kept is delivered."""
+        for thread in self._threads:
+            thread.join()
+        limit = time.monotonic() + _LIMIT_S
+        while (live := self.clinic.live()).mode != "idle" or live.kept.waiting or live.kept.away_since:
+            assert time.monotonic() < limit, live
+            self._stop_what_goes_on(live.mode)
+            time.sleep(0.1)
+
+    def _stop_what_goes_on(self, mode: str) -> None:
+        if mode == "stopped":
+            self.clinic.command("acknowledge")
+        elif mode != "idle":
+            self.clinic.command("stop")
+
+    def _treat(self) -> None:
+        chance = random.Random(self.name)
+        while not self._over.is_set():
+            try:
+                self._once(chance)
+            except (BenchError, URLError, TimeoutError) as error:
+                log.info("%s: %s", self.name, error)
+                self._over.wait(0.5)
+
+    def _once(self, chance: random.Random) -> None:
+        live = self.clinic.live()
+        if live.run:
+            self.runs.add(live.run.run_id)
+        if live.mode == "stopped":
+            self.clinic.insist("acknowledge")
+        elif live.mode == "idle":
+            self.clinic.play(self.records)
+        elif live.mode == "paused":
+            self.clinic.insist("play")
+        elif live.mode == "playing" and chance.random() < 0.1:
+            self.clinic.hand.estop(True)
+            self.clinic.until(lambda now: now.estop == "pressed", 10.0)
+            self.clinic.hand.estop(False)
+            self.clinic.until(lambda now: now.estop == "released", 10.0)
+        else:
+            self._over.wait(0.5)
+
+    def _write(self) -> None:
+        cookie = dict([self.records.cookie.split("=", 1)])
+        with httpx2.Client(base_url=self.clinic.url, cookies=cookie, headers=_ACTIVE, timeout=30) as client:
+            while not self._over.is_set():
+                number = uuid4().hex
+                body = {"clinic_number": number, "name": "N", "affected_side": "left", "notes": "1"}
+                made = self._acknowledged(client, "POST", "/api/patients", body, 201)
+                if made is None:
+                    continue
+                self.notes[number] = 1
+                for change in range(2, 5):
+                    path = f"/api/patients/{made['id']}"
+                    if self._acknowledged(client, "PATCH", path, {"notes": str(change)}, 200) is None:
+                        break
+                    self.notes[number] = change
+                self._over.wait(0.2)
+
+    def _acknowledged(
+        self, client: httpx2.Client, method: str, path: str, body: dict[str, str], status: int
+    ) -> dict[str, Any] | None:
+        """The answer; None where the database was away, and it may have been done or not."""
+        answer = client.request(method, path, json=body)
+        if answer.status_code == 503:
+            self._over.wait(0.5)
+            return None
+        assert answer.status_code == status, answer.text
+        found: dict[str, Any] = answer.json()
+        return found
+
+
+def judge(stations: list[TreatingStation], database_url: str) -> str:
+    """Nothing of what happened is missing, nothing is there twice; raises what is. Says how much it was."""
+    with closing(Database(database_url)) as database, database.read() as session:
+        counted: Counter[str] = Counter()
+        for one in stations:
+            query = select(func.count()).where(DeviceEventRow.station == one.name, DeviceEventRow.code == _ESTOP)
+            assert session.scalar(query) == one.hand.presses, f"{one.name}: presses of the emergency stop"
+            assert list((one.data / "journal").glob("unreadable/*")) == []
+            assert list((one.data / "journal").glob("*.journal")) == []
+            measured = {UUID(kept.id): kept for kept in map(journal.read, _journals(one.data)) if kept.kind == "run"}
+            written = {row.id: row for row in session.scalars(_runs(one.records))}
+            written.pop(one.records.run_id)
+            measured.pop(one.records.run_id)
+            # One that never moved leaves no journal behind.
+            assert set(measured) <= set(written) and one.runs <= set(written), f"{one.name}: runs"
+            assert all(row.ended_at for row in written.values())
+            for key, kept in measured.items():
+                assert len(runs.samples(session, key)["time_s"]) == len(kept.t_ns), f"{one.name}: samples of {key}"
+                counted["samples"] += len(kept.t_ns)
+            numbers = list(one.notes)
+            kept_notes = dict(
+                session.execute(
+                    select(PatientRow.clinic_number, PatientRow.notes).where(PatientRow.clinic_number.in_(numbers))
+                ).all()
+            )
+            # What was refused for want of the database may have been done.
+            assert all(0 <= int(kept_notes[number]) - change <= 1 for number, change in one.notes.items())
+            counted.update(presses=one.hand.presses, runs=len(written), notes=sum(one.notes.values()))
+        verdict = verify(session, [one.data / "audit.anchor" for one in stations])
+        assert verdict.findings == []
+        return f"{dict(counted)}, {verdict.rows} rows of the audit trail"
+
+
+def _journals(data: Path) -> list[Path]:
+    return sorted((data / "journal/imported").iterdir())
+
+
+def _runs(records: Prepared) -> Any:
+    return select(RunRow).where(RunRow.session_id == records.session_id)
