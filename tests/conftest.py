@@ -11,12 +11,14 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from sqlalchemy import Engine, create_engine, text
 
 from kata.bench import postgresql
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, read_csv
+from tests.upgraded import upgraded_file
 
 ROOT = Path(__file__).parent.parent
 
@@ -93,19 +95,35 @@ def services_url(postgresql_url: str) -> Iterator[str]:
     made.close()
 
 
+@pytest.fixture(scope="session")
+def upgraded_on_server(postgresql_url: str) -> Iterator[Engine]:
+    """A connection to the server that has a database of the present schema, to be copied."""
+    server = create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
+    with server.connect() as connection:
+        connection.execute(text("CREATE DATABASE upgraded"))
+    made = Database(server.url.set(database="upgraded").render_as_string(hide_password=False))
+    upgrade(made)
+    made.close()
+    yield server
+    server.dispose()
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Database]:
     """On SQLite and, where its programs are on the machine, on PostgreSQL; upgraded, empty."""
     if request.param == "sqlite":
-        url = f"sqlite:///{tmp_path / 'kata.db'}"
-    else:
-        url = request.getfixturevalue("postgresql_url")
-    made = Database(url)
-    upgrade(made)
+        made = Database(upgraded_file(tmp_path / "kata.db"))
+        yield made
+        made.close()
+        return
+    server: Engine = request.getfixturevalue("upgraded_on_server")
+    with server.connect() as connection:
+        connection.execute(text("CREATE DATABASE of_a_test TEMPLATE upgraded"))
+    made = Database(server.url.set(database="of_a_test").render_as_string(hide_password=False))
     yield made
-    if request.param == "postgresql":
-        _empty(made)
     made.close()
+    with server.connect() as connection:
+        connection.execute(text("DROP DATABASE of_a_test WITH (FORCE)"))
 
 
 def _empty(made: Database) -> None:

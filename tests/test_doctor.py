@@ -14,9 +14,9 @@ from kata.access.backups.book import take_notes_in
 from kata.access.backups.key import make_key
 from kata.access.backups.making import make
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.doctor import Finding, examine
 from kata.settings import Settings
+from tests.upgraded import upgraded_file
 
 
 @pytest.fixture
@@ -73,8 +73,7 @@ def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, m
 
 def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     assert "made at the first start" in found("Database", tmp_path).message
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     assert found("Database", tmp_path).message.endswith("has the newest schema.")
     with database.writer.begin() as connection:
         connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
@@ -86,8 +85,7 @@ def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
 
 def test_backups_are_asked_for_until_one_is_known_to_be_restorable(tmp_path: Path) -> None:
     assert found("Backups", tmp_path).state == "ok", "nothing to lose yet"
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     settings = Settings(data=tmp_path, database_url="", station=None)
     make_key(settings)
     told = found("Backups", tmp_path)

@@ -1,5 +1,16 @@
-"""``python -m kata``."""
+"""The ``kata`` command, and ``python -m kata``.
 
-from kata.cli import main
+A worker process that is spawned reads its parent's main module once more, so this one has nothing in it: all of the command line
+is seconds of imports.
+"""
 
-main()
+
+def main() -> None:
+    """Entry of both."""
+    from kata.cli import app
+
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -61,11 +61,6 @@ _LONGEST_MESSAGE = 64 * 1024
 _console = Console(stderr=True, highlight=False)
 
 
-def main() -> None:
-    """Entry of ``kata``."""
-    app()
-
-
 @app.callback(invoke_without_command=True)
 def _common(show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """The software of a shoulder-rehabilitation apparatus."""

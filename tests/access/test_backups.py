@@ -36,9 +36,9 @@ from kata.database.base import utc_now
 from kata.database.copies import copy
 from kata.database.engine import Database
 from kata.database.tally import Tally, tallies
-from kata.database.upgrade import upgrade
 from kata.settings import Settings
 from tests.signed_in import signed_in
+from tests.upgraded import upgraded_file
 
 log = logging.getLogger(__name__)
 
@@ -61,8 +61,7 @@ def settings(database: Database, tmp_path: Path) -> Settings:
 @pytest.fixture
 def small(tmp_path: Path) -> Settings:
     """Of a clinic on SQLite with nothing in it: for what does not depend on what is."""
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     database.close()
     return Settings(data=tmp_path, database_url="")
 

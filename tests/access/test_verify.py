@@ -17,6 +17,7 @@ from kata.cli import app
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from tests.access.tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
+from tests.upgraded import upgraded_file
 
 ROWS = 200
 NAMES = [name for name, _ in tricks(ROWS, Random(0))]
@@ -103,8 +104,7 @@ def test_only_the_last_line_of_an_anchor_can_be_missing_unseen_as_after_a_crash_
 class TestCommand:
     @pytest.fixture
     def folder(self, tmp_path: Path) -> Path:
-        database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-        upgrade(database)
+        database = Database(upgraded_file(tmp_path / "kata.db"))
         filled(database, tmp_path / "audit.anchor", 60)
         database.close()
         return tmp_path

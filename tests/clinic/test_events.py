@@ -16,10 +16,10 @@ from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.problems import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
+from tests.upgraded import upgraded_file
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()
@@ -150,9 +150,7 @@ def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database
 
 @pytest.fixture
 def sqlite(tmp_path: Path) -> Database:
-    made = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(made)
-    return made
+    return Database(upgraded_file(tmp_path / "kata.db"))
 
 
 def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:

@@ -13,11 +13,11 @@ from kata.clinic.episodes.schemas import EpisodeCreate, EpisodeUpdate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 from kata.problems import ProblemError
+from tests.upgraded import upgraded_file
 
 TIMES_S = np.arange(0, 4.005, 0.01)
 
@@ -48,8 +48,7 @@ class Clinic:
 
 @pytest.fixture
 def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     yield Clinic(database)
     database.close()
 

@@ -19,7 +19,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import Wanted
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
+from tests.upgraded import upgraded_file
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({"Station 1"}))
 HIDDEN = restricted.hidden(THERAPIST)
@@ -35,8 +35,7 @@ IN_ORDER = {
 
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    database = Database(f"sqlite:///{tmp_path_factory.mktemp('plans') / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path_factory.mktemp("plans") / "kata.db"))
     yield database
     database.close()
 

@@ -13,7 +13,6 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.device.config import StationConfig
 from kata.device.journal import (
     PHASE_APPROACHING,
@@ -29,6 +28,7 @@ from kata.motion import edit
 from kata.motion.edit import Asked
 from kata.motion.method import Method
 from tests.clinic.test_importer import Clinic
+from tests.upgraded import upgraded_file
 
 Reason = Literal["completed", "returned", "stopped", "unloaded"]
 Part = tuple[int, float, float]
@@ -39,8 +39,7 @@ THRICE = Asked(repetitions=3, pause_s=1.0)
 
 @pytest.fixture
 def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     yield Clinic(tmp_path, database)
     database.close()
 

@@ -25,12 +25,12 @@ from kata.clinic.sessions.schemas import Outcome
 from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
 from kata.database.series import Series
-from kata.database.upgrade import upgrade
 from kata.device.faults import FAULTS
 from kata.motion.edit import AS_TAUGHT
 from kata.problems import ProblemError
 from tests.clinic.treated import PLAIN, Texts, treat
 from tests.conftest import ROOT
+from tests.upgraded import upgraded_file
 
 CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
 AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
@@ -46,8 +46,7 @@ def how(language: Language = "en") -> Print:
 
 @pytest.fixture(scope="module")
 def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    made = Database(f"sqlite:///{tmp_path_factory.mktemp('reports') / 'kata.db'}")
-    upgrade(made)
+    made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
     yield made
     made.close()
 

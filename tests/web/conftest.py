@@ -14,11 +14,14 @@ from kata.access.sign_in import COOKIE
 from kata.settings import Settings
 from kata.web.app import create_app
 from tests.signed_in import signed_in
+from tests.upgraded import upgraded_file
 
 
 @contextmanager
 def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
     """From start to end; somebody of this role is signed in."""
+    if "database_url" not in settings and not (folder / "kata.db").exists():
+        upgraded_file(folder / "kata.db")
     given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
     app = create_app(Settings(**given))
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:

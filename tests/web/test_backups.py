@@ -18,6 +18,7 @@ from kata.problems import ProblemError
 from kata.settings import Settings
 from kata.web.backups import Backups, due, next_at, night_lock
 from tests.signed_in import signed_in
+from tests.upgraded import upgraded_file
 
 TOKYO = ZoneInfo("Asia/Tokyo")
 LIMIT_S = 150.0
@@ -64,8 +65,7 @@ def test_nobody_else_is_told_of_backups(client: TestClient, role: Any) -> None:
 
 @pytest.fixture
 def clinic(tmp_path: Path) -> tuple[Settings, Database]:
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     return Settings(data=tmp_path, database_url=""), database
 
 

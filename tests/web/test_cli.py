@@ -7,15 +7,16 @@ import socket
 import subprocess
 import sys
 import time
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.motion.axes import POSE_COLUMNS
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught
+from tests.upgraded import upgraded_file
 
 
 def kata(*arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -110,8 +111,7 @@ def test_serve_says_that_the_port_is_taken(tmp_path: Path) -> None:
 
 
 def test_serve_says_that_the_database_is_newer(tmp_path: Path) -> None:
-    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(tmp_path / "kata.db"))
     with database.writer.begin() as connection:
         connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
     database.close()
@@ -162,3 +162,11 @@ def test_however_it_ends_nothing_of_it_stays(tmp_path: Path, how: signal.Signals
         assert time.monotonic() < limit, [pid for pid in started if alive(pid)]
         time.sleep(0.05)
     assert "ended" in (tmp_path / "device.log").read_text()
+
+
+def test_a_spawned_worker_does_not_read_the_whole_command_line_once_more() -> None:
+    (command,) = entry_points(group="console_scripts", name="kata")
+    main_module = command.value.partition(":")[0]
+    read_again = f"import {main_module}, sys; print('kata.cli' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", read_again], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "False"

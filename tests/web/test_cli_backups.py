@@ -14,8 +14,8 @@ from kata.access import set_up
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.device import journal
+from tests.upgraded import upgraded_file
 from tests.web.test_cli import kata
 
 
@@ -24,8 +24,7 @@ def data(tmp_path: Path) -> Path:
     """Of a clinic with a patient, K-1."""
     folder = tmp_path / "data"
     folder.mkdir()
-    database = Database(f"sqlite:///{folder / 'kata.db'}")
-    upgrade(database)
+    database = Database(upgraded_file(folder / "kata.db"))
     database.close()
     add_patient(folder, "K-1")
     return folder

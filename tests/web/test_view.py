@@ -16,15 +16,14 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.sessions.schemas import CheckTick, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.web.view import View
 from tests.signed_in import signed_in
+from tests.upgraded import upgraded_file
 
 
 @pytest.fixture
 def clinic(tmp_path: Path) -> Iterator[Database]:
-    made = Database(f"sqlite:///{tmp_path / 'kata.db'}")
-    upgrade(made)
+    made = Database(upgraded_file(tmp_path / "kata.db"))
     yield made
     made.close()
 

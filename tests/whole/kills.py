@@ -18,12 +18,12 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow, RunSamplesRow
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 from kata.device import journal
 from kata.device.messages import Approach, Load, Play, Teach
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
 from tests.clinic.test_importer import Clinic
+from tests.upgraded import upgraded_file
 from tests.whole.rig import Rig
 
 _WATCHED_S = 0.45
@@ -57,8 +57,7 @@ class KeptClinic(Clinic):
     """With a database and a recording of its own."""
 
     def __init__(self, folder: Path) -> None:
-        database = Database(f"sqlite:///{folder / 'kata.db'}")
-        upgrade(database)
+        database = Database(upgraded_file(folder / "kata.db"))
         super().__init__(folder, database)
         self.played = self.recording()
 
