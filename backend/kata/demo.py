@@ -8,16 +8,30 @@ import asyncio
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 from rich.table import Table
 
+from kata.access.anchor import AnchorError
+from kata.clinic.reports.letterhead import LetterheadError
 from kata.clinic.sessions.schemas import Comparison
-from kata.motion.taught import Taught, read_csv
+from kata.database.engine import DatabaseError
+from kata.device.config import ConfigError
+from kata.device.journal import FolderInUseError
+from kata.motion.taught import Taught, TaughtError, read_csv
+from kata.problems import ProblemError
 from kata.rehearsal import RehearsalError, rehearsing
 from kata.settings import Settings
+from kata.simulator.hand import HandRefusedError
+from kata.simulator.process import SimulatorError
+
+FAILURES: Final = (
+    TaughtError, HandRefusedError, RehearsalError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
+    LetterheadError, SimulatorError, OSError,
+)  # fmt: skip
+"""Whose message says what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +51,14 @@ class Result:
         }
 
 
-def demonstrate(taught: Path, settings: Settings, console: Console) -> Result:
+def demonstrate(taught: Path, settings: Settings) -> Result:
     """Teach the file, play it back, print what came of it.
 
     :raises TaughtError: when the file holds no motion.
     :raises RehearsalError: when something does not come about in time, or a stop comes.
     :raises ProblemError: when the apparatus refuses, because of a limit for example.
     """
+    console = Console()
     motion = read_csv(taught)
     result = asyncio.run(_demonstrated(motion, settings, console))
     console.print(_table(motion, result))

@@ -8,12 +8,10 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
-from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Any, Final
 from uuid import UUID
 
 import numpy as np
-import typer
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -41,7 +39,7 @@ from kata.motion.taught import Taught
 from kata.settings import Settings
 
 MARK: Final = "Invented for the demonstration: nobody's record."
-_NUMBER: Final = "DEMO-"
+NUMBER: Final = "DEMO-"
 _PEOPLE: Final = (
     ("Yamada Hanako", "ヤマダ ハナコ", "female"), ("Tanaka Ren", "タナカ レン", "male"), ("Suzuki Aoi", "スズキ アオイ", "female"),
     ("Kobayashi Ken", "コバヤシ ケン", "male"), ("Mori Yuki", "モリ ユキ", "female"), ("Abe Taro", "アベ タロウ", "male"),
@@ -68,28 +66,22 @@ class SeedError(Exception):
     """There are patients already."""
 
 
-def seed(
-    data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,
-    number: Annotated[int, typer.Option("--seed", help="The same number on the same day makes the same clinic.")] = 1,
-    patients: Annotated[int, typer.Option(min=1, max=len(_PEOPLE), help="How many of them.")] = len(_PEOPLE),
-) -> None:
-    """Fill an empty clinic with a dozen invented patients and months of their history. Stop the service first."""
-    given: dict[str, Any] = {"data": data} if data else {}
-    settings = Settings(**given)
-    try:
-        with folder.served(settings):
-            database = Database(settings.effective_database_url)
-            try:
-                upgrade(database)
-                made = fill(database, number, utc_now(), patients)
-            finally:
-                database.close()
-    except (SeedError, DatabaseError, FolderInUseError, folder.UnfinishedRestoreError, OSError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(1) from error
-    typer.echo(
-        f"{made} invented patients. `kata serve --simulate` shows them; their clinic numbers begin with {_NUMBER}."
-    )
+FAILURES: Final = (SeedError, DatabaseError, FolderInUseError, folder.UnfinishedRestoreError, OSError)
+"""Whose message says what is wrong."""
+
+
+def seeded(settings: Settings, number: int, patients: int) -> int:
+    """:func:`fill` the clinic of these settings, which no service may be serving.
+
+    :raises SeedError: and the others of :data:`FAILURES`, when nothing was written.
+    """
+    with folder.served(settings):
+        database = Database(settings.effective_database_url)
+        try:
+            upgrade(database)
+            return fill(database, number, utc_now(), patients)
+        finally:
+            database.close()
 
 
 def fill(database: Database, number: int, now: datetime, patients: int = len(_PEOPLE)) -> int:
@@ -137,7 +129,7 @@ class _Invented:
 
     def write(self, name: str, kana: str, sex: str) -> None:
         patient = PatientRow(
-            id=self._id(), clinic_number=f"{_NUMBER}{self._place + 1:03}", name=name, kana=kana, sex=sex, notes=MARK,
+            id=self._id(), clinic_number=f"{NUMBER}{self._place + 1:03}", name=name, kana=kana, sex=sex, notes=MARK,
             birth_date=date(1950 + self._chance.randrange(30), 1 + self._chance.randrange(12), 15), dominant_side="right",
             created_at=self._first, updated_at=self._first,
         )  # fmt: skip

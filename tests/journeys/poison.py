@@ -36,7 +36,7 @@ NOT_WRITTEN: Final = frozenset(
         "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
         "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
         # Made by the program, of what stands elsewhere.
-        "patients.search_text", "stations.config", "run_corrections.station",
+        "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
         # Only ever added to, each row at its beginning: fill() does.
         *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),

@@ -30,6 +30,8 @@ def test_a_programme_is_made_and_changed_and_tells_what_changed(page: Page, arte
             dialog.get_by_role("button", name="Repetitions: more").click()
         dialog.get_by_role("button", name="Done").click()
         expect(dialog).to_be_hidden()
+        # Where it was before: until then what is focused by somebody else would lose it again.
+        expect(page.get_by_role("combobox", name="Add a recording")).to_be_focused()
     table = page.get_by_role("table", name="Recordings in their order")
     expect(table.get_by_role("row", name="A little less")).to_contain_text("4 repetitions")
     # By the keyboard: up, and the button stays in use where it has become the first.

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.motion.learning import LARGEST_DEG, STEP_S, Correction, Repetition, learn, rows
+from kata.motion.learning import LARGEST_DEG, STEP_S, Correction, learn, rows
 from kata.motion.linkage import Floats
+from kata.motion.measured import Repetition
 from kata.motion.method import Lag
 from kata.motion.trajectory import Trajectory
 

@@ -4,7 +4,7 @@ import os
 import signal
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import pytest
 from kata.device import journal
 from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, Teach
 from kata.motion.builtin import built_in_motions
-from kata.motion.linkage import motor_angles_deg
+from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.taught import Taught
 from kata.motion.tracking import compare
 from tests.whole.rig import Rig
@@ -31,20 +31,36 @@ def teach(rig: Rig, motion: Taught) -> journal.Journal:
     return journal.read(rig.closed[-1])
 
 
+class Samples(NamedTuple):
+    """A recording, as a run is given it."""
+
+    times_s: Floats
+    angles_deg: Floats
+
+
+def recorded(taught: journal.Journal) -> Samples:
+    return Samples((taught.t_ns - taught.t_ns[0]) / 1e9, taught.measured_deg.astype(np.float64))
+
+
+def known(motion: Taught) -> Samples:
+    """As if it had been taught: what is about playing need not wait for a hand."""
+    return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))
+
+
 def load(
     rig: Rig,
-    taught: journal.Journal,
+    recording: Samples,
     run_id: str = "run",
     load_level: int = LOAD_LEVELS,
     until: tuple[str, ...] = ("paused",),
 ) -> None:
-    """Load what was taught, and move to its start."""
-    times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+    """Load it, and move to its start."""
+    rig.until_mode("idle")
     command = Load(
         run_id=run_id,
         recording_id="recording",
-        times_s=times_s.astype("<f8").tobytes(),
-        angles_deg=taught.measured_deg.astype("<f8").tobytes(),
+        times_s=recording.times_s.astype("<f8").tobytes(),
+        angles_deg=recording.angles_deg.astype("<f8").tobytes(),
         load_level=load_level,
     )
     assert rig.send(command) is None
@@ -52,9 +68,9 @@ def load(
     rig.until(lambda: rig.snapshot.mode in until, within_s=60.0)
 
 
-def play_once(rig: Rig, taught: journal.Journal, run_id: str) -> bool:
+def play_once(rig: Rig, recording: Samples, run_id: str) -> bool:
     """Whether it came to the way back, and was not stopped before."""
-    load(rig, taught, run_id, until=("paused", "stopped"))
+    load(rig, recording, run_id, until=("paused", "stopped"))
     if rig.snapshot.mode == "paused":
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.mode in ("returning", "stopped"), within_s=60.0)
@@ -88,7 +104,7 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
         # Where the simulator itself is kept waiting, its replies come too late, and the device stops as it should: again, then.
         for attempt in range(3):
             errors = rig.snapshot.loop.bus_errors
-            if play_once(rig, taught, f"run-{attempt}"):
+            if play_once(rig, recorded(taught), f"run-{attempt}"):
                 break
             assert rig.snapshot.loop.bus_errors > errors
             rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
@@ -137,9 +153,9 @@ def release_and_acknowledge(rig: Rig) -> None:
 def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: int) -> None:
     """A press during which the computer itself stood still (the loop missed cycles) says nothing, and is repeated."""
     with closing(Rig(tmp_path, rate_hz=rate_hz)) as rig:
-        taught = teach(rig, built_in_motions()[0])
+        recording = known(built_in_motions()[0])
         for attempt in range(5):
-            load(rig, taught, f"run-{attempt}")
+            load(rig, recording, f"run-{attempt}")
             assert rig.send(Play()) is None
             overruns = rig.snapshot.loop.overruns
             lasted_ms = press_and_measure_ms(rig)
@@ -152,8 +168,7 @@ def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: in
 
 def test_after_an_emergency_stop_everything_begins_anew(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
-        taught = teach(rig, motion)
-        load(rig, taught)
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         press_and_measure_ms(rig)
         release_and_acknowledge(rig)
@@ -161,14 +176,14 @@ def test_after_an_emergency_stop_everything_begins_anew(tmp_path: Path, motion: 
         refusal = rig.send(Play())
         assert refusal is not None
         assert refusal.code == "is_idle"
-        load(rig, taught, "again")
+        load(rig, known(motion), "again")
         assert rig.send(Play()) is None
         rig.until_mode("idle", within_s=motion.duration_s + 30)
 
 
 def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
-        load(rig, teach(rig, motion))
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         rig.heartbeats = False
         rig.until_mode("stopped")
@@ -179,9 +194,8 @@ def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught)
 
 def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
-        taught = teach(rig, motion)
         rig.believed = "run"
-        load(rig, taught)
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
         assert rig.snapshot.mode == "playing"
@@ -195,8 +209,7 @@ def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, mot
 def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped_and_held(tmp_path: Path) -> None:
     flexion = built_in_motions()[4]
     with closing(Rig(tmp_path)) as rig:
-        taught = teach(rig, flexion)
-        load(rig, taught, load_level=8)
+        load(rig, known(flexion), load_level=8)
         # From the start: what is jammed further on cannot be taken back either, and that is another fault.
         rig.hand.fault("stuck", 4)
         assert rig.send(Play()) is None
@@ -220,7 +233,7 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         assert rig.send(Acknowledge()) is None
         rig.until_mode("idle")
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
-        rig.until(lambda: len(rig.closed) == 2)
+        rig.until(lambda: len(rig.closed) == 1)
         end = journal.read(rig.closed[-1]).end
         assert end is not None
         assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
@@ -228,7 +241,7 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
 
 def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
-        load(rig, teach(rig, motion))
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
         rig.hang_up()
@@ -261,7 +274,7 @@ def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again
     tmp_path: Path, motion: Taught
 ) -> None:
     with closing(Rig(tmp_path)) as rig:
-        load(rig, teach(rig, motion))
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
         rig.hand.fault("gone")
@@ -280,7 +293,7 @@ def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again
 @pytest.mark.parametrize("kind", ["garbage", "duplicate_id", "off"])
 def test_a_drive_that_fails_in_playback_stops_it_by_name(tmp_path: Path, motion: Taught, kind: Any) -> None:
     with closing(Rig(tmp_path)) as rig:
-        load(rig, teach(rig, motion))
+        load(rig, known(motion))
         assert rig.send(Play()) is None
         rig.hand.fault(kind, motor=4)
         rig.until_mode("stopped")

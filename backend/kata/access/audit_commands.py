@@ -1,4 +1,4 @@
-"""``kata audit``: whether the trail is what was written."""
+"""``kata audit``: whether the trail is what was written. What it takes is imported when it is asked for."""
 
 import json
 import re
@@ -6,16 +6,15 @@ import time
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from sqlalchemy.exc import SQLAlchemyError
 
-from kata.access.chain import Head
-from kata.access.trail import named
-from kata.access.verify import Verdict, verify
-from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
+
+if TYPE_CHECKING:
+    from kata.access.chain import Head
+    from kata.access.verify import Verdict
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -40,6 +39,11 @@ def verify_trail(
     json_out: Annotated[bool, typer.Option("--json", help="Print JSON instead.")] = False,
 ) -> None:
     """Say whether the audit trail is whole, and where it is not. Status 1 when it is not, 2 when it cannot be read."""
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from kata.access.verify import verify
+    from kata.database.engine import Database, DatabaseError
+
     given: dict[str, Any] = {"data": data} if data else {}
     settings = Settings(**given)
     anchors = anchor or [settings.effective_audit_anchor]
@@ -63,16 +67,20 @@ def verify_trail(
         raise typer.Exit(1)
 
 
-def _head(given: str) -> Head | None:
+def _head(given: str) -> "Head | None":
     if not given:
         return None
     match = re.fullmatch(r"(\d+):([0-9a-f]{64})", given)
     if match is None:
         raise typer.BadParameter("A head is a number, a colon and 64 characters, as verify prints it.")
+    from kata.access.chain import Head
+
     return Head(int(match[1]), bytes.fromhex(match[2]))
 
 
-def _as_json(verdict: Verdict) -> dict[str, Any]:
+def _as_json(verdict: "Verdict") -> dict[str, Any]:
+    from kata.access.trail import named
+
     return {
         "whole": verdict.whole,
         "rows": verdict.rows,
@@ -83,7 +91,9 @@ def _as_json(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _print(verdict: Verdict, anchors: list[Path], took_s: float) -> None:
+def _print(verdict: "Verdict", anchors: list[Path], took_s: float) -> None:
+    from kata.access.trail import named
+
     for file in anchors:
         if not file.exists():
             typer.echo(f"There is no anchor at {file}: that the end was cut off would not show.")

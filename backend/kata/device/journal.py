@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kata.motion.axes import N_AXES
-from kata.motion.learning import Repetition
+from kata.motion.measured import Repetition
 
 PHASE_APPROACHING: Final = 1
 PHASE_PLAYING: Final = 2

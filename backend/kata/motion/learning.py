@@ -20,6 +20,7 @@ from scipy.ndimage import uniform_filter1d
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
+from kata.motion.measured import Repetition
 from kata.motion.method import Lag
 from kata.motion.smoothing import smoothed
 from kata.motion.trajectory import Trajectory
@@ -58,20 +59,6 @@ class Correction:
         share = place - row
         correction: Floats = (1 - share) * self.angles_deg[row] + share * self.angles_deg[row + 1]
         return correction
-
-
-@dataclass(frozen=True)
-class Repetition:
-    """One run that was played to its end, as it was measured: ``k`` samples in the order in which they came.
-
-    ``path_s`` ``(k,)`` is the place on the recording's clock; ``playing`` ``(k,)`` is False where the arm was paused, stopped or
-    taken back.
-    """
-
-    path_s: Floats
-    measured_deg: Floats
-    torque_nm: Floats
-    playing: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 def learn(

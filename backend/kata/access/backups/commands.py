@@ -1,21 +1,20 @@
-"""``kata backup`` and ``kata restore``."""
+"""``kata backup`` and ``kata restore``. What they take is imported when they are asked for."""
 
 import logging
 import os
 import signal
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
 
 import typer
 from pydantic import ValidationError
 from rich.console import Console
 
-from kata.access.backups.key import BackupError
-from kata.access.backups.making import make
-from kata.access.backups.restoring import Tried, restore, try_and_note
-from kata.database.engine import DatabaseError
 from kata.settings import Settings
+
+if TYPE_CHECKING:
+    from kata.access.backups.restoring import Tried
 
 _PATIENCE: Final = 10
 _TOLD_TO_END: Final = 143
@@ -31,6 +30,9 @@ def backup(
     """Make an encrypted backup now, also while Kata runs, and try it. Status 1 when there is none, it does not come
     back whole, or the audit trail in it is not.
     """
+    from kata.access.backups.key import BackupError
+    from kata.access.backups.making import make
+
     # Nobody waits for it, and a cycle of the apparatus shall not.
     os.nice(_PATIENCE)
     # Told to end, it takes away what is not encrypted yet.
@@ -54,7 +56,7 @@ def backup(
         )
 
 
-def restore_command(
+def restore(
     file: Annotated[Path, typer.Argument(help="The backup.", exists=True, dir_okay=False)],
     key: Annotated[
         Path | None, typer.Option(help="The key that opens it; the one beside the data unless given.")
@@ -65,15 +67,19 @@ def restore_command(
     ] = False,
 ) -> None:
     """Bring the clinic back from a backup. What is there now is put aside, not written over. Kata must not run meanwhile."""
+    from kata.access.backups import restoring
+    from kata.access.backups.key import BackupError
+    from kata.database.engine import DatabaseError
+
     # What an upgrade of the restored tables says of itself is nobody's concern here.
     logging.basicConfig(level=logging.WARNING)
     settings = _settings(data=data)
     opens = key or settings.backup_key_file
     try:
         if only_try:
-            _tell(try_and_note(settings, file, opens))
+            _tell(restoring.try_and_note(settings, file, opens))
             return
-        restored = restore(settings, file, opens)
+        restored = restoring.restore(settings, file, opens)
     except (BackupError, DatabaseError) as error:
         _fail(_sentence(error))
     except OSError as error:
@@ -83,7 +89,7 @@ def restore_command(
     typer.echo("Everybody signs in again, with the passwords of that day. Start it: kata serve")
 
 
-def _tell(tried: Tried) -> None:
+def _tell(tried: "Tried") -> None:
     told = tried.contents
     if tried.problems:
         _fail(f"It does not come back whole: {'; '.join(tried.problems)}.")
