@@ -28,17 +28,17 @@ run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127
 seed: $(PACKAGES) ## a dozen invented patients with months of history for `make run`, into an empty clinic
 	@$(BIN)/kata seed --data .data
 
-# Two by two, a file staying together: three kinds one after another, so that what is judged by coverage, what moves in real
-# time and what has a browser are not slowed down by the rest, which keeps both processors busy.
+# Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy. The device's
+# tests with their coverage, and the journeys with their browser, are as fast one by one.
 TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix tests/web/test_,crash.py derived.py episodes.py \
 	lease.py station.py visit.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
-	@$(TWO_BY_TWO) tests/device --cov
+	@$(BIN)/python -m pytest tests/device --cov
 	@$(TWO_BY_TWO) $(addprefix --ignore=,tests/device tests/journeys $(TIMED))
 	@$(TWO_BY_TWO) $(TIMED)
-	@$(TWO_BY_TWO) tests/journeys
+	@$(BIN)/python -m pytest tests/journeys
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \

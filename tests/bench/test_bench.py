@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from kata.bench import bus
+from kata.bench import bus, sign_in
+from kata.bench.clinic import prepared
 from kata.bench.loop import Cell, cells
 from kata.bench.peers import there
 from kata.bench.report import Report
@@ -95,7 +96,9 @@ def test_pages(tmp_path: Path) -> None:
         assert {f"lateness_p999_ms_{suffix}", f"missed_{suffix}", f"growth_mb_{suffix}"} <= set(figures)
 
 
+@pytest.mark.campaign
 def test_sign_in(tmp_path: Path) -> None:
+    """Four services and two storms one after another: two minutes of a computer that does other things besides."""
     told = bench("sign-in", "--seconds", "1", "--pairs", "4", out=tmp_path / "sign-in.json")
     figures = told["figures"]
     assert figures["pairs"] == 4
@@ -104,6 +107,14 @@ def test_sign_in(tmp_path: Path) -> None:
     if not any("no more figures" in note for note in told["notes"]):
         assert {"lateness_p999_ratio_one", "lateness_p999_ratio_many", "missed_many"} <= set(figures)
         assert figures["tries_one"] == figures["locked_out_one"] + figures["weighed_one"] + figures["other_answers_one"]
+
+
+def test_a_known_and_an_unknown_name_are_asked_for_equally_often(tmp_path: Path) -> None:
+    records = prepared(tmp_path, play_s=1.0, plot_s=1.0)
+    sign_in.make_accounts(tmp_path, 1)
+    told = sign_in.times(tmp_path, records, 4)
+    assert (len(told.known), len(told.unknown)) == (4, 4)
+    assert min(*told.known, *told.unknown) > 0
 
 
 def test_history(tmp_path: Path) -> None:

@@ -11,7 +11,8 @@ from kata.device.messages import Approach, Less, Pause, Play, Return
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
-from kata.motion.trajectory import Motion, Trajectory
+from kata.motion.path import Motion
+from kata.motion.trajectory import Trajectory
 from tests.device.stepped import REST_DEG, Stepped
 from tests.device.test_methods import METHODS, MOVING, load, place_s, sent, station, until_place
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kata.device.movement import Movement, longest_step
-from kata.motion.trajectory import Motion
+from kata.motion.path import Motion
 
 DT_S = 0.01
 

@@ -9,9 +9,10 @@ import pytest
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.method import Lag, reference
+from kata.motion.path import Motion
 from kata.motion.smoothing import smoothed
 from kata.motion.taught import Taught, read_csv
-from kata.motion.trajectory import Motion, Trajectory
+from kata.motion.trajectory import Trajectory
 
 COUNT_DEG = 360 / 4096
 

@@ -61,7 +61,7 @@ def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], N
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         data = Path(folder)
         records = prepared(data, play_s=seconds + _SPARE_S, plot_s=1.0)
-        _make_accounts(data, max(1, -(-pairs // _TRIES_A_NAME)))
+        make_accounts(data, max(1, -(-pairs // _TRIES_A_NAME)))
         progress("Known and unknown names")
         _tell_times(report, times(data, records, pairs))
         try:
@@ -108,7 +108,8 @@ def times(data: Path, records: Prepared, pairs: int) -> Times:
     return Times(known, unknown)
 
 
-def _make_accounts(data: Path, count: int) -> None:
+def make_accounts(data: Path, count: int) -> None:
+    """Therapists called known-0 and so on, in the database of this folder."""
     database = Database(f"sqlite:///{data / 'kata.db'}")
     try:
         # One hash for all: what is measured is how long a wrong password takes, and it is never the right one.

@@ -8,7 +8,8 @@ import numpy as np
 
 from kata.device.movement import longest_step
 from kata.motion.linkage import Floats
-from kata.motion.trajectory import Motion, Trajectory
+from kata.motion.path import Motion
+from kata.motion.trajectory import Trajectory
 
 STEP: Final = 0.1
 """Of the range, each time that somebody asks for less."""

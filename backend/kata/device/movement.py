@@ -6,7 +6,7 @@ from typing import Final, Literal, Protocol
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.trajectory import Motion
+from kata.motion.path import Motion
 
 RAMP_S: Final = 0.2
 """From standing to the path's own pace, and back: starting, pausing, turning round, and a category 1 stop."""

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from kata.motion.linkage import Floats
-from kata.motion.trajectory import Motion
+from kata.motion.path import Motion
 
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""

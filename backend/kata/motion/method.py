@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kata.motion.linkage import Floats
-from kata.motion.trajectory import HOLD_S, Held, Motion, Trajectory
+from kata.motion.path import Motion
+from kata.motion.trajectory import HOLD_S, Held, Trajectory
 
 Method = Literal["paper", "smooth", "learned"]
 PAPER_HZ: Final = round(1 / HOLD_S)

@@ -17,7 +17,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
-from scipy.signal import butter, sosfiltfilt
 
 from kata.motion.linkage import Floats
 
@@ -59,6 +58,9 @@ def smoothness(times_s: ArrayLike, angles_deg: ArrayLike) -> float | None:
     times = np.asarray(times_s, dtype=np.float64)
     if len(times) < 2 or times[-1] - times[0] < _SHORTEST_S:
         return None
+    # It takes all of scipy.stats along: 0.7 s that no start has to wait for.
+    from scipy.signal import butter, sosfiltfilt
+
     grid = np.arange(times[0], times[-1], 1 / _RATE_HZ)
     angles: Floats = PchipInterpolator(times, np.asarray(angles_deg, dtype=np.float64))(grid)
     filtered = sosfiltfilt(butter(2, HIGHEST_HZ, fs=_RATE_HZ, output="sos"), angles)

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
+from kata.motion.path import Motion
 from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
@@ -39,14 +40,6 @@ class AxisLimits(NamedTuple):
     max_deg: float
     max_speed_deg_s: float
     max_acceleration_deg_s2: float = float("inf")
-
-
-class Motion(NamedTuple):
-    """Where a path is at one time, and how it moves there: ``(5,)`` each, in deg, deg/s and deg/s2."""
-
-    angles_deg: Floats
-    speed_deg_s: Floats
-    acceleration_deg_s2: Floats
 
 
 class Trajectory:

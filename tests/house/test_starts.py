@@ -1,0 +1,29 @@
+"""What a process does not take along when it starts: each of these was most of a second, or seconds, of somebody's waiting."""
+
+import subprocess
+import sys
+from importlib.metadata import entry_points
+
+import pytest
+
+(COMMAND,) = entry_points(group="console_scripts", name="kata")
+MAIN = COMMAND.value.partition(":")[0]
+"""What a worker that is spawned reads once more."""
+
+
+@pytest.mark.parametrize(
+    ("module", "without"),
+    [
+        (MAIN, "kata.cli"),
+        ("kata.cli", "kata.web"),
+        ("kata.cli", "fastapi"),
+        ("kata.cli", "numpy"),
+        ("kata.access.backups.making", "scipy"),
+        ("kata.simulator.process", "scipy"),
+        ("kata.web.app", "scipy.signal"),
+    ],
+)
+def test_it_starts_without(module: str, without: str) -> None:
+    started = f"import {module}, sys; print({without!r} in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", started], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "False"
