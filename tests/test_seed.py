@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from sqlalchemy import func, select
 from typer.testing import CliRunner
 
-from kata.cli import app
+from kata.cli import app, seed
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
@@ -73,3 +74,10 @@ def test_the_command_refuses_while_somebody_works_there(tmp_path: Path) -> None:
     with journal.claimed(tmp_path, 0.0):
         result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path)])
     assert result.exit_code == 1
+
+
+def test_as_many_as_there_are_can_be_asked_for_and_no_more(tmp_path: Path) -> None:
+    most = signature(fill).parameters["patients"].default
+    assert signature(seed).parameters["patients"].default == most
+    refused = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", str(most + 1)])
+    assert refused.exit_code == 2

@@ -15,7 +15,7 @@ from kata.access.backups.commands import backup, restore
 from kata.bench.commands import app as bench
 from kata.evaluate.commands import evaluate
 from kata.settings import Settings
-from kata.terminal import fail, print_set_up_link
+from kata.terminal import console, fail
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")
@@ -50,13 +50,11 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the clinic: page, API and the apparatus' control."""
-    from kata import serving
-
-    given: dict[str, Any] = {"station": station, "host": host, "port": port, "data": data, "rate_hz": rate_hz}
-    given["simulate"] = simulate or None
-    settings = Settings(**{name: value for name, value in given.items() if value is not None})
+    settings = _settings(station=station, host=host, port=port, data=data, rate_hz=rate_hz, simulate=simulate or None)
     if not settings.simulate and not settings.station:
         fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
+    from kata import serving
+
     try:
         serving.serve(settings, reload=reload)
     except KeyboardInterrupt:
@@ -72,11 +70,11 @@ def demo(
     seed: Annotated[int | None, typer.Option(help="Vary the simulated mechanics by up to 30 %.")] = None,
 ) -> None:
     """Teach a motion to a simulated apparatus, play it back, and show the error of every motor."""
-    from kata.demo import FAILURES, demonstrate, write
-
     folder = data or Path(mkdtemp(prefix="kata-demo-"))
     if (folder / "kata.db").exists():
         fail(f"{folder} holds a database already; the demonstration wants a fresh one.")
+    from kata.demo import FAILURES, demonstrate, write
+
     logging.basicConfig(level=logging.WARNING)
     settings = Settings(data=folder, database_url="", simulate=True, rate_hz=rate_hz, seed=seed)
     try:
@@ -97,9 +95,8 @@ def seed(
     """Fill an empty clinic with a dozen invented patients and months of their history. Stop the service first."""
     from kata.seed import FAILURES, NUMBER, seeded
 
-    given: dict[str, Any] = {"data": data} if data else {}
     try:
-        made = seeded(Settings(**given), number, patients)
+        made = seeded(_settings(data=data), number, patients)
     except FAILURES as error:
         fail(str(error))
     typer.echo(
@@ -131,13 +128,12 @@ def link(
     from kata.access import set_up
     from kata.database.base import utc_now
 
-    given: dict[str, Any] = {} if data is None else {"data": data}
-    settings = Settings(**given)
+    settings = _settings(data=data)
     try:
         secret = set_up.offer(settings.data, utc_now())
     except OSError as error:
         fail(f"Nothing can be written to {settings.data}: {error.strerror}.")
-    print_set_up_link(url.rstrip("/"), secret)
+    console.print(set_up.invitation(url.rstrip("/"), secret), soft_wrap=True)
 
 
 @app.command()
@@ -153,8 +149,7 @@ def doctor(
 
     # What is not granted is said in the lines themselves.
     logging.basicConfig(level=logging.ERROR)
-    given: dict[str, Any] = {"station": station, "data": data}
-    findings = examine(Settings(**{name: value for name, value in given.items() if value is not None}))
+    findings = examine(_settings(station=station, data=data))
     if json_out:
         typer.echo(json.dumps(as_json(findings), indent=2))
     else:
@@ -164,3 +159,8 @@ def doctor(
                 typer.echo(f"{'':<8}   {finding.what_to_do}")
     if any(finding.state == "problem" for finding in findings):
         raise typer.Exit(1)
+
+
+def _settings(**typed: Any) -> Settings:
+    """What was typed comes before the environment; what was not, does not."""
+    return Settings(**{name: value for name, value in typed.items() if value is not None})

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import uvicorn
 
+from kata.access import set_up
 from kata.access.anchor import AnchorError
 from kata.access.backups.folder import UnfinishedRestoreError
 from kata.access.backups.key import BackupError
@@ -23,7 +24,7 @@ from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
 from kata.settings import Settings
 from kata.simulator.process import SimulatorError
-from kata.terminal import console, fail, print_set_up_link
+from kata.terminal import console, fail
 from kata.web import live, logs, tls, watchdog
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
@@ -72,7 +73,7 @@ def _print_links(application: Any, url: str) -> None:
     for role, secret in access.links.secrets.items():
         console.print(f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True)
     if access.set_up_secret:
-        print_set_up_link(url, access.set_up_secret)
+        console.print(set_up.invitation(url, access.set_up_secret), soft_wrap=True)
 
 
 def _address(host: str, port: int, *, encrypted: bool) -> str:

@@ -61,8 +61,7 @@ def settings(database: Database, tmp_path: Path) -> Settings:
 @pytest.fixture
 def small(tmp_path: Path) -> Settings:
     """Of a clinic on SQLite with nothing in it: for what does not depend on what is."""
-    database = Database(upgraded_file(tmp_path / "kata.db"))
-    database.close()
+    upgraded_file(tmp_path / "kata.db")
     return Settings(data=tmp_path, database_url="")
 
 

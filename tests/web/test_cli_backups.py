@@ -23,9 +23,7 @@ from tests.web.test_cli import kata
 def data(tmp_path: Path) -> Path:
     """Of a clinic with a patient, K-1."""
     folder = tmp_path / "data"
-    folder.mkdir()
-    database = Database(upgraded_file(folder / "kata.db"))
-    database.close()
+    upgraded_file(folder / "kata.db")
     add_patient(folder, "K-1")
     return folder
 

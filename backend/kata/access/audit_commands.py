@@ -41,6 +41,7 @@ def verify_trail(
     """Say whether the audit trail is whole, and where it is not. Status 1 when it is not, 2 when it cannot be read."""
     from sqlalchemy.exc import SQLAlchemyError
 
+    from kata.access.trail import named
     from kata.access.verify import verify
     from kata.database.engine import Database, DatabaseError
 
@@ -60,9 +61,9 @@ def verify_trail(
         typer.echo(f"The audit trail cannot be read: {getattr(error, 'orig', None) or error}", err=True)
         raise typer.Exit(2) from error
     if json_out:
-        typer.echo(json.dumps(_as_json(verdict), indent=2))
+        typer.echo(json.dumps(_as_json(verdict, named(verdict.head)), indent=2))
     else:
-        _print(verdict, anchors, time.perf_counter() - began_s)
+        _print(verdict, named(verdict.head), anchors, time.perf_counter() - began_s)
     if not verdict.whole:
         raise typer.Exit(1)
 
@@ -78,22 +79,18 @@ def _head(given: str) -> "Head | None":
     return Head(int(match[1]), bytes.fromhex(match[2]))
 
 
-def _as_json(verdict: "Verdict") -> dict[str, Any]:
-    from kata.access.trail import named
-
+def _as_json(verdict: "Verdict", head: str) -> dict[str, Any]:
     return {
         "whole": verdict.whole,
         "rows": verdict.rows,
         "lines": verdict.lines,
-        "head": named(verdict.head),
+        "head": head,
         "findings": [asdict(finding) for finding in verdict.findings],
         "remarks": verdict.remarks,
     }
 
 
-def _print(verdict: "Verdict", anchors: list[Path], took_s: float) -> None:
-    from kata.access.trail import named
-
+def _print(verdict: "Verdict", head: str, anchors: list[Path], took_s: float) -> None:
     for file in anchors:
         if not file.exists():
             typer.echo(f"There is no anchor at {file}: that the end was cut off would not show.")
@@ -103,7 +100,7 @@ def _print(verdict: "Verdict", anchors: list[Path], took_s: float) -> None:
         typer.echo(f"NOT WHOLE  {finding.message}")
     state = "whole" if verdict.whole else "not whole"
     typer.echo(f"The audit trail is {state}: {verdict.rows} rows, {verdict.lines} anchors, in {took_s:.1f} s.")
-    typer.echo(f"It ends at {named(verdict.head)}")
+    typer.echo(f"It ends at {head}")
     typer.echo(
         "Keep this line elsewhere; --head compares with it, if database and anchor should ever be replaced together."
     )

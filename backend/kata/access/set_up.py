@@ -32,6 +32,11 @@ def offer(folder: Path, now: datetime) -> str:
     return secret
 
 
+def invitation(url: str, secret: str) -> str:
+    """What whoever sets the clinic up is told, on the terminal and never in the log: who reads it is let in."""
+    return f"Set up the clinic's administrator, once, within {LASTS.total_seconds() / 3600:g} hours: {url}/set-up#secret={secret}"
+
+
 def fits(folder: Path, secret: str, now: datetime) -> bool:
     """Whether this link is the one on offer."""
     try:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 from rich.console import Console
 
+from kata.terminal import fail
+
 if TYPE_CHECKING:
     from kata.bench.report import Report
 
@@ -162,8 +164,7 @@ def _carry_out(benchmark: Callable[[Callable[[str], None]], "Report"], json_out:
         with _progress() as progress:
             report = benchmark(progress)
     except (BenchError, SimulatorError, OSError) as error:
-        Console(stderr=True, highlight=False).print(f"[bold red]{error}[/bold red]")
-        sys.exit(1)
+        fail(str(error))
     report.show(console)
     if json_out:
         report.write(json_out)

@@ -6,11 +6,13 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn, get_args
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from kata.terminal import fail
 
 if TYPE_CHECKING:
     from kata.evaluate.outcome import Outcome
@@ -60,7 +62,7 @@ def evaluate(
     try:
         cases = recorded_cases(taught) if taught else paper_cases()
     except TaughtError as error:
-        _fail(str(error))
+        fail(str(error))
     variations = [None] if seed is None and seeds == 1 else [(seed or 0) + n for n in range(seeds)]
     jobs = [
         run.Job(case, method, repetitions or (run.PLAYS_TO_LEARN if method == "learned" else 1), variation)
@@ -71,7 +73,7 @@ def evaluate(
     try:
         outcomes = _in_real_time(jobs, station) if real_time or station else _on_virtual_time(jobs)
     except (ConfigError, DatabaseError, FolderInUseError, SimulatorError, OSError) as error:
-        _fail(str(error))
+        fail(str(error))
     simulated = station is None
     report.show(outcomes, Console(), simulated=simulated)
     if json_out:
@@ -124,8 +126,3 @@ def _progress() -> Progress:
     """On the error stream: the other one belongs to the tables."""
     columns = (TextColumn("{task.description:<36}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     return Progress(*columns, console=Console(stderr=True))
-
-
-def _fail(message: str) -> NoReturn:
-    Console(stderr=True, highlight=False).print(f"[bold red]{message}[/bold red]")
-    sys.exit(1)

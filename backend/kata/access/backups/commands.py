@@ -5,13 +5,13 @@ import os
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from pydantic import ValidationError
-from rich.console import Console
 
 from kata.settings import Settings
+from kata.terminal import fail
 
 if TYPE_CHECKING:
     from kata.access.backups.restoring import Tried
@@ -41,12 +41,12 @@ def backup(
     try:
         note = make(settings, "nightly" if nightly else "asked")
     except BackupError as error:
-        _fail(str(error))
+        fail(str(error))
     typer.echo(f"Backup: {note.file} ({note.bytes / 1e6:.1f} MB)")
     if note.tested_at is None:
         typer.echo(f"Not tried: {note.test_problem}")
     elif note.test_problem:
-        _fail(f"It does not come back whole: {note.test_problem}")
+        fail(f"It does not come back whole: {note.test_problem}")
     else:
         typer.echo("Restored to try it: whole, and equal to the database at its moment.")
         _tell_audit(note.audit_rows, note.audit_problem)
@@ -81,9 +81,9 @@ def restore(
             return
         restored = restoring.restore(settings, file, opens)
     except (BackupError, DatabaseError) as error:
-        _fail(_sentence(error))
+        fail(_sentence(error))
     except OSError as error:
-        _fail(f"{error.strerror}: {error.filename}.")
+        fail(f"{error.strerror}: {error.filename}.")
     typer.echo(f"The clinic is as it was on {restored.contents.made_at:%Y-%m-%d %H:%M} UTC, in {settings.data}.")
     typer.echo(f"What was there before: {restored.aside}")
     typer.echo("Everybody signs in again, with the passwords of that day. Start it: kata serve")
@@ -92,7 +92,7 @@ def restore(
 def _tell(tried: "Tried") -> None:
     told = tried.contents
     if tried.problems:
-        _fail(f"It does not come back whole: {'; '.join(tried.problems)}.")
+        fail(f"It does not come back whole: {'; '.join(tried.problems)}.")
     rows = sum(table.rows for table in told.tables.values())
     typer.echo(
         f"Whole: made on {told.made_at:%Y-%m-%d %H:%M} UTC by Kata {told.program}, {len(told.tables)} tables, {rows} rows, "
@@ -103,7 +103,7 @@ def _tell(tried: "Tried") -> None:
 
 def _tell_audit(rows: int | None, problem: str) -> None:
     if problem:
-        _fail(f"The audit trail in it is NOT WHOLE: {problem} Ask for all of it: kata audit verify")
+        fail(f"The audit trail in it is NOT WHOLE: {problem} Ask for all of it: kata audit verify")
     typer.echo("There is no audit trail in it." if rows is None else f"The audit trail in it is whole: {rows} rows.")
 
 
@@ -111,14 +111,9 @@ def _settings(**given: Any) -> Settings:
     try:
         return Settings(**{name: value for name, value in given.items() if value is not None})
     except ValidationError as error:
-        _fail(str(error))
+        fail(str(error))
 
 
 def _sentence(error: Exception) -> str:
     told = str(error)
     return f"{told[:1].upper()}{told[1:]}" + ("" if told.endswith(".") else ".")
-
-
-def _fail(message: str) -> NoReturn:
-    Console(stderr=True, highlight=False).print(f"[bold red]{message}[/bold red]", soft_wrap=True)
-    sys.exit(1)
