@@ -74,6 +74,11 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[Trail]:
         kept.close()
 
 
+async def told_in_time(trail: Trail, entry: chain.Entry) -> None:
+    async with asyncio.timeout(5.0):
+        await trail.tell(entry)
+
+
 def rows(database: Database) -> list[AuditRow]:
     with database.read() as session:
         return list(session.scalars(select(AuditRow).order_by(AuditRow.number)))
@@ -310,7 +315,7 @@ class TestQueue:
         with trail_of(database, tmp_path, again_s=0.01) as trail:
             away.set()
             for n in range(20):
-                asyncio.run(asyncio.wait_for(trail.tell(audit.entry(f"look {n}", "done")), 5.0))
+                asyncio.run(told_in_time(trail, audit.entry(f"look {n}", "done")))
             away.clear()
             assert trail.until_written()
         told = [row.action for row in rows(database)]

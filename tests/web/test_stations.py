@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 from uuid import UUID, uuid4
 
+import psycopg
 import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import text, update
@@ -136,6 +137,71 @@ def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> N
             database.close()
 
     asyncio.run(look())
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_a_listener_can_be_stopped_while_something_is_just_being_said(turns: int, tmp_path: Path) -> None:
+    """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
+
+    async def listen(overview: Overview) -> None:
+        while True:
+            await overview.changed(_LIMIT_S)
+
+    async def look() -> None:
+        station, overview = overview_of("Station 1", Database(f"sqlite:///{tmp_path / 'kata.db'}"))
+        listening = asyncio.create_task(listen(overview))
+        await asyncio.sleep(0.01)
+        overview.take(state_of(station.info, station.live(), overview.service))
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        listening.cancel()
+        done, _ = await asyncio.wait({listening}, timeout=5.0)
+        overview.database.close()
+        assert done
+        assert listening.cancelled()
+
+    asyncio.run(look())
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_a_service_ends_while_its_connection_is_just_being_made(
+    turns: int, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever turn of the event loop it is in: an end that is overheard is one that never comes."""
+
+    async def look() -> None:
+        database = Database(postgresql_url)
+        made = asyncio.Event()
+        connect = psycopg.AsyncConnection.connect
+
+        async def connect_then(*given: Any, **named: Any) -> Any:
+            connection = await connect(*given, **named)
+            await made.wait()
+            return connection
+
+        monkeypatch.setattr(psycopg.AsyncConnection, "connect", connect_then)
+        _, overview = overview_of("Station 1", database)
+        async with asyncio.timeout(_LIMIT_S):
+            async with overview.going_on():
+                await until(overview, lambda shown: known(shown, "Station 1"))
+                await connected(database, 2)
+                made.set()
+                for _ in range(turns):
+                    await asyncio.sleep(0)
+            await connected(database, 0)
+        database.close()
+
+    asyncio.run(look())
+
+
+async def connected(database: Database, wanted: int) -> None:
+    """Until the server counts so many connections of overviews."""
+    count = "SELECT count(*) FROM pg_stat_activity WHERE application_name = 'kata overview' AND state IS NOT NULL"
+    while True:
+        with database.read() as session:
+            if session.execute(text(count)).scalar_one() == wanted:
+                return
+        await asyncio.sleep(0.01)
 
 
 # -- what a browser is told -----------------------------------------------------------------------------------------

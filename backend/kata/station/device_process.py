@@ -146,7 +146,8 @@ class DeviceProcess:
     @staticmethod
     async def _wait_for_end(child: asyncio.subprocess.Process) -> None:
         try:
-            await asyncio.wait_for(child.wait(), _END_LIMIT_S)
+            async with asyncio.timeout(_END_LIMIT_S):
+                await child.wait()
         except TimeoutError:
             log.error("the device process did not end by itself and is killed; the drives' watchdog stops them")
             child.kill()

@@ -166,7 +166,8 @@ class Station:
         self._asked[number] = _Asked(reply, occupation)
         self._process.send(Request(id=number, command=command))
         try:
-            refusal = await asyncio.wait_for(reply, _REPLY_LIMIT_S)
+            async with asyncio.timeout(_REPLY_LIMIT_S):
+                refusal = await reply
         except TimeoutError:
             self._occupy(occupation)
             refusal = Refusal(

@@ -182,7 +182,8 @@ async def _until_next(subscription: Subscription) -> None:
     until = time.monotonic() + _PERIOD_S
     while (left := until - time.monotonic()) > 0 and not subscription.waiting:
         try:
-            await asyncio.wait_for(subscription.changed.wait(), left)
+            async with asyncio.timeout(left):
+                await subscription.changed.wait()
         except TimeoutError:
             return
         subscription.changed.clear()

@@ -73,7 +73,8 @@ class Overview:
         event = asyncio.Event()
         self._waiting.add(event)
         try:
-            await asyncio.wait_for(event.wait(), limit_s)
+            async with asyncio.timeout(limit_s):
+                await event.wait()
         except TimeoutError:
             pass
         finally:
@@ -124,7 +125,8 @@ class Overview:
                     told, until_s = state, now_s + _AT_LEAST_EVERY_S
                     yield state
                 with suppress(TimeoutError):
-                    await asyncio.wait_for(heard.changed.wait(), max(0.01, until_s - time.monotonic()))
+                    async with asyncio.timeout(max(0.01, until_s - time.monotonic())):
+                        await heard.changed.wait()
 
     async def _again_and_again(self, work: Callable[[Any], Any]) -> None:
         """With a connection of its own, and a new one when it is lost."""
@@ -135,9 +137,8 @@ class Overview:
             try:
                 given: dict[str, Any] = dict(self.database.writer.dialect.create_connect_args(self.database.url)[1])
                 given |= {"connect_timeout": int(_LIMIT_S), "application_name": "kata overview"}
-                connection = await asyncio.wait_for(
-                    psycopg.AsyncConnection.connect(**given, autocommit=True), 2 * _LIMIT_S
-                )
+                async with asyncio.timeout(2 * _LIMIT_S):
+                    connection = await psycopg.AsyncConnection.connect(**given, autocommit=True)
                 try:
                     await work(connection)
                 finally:

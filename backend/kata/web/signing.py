@@ -92,7 +92,8 @@ class Endings:
     async def _watch(self, remembered: Remembered) -> None:
         while True:
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._look.wait(), _LOOK_EVERY_S)
+                async with asyncio.timeout(_LOOK_EVERY_S):
+                    await self._look.wait()
             self._look.clear()
             asked = set(self._waiting) | remembered.sign_ins()
             if not asked:
