@@ -31,8 +31,8 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy. The device's
 # tests with their coverage, and the journeys, are as fast one by one. The journeys' browser keeps an event loop running in its
 # process, where no other test could start one.
-TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix tests/web/test_,crash.py derived.py episodes.py \
-	lease.py station.py visit.py)
+TIMED := tests/bench tests/evaluate tests/simulator tests/whole $(addprefix tests/web/test_,crash.py demo.py derived.py \
+	episodes.py lease.py outage.py station.py visit.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent

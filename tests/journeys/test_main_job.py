@@ -13,6 +13,8 @@ from tests.journeys.conftest import Clinic
 
 LONG_MS = 60_000
 LOST_LIMIT_S = 2.0
+HOLD_MS = 1500
+"""The apparatus is asked to move the arm by holding the button for a second."""
 
 
 def sign_up(page: Page, name: str) -> None:
@@ -74,12 +76,11 @@ def begin_session(page: Page) -> None:
     expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
     visit.get_by_role("button", name="On to pain before", exact=True).click()
     visit.get_by_role("button", name="Pain before: 4").click()
-    visit.get_by_role("button", name="Go on", exact=True).click()
 
 
 def load_and_play(page: Page) -> None:
     page.get_by_role("button", name="Load").click()
-    page.get_by_role("button", name="Move to the start").click(timeout=LONG_MS)
+    page.get_by_role("button", name="Move to the start").click(timeout=LONG_MS, delay=HOLD_MS)
     play = page.get_by_role("button", name="Play", exact=True)
     expect(play).to_be_enabled(timeout=LONG_MS)
     expect(page.get_by_test_id("torque")).to_have_text("Torque on")

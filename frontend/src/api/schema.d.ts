@@ -6157,6 +6157,12 @@ export interface components {
              */
             check: "side" | "fixtures" | "belt" | "pedal" | "estop";
             /**
+             * Subject
+             * @description What an answer is good for: a side, fixtures.
+             * @example arm_fixer_1
+             */
+            subject: string;
+            /**
              * Sentence
              * @example The belt holds the patient in the seat.
              */

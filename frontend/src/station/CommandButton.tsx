@@ -7,12 +7,15 @@ import { useRefusal } from "../live/hooks";
 import { store } from "../live/store";
 import { ProblemNote } from "../shared/problem";
 import classes from "./station.module.css";
+import { useHold } from "./useHold";
 import { STATION } from "./words";
 
 type Props = ButtonProps & {
   command: CommandName;
   send: () => Promise<unknown>;
   onDone?: () => void;
+  /** It takes a second's hold, not a press. */
+  held?: boolean;
   children: ReactNode;
 };
 
@@ -20,7 +23,7 @@ type Props = ButtonProps & {
  * One command to the apparatus. The service says whether it is possible now; the button only repeats why not. Once pressed, it waits
  * until the apparatus has confirmed it and what is shown tells of it.
  */
-export function CommandButton({ command, send, onDone, children, disabled, ...look }: Props) {
+export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
   const operates = useOperates();
   const refusal = useRefusal(command);
   const about = useId();
@@ -31,22 +34,27 @@ export function CommandButton({ command, send, onDone, children, disabled, ...lo
     },
     ...(onDone && { onSuccess: onDone }),
   });
-  if (!operates) return null;
   const waits = sending.isPending;
+  const possible = refusal === null && disabled !== true;
+  const { holding, handlers } = useHold(possible && !waits, () => sending.mutate());
+  if (!operates) return null;
+  const hint = held ? (holding === "again" ? STATION.again : STATION.hold) : "";
   return (
     <div>
       <Button
         size="xl"
         {...look}
         loading={waits}
-        disabled={refusal !== null || disabled === true}
+        disabled={!possible}
         aria-describedby={about}
-        onClick={() => sending.mutate()}
+        {...(held
+          ? { ...handlers, className: classes.held ?? "", "data-holding": holding }
+          : { onClick: () => sending.mutate() })}
       >
         {children}
       </Button>
       <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
-        {waits ? STATION.waits : refusal && `${refusal.message} ${refusal.next_step}`}
+        {waits ? STATION.waits : refusal ? `${refusal.message} ${refusal.next_step}` : hint}
       </Text>
       {sending.error && (
         <Text component="div" mt="xs">

@@ -159,8 +159,13 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
       {mode === "ready" && (
         <>
           <Text>{PLAY.check}</Text>
-          <Group>
-            <CommandButton command="approach" send={api.approach} leftSection={<IconTargetArrow size={26} />}>
+          <Group align="start">
+            <CommandButton
+              held
+              command="approach"
+              send={api.approach}
+              leftSection={<IconTargetArrow size={26} />}
+            >
               {PLAY.approach}
             </CommandButton>
             <CommandButton command="unload" send={api.unload} variant="default">
@@ -196,7 +201,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
             </Text>
           )}
           <TakenBack mode={mode} run={run} />
-          <Group>
+          <Group align="start">
             {mode === "paused" && (
               <CommandButton command="play" send={api.play} leftSection={<IconPlayerPlay size={26} />}>
                 {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}

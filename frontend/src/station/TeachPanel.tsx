@@ -10,6 +10,7 @@ import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
+import { FixturesPicture } from "./visit/pictures";
 import { TEACH } from "./words";
 
 type Fixtures = NonNullable<Schemas["TeachRequest"]["fixtures"]>;
@@ -54,6 +55,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
                 { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
               ]}
             />
+            <FixturesPicture fixtures={fixtures.split(",") as Fixtures} />
             <TextInput
               size="lg"
               label={TEACH.name}

@@ -15,6 +15,8 @@ export const STATION = say(
     goesOn: "What goes on",
     lately: "Lately",
     waits: "Sent. It waits for the apparatus to confirm it.",
+    hold: "Hold it down for a second: the arm will move.",
+    again: "The arm will move. Press once more to confirm.",
   },
   {
     title: "ステーション",
@@ -25,6 +27,8 @@ export const STATION = say(
     goesOn: "進行中の再生",
     lately: "最近の出来事",
     waits: "送信しました。装置の確認を待っています。",
+    hold: "1秒間押し続けてください。腕が動きます。",
+    again: "腕が動きます。もう一度押すと確定します。",
   },
 );
 

@@ -104,6 +104,7 @@ def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
         checks=[
             SessionCheck(
                 check=one.need.check,
+                subject=one.need.subject,
                 sentence=one.need.sentence,
                 detected=one.need.detected,
                 given=one.answer is not None,

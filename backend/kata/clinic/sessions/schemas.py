@@ -222,6 +222,7 @@ class SessionCheck(Schema):
     """One thing to be in order before something is played."""
 
     check: CheckName
+    subject: str = Field(description="What an answer is good for: a side, fixtures.", examples=["arm_fixer_1"])
     sentence: str = Field(examples=["The belt holds the patient in the seat."])
     detected: bool = Field(description="The apparatus itself tells; it cannot be ticked.")
     given: bool

@@ -6,9 +6,11 @@ import { api, type Check } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
 import { told } from "../../shared/told";
+import { CheckPicture } from "./pictures";
 import { HOW, VISIT } from "./words";
 
 const LOOK_AGAIN_MS = 1000;
+const mark = { size: 34, style: { flex: "none" } };
 
 /** The checklist of a session for what is to be played. It looks again while something is open: some of it happens elsewhere. */
 export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
@@ -21,39 +23,51 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
 }
 
 /** Each check a line to be read from a distance; those that somebody gives have a button, the others are seen by the apparatus. */
-export function CheckList(props: { sessionId: string; recordingId: string | null; onlyOpen?: boolean }) {
-  const { sessionId, recordingId, onlyOpen = false } = props;
+export function CheckList(props: {
+  sessionId: string;
+  recordingId: string | null;
+  onlyOpen?: boolean;
+  /** The press that gave the last of them. */
+  onComplete?: () => void;
+}) {
+  const { sessionId, recordingId, onlyOpen = false, onComplete } = props;
   const who = useName();
   const writes = useMay("write_records");
   const queries = useQueryClient();
   const checklist = useChecklist(sessionId, recordingId);
   const tick = useMutation({
-    mutationFn: (check: Check["check"]) =>
-      api.tick(sessionId, check, { checked_by: who, recording_id: recordingId }),
-    onSuccess: (saved) => {
-      queries.setQueryData(["session", sessionId, "checklist", recordingId], saved);
-      void queries.invalidateQueries({ queryKey: ["session"] });
+    mutationFn: async (checks: Check[]) => {
+      for (const { check } of checks) {
+        const saved = await api.tick(sessionId, check, { checked_by: who, recording_id: recordingId });
+        queries.setQueryData(["session", sessionId, "checklist", recordingId], saved);
+        if (saved.complete) onComplete?.();
+      }
     },
+    onSettled: () => void queries.invalidateQueries({ queryKey: ["session"] }),
   });
   const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
+  const toLookAt = writes ? checks.filter((check) => !check.given && !check.detected) : [];
   return (
     <Stack gap="sm">
       {checks.map((check) => (
         <Card key={check.check} withBorder padding="sm" data-testid={`check-${check.check}`}>
           <Group wrap="nowrap" justify="space-between">
             <Group wrap="nowrap">
-              {check.given ? <IconCircleCheckFilled size={34} /> : <IconCircle size={34} />}
+              {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
+              <CheckPicture check={check} />
               <div>
                 <Text size="lg">{told(check.sentence)}</Text>
                 <Text size="sm">{answerWords(check)}</Text>
               </div>
             </Group>
-            {!check.given && !check.detected && writes && (
+            {toLookAt.includes(check) && (
               <Button
                 size="lg"
+                flex="none"
+                variant={toLookAt.length > 1 ? "default" : "filled"}
                 disabled={tick.isPending}
                 aria-label={VISIT.isSoThat(told(check.sentence))}
-                onClick={() => tick.mutate(check.check)}
+                onClick={() => tick.mutate([check])}
               >
                 {VISIT.isSo}
               </Button>
@@ -61,6 +75,13 @@ export function CheckList(props: { sessionId: string; recordingId: string | null
           </Group>
         </Card>
       ))}
+      {toLookAt.length > 1 && (
+        <Group justify="flex-end">
+          <Button size="lg" disabled={tick.isPending} onClick={() => tick.mutate(toLookAt)}>
+            {VISIT.allSo(toLookAt.length)}
+          </Button>
+        </Group>
+      )}
       <ProblemNote error={checklist.error ?? tick.error} />
     </Stack>
   );

@@ -35,6 +35,7 @@ const SESSION: Session = {
 
 const check = (name: Check["check"], given: boolean, detected = false): Check => ({
   check: name,
+  subject: name === "fixtures" ? "arm_fixer_2+elbow_fixer_2" : "",
   sentence: `About the ${name}.`,
   detected,
   given,
@@ -77,6 +78,36 @@ describe("the checklist", () => {
     await waitFor(() =>
       expect(tick).toHaveBeenCalledWith("s", "belt", { checked_by: "Ito Mai", recording_id: "r" }),
     );
+  });
+
+  it("is given with one press by somebody who has looked at all of it, and tells who asked when nothing is open", async () => {
+    const open = [check("side", false), check("fixtures", false), check("belt", false)];
+    const seen = check("estop", true, true);
+    vi.spyOn(api, "checklist").mockResolvedValue({ checks: [...open, seen], complete: false });
+    const tick = vi
+      .spyOn(api, "tick")
+      .mockImplementation((_, name) =>
+        Promise.resolve({ checks: [...open, seen], complete: name === "belt" }),
+      );
+    const onComplete = vi.fn();
+    show(<CheckList sessionId="s" recordingId="r" onComplete={onComplete} />);
+    fireEvent.click(await screen.findByRole("button", { name: "I have looked at all 3: it is so" }));
+    await waitFor(() => expect(onComplete).toHaveBeenCalledTimes(1));
+    expect(tick.mock.calls.map(([, name]) => name)).toEqual(["side", "fixtures", "belt"]);
+  });
+
+  it("stops at the one that was refused, and says why", async () => {
+    const open = [check("side", false), check("fixtures", false)];
+    vi.spyOn(api, "checklist").mockResolvedValue({ checks: open, complete: false });
+    const tick = vi
+      .spyOn(api, "tick")
+      .mockRejectedValue(new ProblemError({ detail: "This session has ended." }));
+    const onComplete = vi.fn();
+    show(<CheckList sessionId="s" recordingId="r" onComplete={onComplete} />);
+    fireEvent.click(await screen.findByRole("button", { name: /looked at all 2/ }));
+    expect((await screen.findByRole("alert")).textContent).toContain("has ended");
+    expect(tick).toHaveBeenCalledTimes(1);
+    expect(onComplete).not.toHaveBeenCalled();
   });
 
   it("shows only what is still open where that is asked", async () => {

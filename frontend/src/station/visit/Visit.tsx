@@ -1,7 +1,7 @@
 import { Button, Card, Group, Stack, Text, Title, UnstyledButton } from "@mantine/core";
 import { IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation, useQuery } from "@tanstack/react-query";
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import { api, type Session } from "../../api/client";
 import { useLive } from "../../live/hooks";
 import { useKeepSession } from "../../shared/keepSession";
@@ -28,7 +28,10 @@ function useVisit(patientId: string) {
   });
 }
 
-/** A session, step by step. Where it stands the service knows; going back is always possible. */
+/**
+ * A session, step by step. Where it stands the service knows; going back is always possible. The press that completes a step goes on to
+ * the next one; what the apparatus sees by itself does not.
+ */
 export function Visit({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
   const visit = useVisit(patientId);
@@ -38,18 +41,30 @@ export function Visit({ patientId, wanted }: { patientId: string; wanted: string
   const session = newest && (newest.signed_at || (another && newest.ended_at)) ? null : newest;
   // What the arm does goes before everything else.
   const step = run ? "play" : gone && canGoTo(gone, session) ? gone : stepOf(session);
-  const go = (to: Step) => setGone(to);
+  const heading = useRef<HTMLHeadingElement>(null);
+  const asked = useRef(false);
+  const go = (to: Step) => {
+    asked.current = true;
+    setGone(to);
+  };
   const known = !visit.isPending;
   // Where it stood when it came into sight: what is answered there does not take the step away from under the hand.
   useEffect(() => {
     if (known && gone === null) setGone(stepOf(session));
   }, [known, gone, session]);
+  // The button that was pressed has gone with its step: whoever works by keyboard or hears the page goes on from the next one's name.
+  useEffect(() => {
+    if (asked.current && step === gone) {
+      asked.current = false;
+      heading.current?.focus();
+    }
+  }, [step, gone]);
   if (visit.isPending) return null;
   return (
     <Card withBorder component="section" aria-label={VISIT.title}>
       <Stack>
         <Steps step={step} session={session} locked={run !== null} onGo={go} />
-        <Title order={2} size="h3">
+        <Title order={2} size="h3" ref={heading} tabIndex={-1}>
           {STEP_WORDS[step]}
         </Title>
         <ProblemNote error={visit.error} />
@@ -139,7 +154,7 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
   return (
     <>
       <Text>{name ? VISIT.checkedFor(name) : VISIT.nothingTaught}</Text>
-      <CheckList sessionId={session.id} recordingId={recordingId} />
+      <CheckList sessionId={session.id} recordingId={recordingId} onComplete={onDone} />
       <Group>
         <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
           {complete ? VISIT.toPain : VISIT.toPainLater}
@@ -151,10 +166,15 @@ function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
 
 function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onDone: () => void }) {
   const { session, when, onDone } = props;
+  const keep = useKeepSession();
   const say = useMutation({
     mutationFn: (pain: Partial<Pick<Session, "pain_before" | "pain_during" | "pain_after">>) =>
       api.updateSession(session.id, { ...pain, updated_at: session.updated_at }),
-    onSuccess: useKeepSession(),
+    onSuccess: (saved) => {
+      keep(saved);
+      const answered = when === "pain_before" || saved.pain_during !== null;
+      if (answered && saved[when] !== null) onDone();
+    },
   });
   return (
     <>
