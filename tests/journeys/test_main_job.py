@@ -96,9 +96,18 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     page.on("request", lambda request: hosts.add(urlsplit(request.url).netloc))
     page.on("pageerror", lambda error: wrong.append(str(error)))
 
+    # Whoever is here for the first time is told what comes next.
+    first = page.get_by_role("region", name="First steps")
+    expect(first).to_contain_text("1 of 6")
     sign_up(page, "Yamada Hanako")
+    page.get_by_role("link", name="Station", exact=True).click()
+    expect(first).to_contain_text("2 of 6")
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Yamada Hanako").click()
     teach(page, taught_name)
+    expect(first).to_contain_text("4 of 6")
     begin_session(page)
+    expect(first).to_contain_text("5 of 6")
     load_and_play(page)
     page.get_by_role("button", name="Press the e-stop switch").click()
     banner = page.get_by_test_id("stop-banner")
@@ -126,6 +135,9 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     load_and_play(page)
     expect(page.get_by_test_id("left")).to_contain_text("left")
     page.screenshot(path=artefacts / "playing.png")
+    expect(first).to_contain_text("6 of 6")
+    first.get_by_role("button", name="Hide this").click()
+    expect(first).to_be_hidden()
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     page.get_by_role("link", name="Look at teaching against playback").click()
 

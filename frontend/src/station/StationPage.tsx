@@ -20,6 +20,7 @@ import { STATION } from "./words";
 
 // The first page tells what the apparatus does, and stops it; what is worked with comes right behind.
 const work = () => import("./work");
+const FirstSteps = lazy(() => work().then(({ FirstSteps }) => ({ default: FirstSteps })));
 const Loaded = lazy(() => work().then(({ Loaded }) => ({ default: Loaded })));
 const SimulatorPanel = lazy(() => work().then(({ SimulatorPanel }) => ({ default: SimulatorPanel })));
 const TeachPanel = lazy(() => work().then(({ TeachPanel }) => ({ default: TeachPanel })));
@@ -57,6 +58,11 @@ export function StationPage() {
         <Grid.Col span={{ base: 12, md: 6 }}>
           {/* Kept, so that nothing that was typed or chosen is lost over a stop. */}
           <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
+            {station?.simulated && reads && operates && (
+              <Suspense>
+                <FirstSteps patientId={patientId} />
+              </Suspense>
+            )}
             <LeaseBar />
             {me && station && !worksAt(me, station.name) && (
               <Alert color="gray" variant="outline">

@@ -1,5 +1,6 @@
 import type { Schemas } from "../api/client";
 import { say } from "../shared/language";
+import type { FirstStep } from "./firstSteps";
 
 type Side = Schemas["Live"]["side"];
 
@@ -29,6 +30,45 @@ export const STATION = say(
     waits: "送信しました。装置の確認を待っています。",
     hold: "1秒間押し続けてください。腕が動きます。",
     again: "腕が動きます。もう一度押すと確定します。",
+  },
+);
+
+/** Whoever has just come to the simulated apparatus. */
+export const FIRST = say(
+  {
+    title: "First steps",
+    at: (step: number, of: number) => `First steps, on the simulated apparatus: ${step} of ${of}`,
+    hide: "Hide this",
+    signUp: "Sign somebody up",
+  },
+  {
+    title: "はじめての操作",
+    at: (step, of) => `はじめての操作（模擬装置）：${of}のうち${step}`,
+    hide: "表示しない",
+    signUp: "登録へ進む",
+  },
+);
+
+export const FIRST_WORDS = say<Record<FirstStep, string>>(
+  {
+    sign_up: "Sign a patient up: anybody, nothing here moves a real arm.",
+    choose: "Choose the patient below. Where the sides differ, say that the apparatus has been turned.",
+    teach:
+      "Start teaching. Then, in the panel of the simulated apparatus, have the arm guided: a hand moves it, and a foot is on the pedal meanwhile. When the hand is away again, finish teaching.",
+    begin:
+      "Begin the session, and go through its checklist. The emergency stop is tried in the panel: press it, release it, and acknowledge the stop. Then say what the pain is before.",
+    play: "Load what was taught, hold “Move to the start” until the arm moves, and play. Try “Less” and “Stop” as well.",
+    look: "That was the main job. Look at teaching against playback, say what the pain is now, and sign the note.",
+  },
+  {
+    sign_up: "まず患者を登録します。実際の腕は動かないので、誰でもかまいません。",
+    choose: "下で患者を選びます。左右が異なるときは、装置の向きを変えたことを知らせてください。",
+    teach:
+      "教示を開始します。次に、模擬装置のパネルで腕を動かさせます。手が腕を動かし、その間は足がペダルを踏んでいます。手が離れたら、教示を終了してください。",
+    begin:
+      "セッションを開始し、開始前の確認を進めます。非常停止はパネルで押して解除し、停止を確認してください。その後、開始前の痛みを記録します。",
+    play: "教示した動作を読み込み、腕が動くまで「開始位置へ移動」を押し続け、再生します。「範囲を減らす」と「停止」も試してください。",
+    look: "これで一通りの操作は終わりです。教示と再生を見比べ、終了後の痛みを記録して、所見に署名してください。",
   },
 );
 

@@ -17,11 +17,12 @@ import classes from "./visit.module.css";
 import { STEP_WORDS, VISIT } from "./words";
 
 /** The visit that this patient has now: the newest session, unless it is signed and over. */
-function useVisit(patientId: string) {
+export function useVisit(patientId: string | null) {
   return useQuery({
     queryKey: ["session", "newest", patientId],
+    enabled: patientId !== null,
     queryFn: async () => {
-      const newest = (await api.patientSessions(patientId)).items[0];
+      const newest = (await api.patientSessions(patientId ?? "")).items[0];
       if (!newest) return null;
       return await api.session(newest.id);
     },

@@ -1,0 +1,32 @@
+import { describe, expect, it } from "vitest";
+import type { Session } from "../api/client";
+import { type FirstStep, firstStep } from "./firstSteps";
+
+const CHECKS = ["side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
+const begun = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
+const checked = { ...begun, checks: CHECKS };
+const asked = { ...checked, pain_before: 4 };
+const played = { ...asked, runs: [{}] as Session["runs"] };
+
+describe("whoever comes to the simulated apparatus for the first time", () => {
+  it.each<[FirstStep, number, boolean, number, Parameters<typeof firstStep>[0]["session"]]>([
+    ["sign_up", 0, false, 0, null],
+    ["choose", 1, false, 0, null],
+    ["teach", 1, true, 0, null],
+    // A session can be begun before anything has been taught.
+    ["teach", 1, true, 0, begun],
+    ["begin", 1, true, 1, null],
+    ["begin", 1, true, 1, begun],
+    ["begin", 1, true, 1, checked],
+    ["play", 1, true, 1, asked],
+    ["look", 1, true, 1, played],
+    ["look", 1, true, 1, { ...played, ended_at: "2026-11-22T09:00:00Z" }],
+    // The next one of the same patient's begins anew.
+    ["begin", 1, true, 1, { ...asked, ended_at: "2026-11-22T09:00:00Z" }],
+  ])(
+    "is told %s, with %i patients, chosen: %s, %i recordings",
+    (step, patients, chosen, recordings, session) => {
+      expect(firstStep({ patients, chosen, recordings, session })).toBe(step);
+    },
+  );
+});
