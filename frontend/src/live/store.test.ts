@@ -1,6 +1,14 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Live } from "../api/client";
-import { ageTenths, isAlive, LiveStore, LOST_AFTER_MS, OPEN_WITHIN_MS, STOP_ANSWER_MS } from "./store";
+import {
+  ageTenths,
+  isAlive,
+  LiveStore,
+  LOST_AFTER_MS,
+  OPEN_WITHIN_MS,
+  SETTLE_MS,
+  STOP_ANSWER_MS,
+} from "./store";
 
 class FakeSocket {
   onmessage: ((event: { data: string }) => void) | null = null;
@@ -138,6 +146,41 @@ describe("the live store", () => {
     expect(ageTenths(store.get(), Date.now())).toBe(12);
     socket().say({ ...change(3, {}), sent_at: sent_at(20) });
     expect(isAlive(store.get())).toBe(true);
+  });
+
+  describe("after the page itself has stood still", () => {
+    const sent = (message: object, at: number) => ({ ...message, sent_at: new Date(at).toISOString() });
+    /** Nothing of the page runs meanwhile, as while it draws; what comes waits. */
+    const standStill = (ms: number) => vi.setSystemTime(Date.now() + ms);
+
+    beforeEach(() => {
+      socket().say(sent(snapshot(), Date.now()));
+      vi.advanceTimersByTime(500);
+    });
+
+    it("hears first what waited for it: that was no loss of the connection", () => {
+      const before = Date.now();
+      const heard = vi.fn();
+      standStill(3000);
+      store.subscribe(() => heard(store.get().connected));
+      for (let n = 2; n < 30; n++) socket().say(sent(change(n, {}), before + 100 * n));
+      vi.advanceTimersByTime(SETTLE_MS);
+      socket().say(sent(change(30, {}), Date.now()));
+      vi.advanceTimersByTime(LOST_AFTER_MS - SETTLE_MS);
+      expect(heard).not.toHaveBeenCalledWith(false);
+      expect(sockets).toHaveLength(1);
+    });
+
+    it.each([
+      ["nothing waited", 0],
+      ["what waited is old", 10],
+    ])("says so soon when the connection was lost meanwhile: %s", (_, waited) => {
+      const before = Date.now();
+      standStill(3000);
+      for (let n = 2; n < 2 + waited; n++) socket().say(sent(change(n, {}), before + n));
+      vi.advanceTimersByTime(500);
+      expect(store.get().connected).toBe(false);
+    });
   });
 
   it("takes two clocks that drift apart for two clocks", () => {

@@ -11,6 +11,8 @@ export type LiveMessage =
 /** A last message this old counts as a lost connection; the service speaks ten times a second. */
 export const LOST_AFTER_MS = 1200;
 const LOOK_EVERY_MS = 250;
+/** After a pause of its own the page first hears what waited for it meanwhile, for this long, and then judges. */
+export const SETTLE_MS = 100;
 /** So that the page is right again within three seconds of the service's return. */
 const RECONNECT_MS = [250, 500, 1000, 1000];
 /** A connection that is not made by then is tried anew: where a cable was pulled, the browser itself would wait for minutes. */
@@ -44,6 +46,8 @@ export class LiveStore {
   #stopNumber = 0;
   #socket: WebSocket | null = null;
   #triedAt = 0;
+  #lookedAt = 0;
+  #settlesAt = 0;
   #sequence = 0;
   /** Of this connection: the least that a message took, by two clocks that know nothing of each other, and when that was. */
   #quickest: { ms: number; at: number } | null = null;
@@ -58,6 +62,7 @@ export class LiveStore {
   /** Connect, and keep connected. Returns how to end it; then everything that was heard is forgotten. */
   start(): () => void {
     this.#open();
+    this.#lookedAt = Date.now();
     const looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
     return () => {
       clearInterval(looking);
@@ -150,7 +155,8 @@ export class LiveStore {
     this.#sequence = message.sequence;
     this.#failures = 0;
     const heardAt = this.#sentAt(message);
-    const connected = Date.now() - heardAt <= LOST_AFTER_MS;
+    const now = Date.now();
+    const connected = now - heardAt <= LOST_AFTER_MS || (this.#state.connected && this.#settles(now));
     const next: LiveState = { ...this.#state, connected, heardAt };
     switch (message.kind) {
       case "snapshot":
@@ -187,8 +193,28 @@ export class LiveStore {
     return now - (took - least);
   }
 
-  /** Silence is noticed by looking: a cable that is pulled closes no socket. */
+  /**
+   * Whether the page itself has just stood still, drawing figures or put to sleep: what it hears now has waited here, not on its way,
+   * and says nothing of the connection.
+   */
+  #settles(now: number): boolean {
+    if (now - this.#lookedAt > LOST_AFTER_MS) {
+      this.#lookedAt = now;
+      this.#settlesAt = now + SETTLE_MS;
+      setTimeout(() => this.#judge(), SETTLE_MS);
+    }
+    return now < this.#settlesAt;
+  }
+
   #look() {
+    const now = Date.now();
+    if (this.#settles(now)) return;
+    this.#lookedAt = now;
+    this.#judge();
+  }
+
+  /** Silence is noticed by looking: a cable that is pulled closes no socket. */
+  #judge() {
     const { connected, heardAt } = this.#state;
     const now = Date.now();
     if (heardAt !== null && now - heardAt > LOST_AFTER_MS && connected) {

@@ -22,10 +22,12 @@ export function useHold(enabled: boolean, onHeld: () => void) {
     if (holding === "held") then("no");
   };
   const hold = () => {
-    then("held", HOLD_MS, () => {
+    const meant = () => {
       then("no");
       onHeld();
-    });
+    };
+    // A page that hung meanwhile hears first that the hand has let go: what it was told by then comes before a new timer.
+    then("held", HOLD_MS, () => then("held", 0, meant));
   };
   // What has become impossible is not done by a hand that is still there.
   useEffect(() => {
