@@ -62,7 +62,7 @@ class Backup(Schema):
     audit_problem: str = Field(
         description="Where the audit trail in it is not whole; empty where it is. It can be restored all the same."
     )
-    there: bool = Field(description="The file is still where it was made.")
+    there: bool = Field(description="The file is on this computer; another service may have made it on its own.")
 
 
 class BackupList(Schema):

@@ -2923,7 +2923,7 @@ export interface components {
             audit_problem: string;
             /**
              * There
-             * @description The file is still where it was made.
+             * @description The file is on this computer; another service may have made it on its own.
              */
             there: boolean;
         };
