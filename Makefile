@@ -46,9 +46,10 @@ dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is a
 	trap 'kill $$service 2>/dev/null' EXIT INT TERM; \
 	(cd frontend && npm run dev --silent); kill $$service 2>/dev/null; wait $$service
 
-campaign: $(PACKAGES) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
+campaign: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
 	@$(BIN)/python -m pytest --hypothesis-profile exploring tests/device tests/motion tests/simulator
-	@$(BIN)/python -m pytest -m campaign --log-cli-level info
+	@$(BIN)/python -m pytest -m campaign --log-cli-level info --ignore tests/journeys
+	@$(BIN)/python -m pytest -m campaign --log-cli-level info tests/journeys
 	@$(BIN)/python -m tests.mutation
 
 check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, in both languages

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.journeys.test_main_job import LONG_MS, sign_up, teach
+from tests.journeys.test_main_job import LONG_MS, begin_session, load_and_play, sign_up, teach
 
 
-def test_a_programme_is_made_and_changed_and_tells_what_changed(page: Page, artefacts: Path) -> None:
+def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")
@@ -70,8 +70,38 @@ def test_a_programme_is_made_and_changed_and_tells_what_changed(page: Page, arte
     expect(versions.get_by_role("table", name="Version 1")).to_contain_text("A little less")
     page.screenshot(path=artefacts / "programme.png", full_page=True)
 
+    # Today's visit is for the newest programme, as it now stands.
     page.get_by_role("link", name="Mori Sakura").click()
+    page.get_by_role("link", name="To the station").click()
+    visit = page.get_by_role("region", name="Session")
+    expect(visit.get_by_role("combobox", name="Programme")).to_have_value("Morning (version 2)")
+    expect(visit.get_by_text("1. Raise the arm: 90 % of the speed")).to_be_visible()
+    begin_session(page)
+    expect(visit.get_by_role("combobox", name="Recording")).to_have_value("1. Raise the arm")
+    load_and_play(page)
+    expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
+    page.get_by_role("link", name="Look at teaching against playback").click()
+    expect(page.get_by_test_id("planned").get_by_role("row", name="Raise the arm")).to_contain_text("3 of 3")
+
+    # On paper, in either language, and as a file.
+    reports = page.get_by_role("group", name="Report", exact=True)
+    with page.expect_popup() as opened:
+        reports.get_by_role("link", name="Report to print").click()
+    printed = opened.value
+    expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
+    expect(printed.get_by_text("DRAFT, NOT SIGNED").first).to_be_visible()
+    expect(printed.locator("body")).to_contain_text("Mori Sakura")
+    printed.screenshot(path=artefacts / "report.png", full_page=True)
+    printed.close()
+    reports.get_by_text("日本語").click()
+    with page.expect_download() as saving:
+        reports.get_by_role("link", name="Report as PDF").click()
+    assert saving.value.path().read_bytes().startswith(b"%PDF-")
+
+    page.get_by_role("link", name="Mori Sakura").first.click()
     section = page.get_by_role("region", name="Programmes")
     expect(section.get_by_role("row", name="Morning")).to_contain_text("90 % of the speed")
-    expect(section.get_by_test_id("regularity")).to_contain_text("This week: 0 of 3 sessions")
+    expect(section.get_by_test_id("regularity")).to_contain_text(
+        "This week: 1 of 3 sessions, 3 of 3 planned repetitions"
+    )
     assert wrong == []
