@@ -89,7 +89,7 @@ def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: 
         reports.get_by_role("link", name="Report to print").click()
     printed = opened.value
     expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
-    expect(printed.get_by_text("DRAFT, NOT SIGNED").first).to_be_visible()
+    expect(printed.get_by_text("Not signed. This is a draft").first).to_be_visible()
     expect(printed.locator("body")).to_contain_text("Mori Sakura")
     printed.screenshot(path=artefacts / "report.png", full_page=True)
     printed.close()

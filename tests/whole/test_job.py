@@ -47,6 +47,24 @@ def known(motion: Taught) -> Samples:
     return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))
 
 
+def apart_deg(taught: Samples, motion: Samples, beat_s: float) -> float:
+    """By how much the extremes of what was recorded differ from the hand's, at the moments that were recorded.
+
+    A motion may turn back within two tenths of a second: cycles that were missed just then hold nothing of it. When the pedal went
+    down is known to one beat of the loop.
+    """
+
+    def extremes(angles_deg: Floats) -> Floats:
+        return np.concatenate([angles_deg.min(axis=0), angles_deg.max(axis=0)])
+
+    def hand_deg(late_s: float) -> Floats:
+        times_s = taught.times_s + late_s
+        return np.column_stack([np.interp(times_s, motion.times_s, axis_deg) for axis_deg in motion.angles_deg.T])
+
+    beat = np.linspace(-beat_s, beat_s, 21)
+    return min(float(np.abs(extremes(taught.angles_deg) - extremes(hand_deg(late))).max()) for late in beat)
+
+
 def load(
     rig: Rig,
     recording: Samples,
@@ -96,10 +114,7 @@ def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: di
         beats = np.diff(taught.t_ns) * (rate_hz / 1e9)
         assert np.median(beats[np.round(beats) == 1]) == pytest.approx(1, rel=0.02)
         assert np.round(beats).sum() == pytest.approx(wanted, rel=0.1)
-        # What was recorded is what the hand did: the same extremes, in motor angles.
-        motors_deg = motor_angles_deg(motion.poses_deg)
-        assert taught.measured_deg.min(axis=0) == pytest.approx(motors_deg.min(axis=0), abs=1.5)
-        assert taught.measured_deg.max(axis=0) == pytest.approx(motors_deg.max(axis=0), abs=1.5)
+        assert apart_deg(recorded(taught), known(motion), 1 / rate_hz) <= 1.5
 
         # Where the simulator itself is kept waiting, its replies come too late, and the device stops as it should: again, then.
         for attempt in range(3):
