@@ -13,8 +13,8 @@ from tests.journeys.test_access import PASSWORD, made, menu
 from tests.journeys.test_main_job import LONG_MS, sign_up
 
 NAME: Final = "Yamada Hanako"
-NOBODYS: Final = {"kata-scheme", "kata.language", "kata.report-language"}
-"""What a browser keeps of whoever used it: colours and languages."""
+NOBODYS: Final = {"kata-scheme", "kata.language", "kata.first-steps-hidden", "kata.report-language"}
+"""What a browser keeps of whoever used it: colours, languages, what was put away."""
 SCREENS: Final = (
     "/", "/stations", "/patients", "/sessions", "/account", "/administration/accounts", "/administration/audit",
     "/administration/emergency-access", "/administration/backups", "/nowhere",
