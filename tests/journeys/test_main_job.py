@@ -4,10 +4,11 @@ import os
 import re
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from tests.journeys.conftest import Clinic
 
@@ -15,6 +16,13 @@ LONG_MS = 60_000
 LOST_LIMIT_S = 2.0
 HOLD_MS = 1500
 """The apparatus is asked to move the arm by holding the button for a second."""
+
+
+Press = Callable[[Page, Locator], None]
+
+
+def click(page: Page, target: Locator) -> None:
+    target.click()
 
 
 def sign_up(page: Page, name: str) -> None:
@@ -28,11 +36,11 @@ def sign_up(page: Page, name: str) -> None:
     expect(page.get_by_role("heading", name=name)).to_be_visible()
 
 
-def stand_for_left(page: Page) -> None:
+def stand_for_left(page: Page, press: Press = click) -> None:
     """The patient's side is the left one, and the apparatus comes for the right."""
     expect(page.get_by_text("The apparatus stands for the right shoulder")).to_be_visible()
-    page.get_by_role("button", name="Turned to the left shoulder").click()
-    page.get_by_role("button", name="It stands for the left shoulder").click()
+    press(page, page.get_by_role("button", name="Turned to the left shoulder"))
+    press(page, page.get_by_role("button", name="It stands for the left shoulder"))
     expect(page.get_by_role("dialog")).to_be_hidden(timeout=LONG_MS)
     expect(page.get_by_text("The apparatus stands for the left shoulder")).to_be_visible()
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
@@ -54,13 +62,13 @@ def teach(page: Page, motion: str) -> None:
     expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
 
 
-def try_estop(page: Page) -> None:
+def try_estop(page: Page, press: Press = click) -> None:
     """Press the switch, release it, acknowledge."""
-    page.get_by_role("button", name="Press the e-stop switch").click()
+    press(page, page.get_by_role("button", name="Press the e-stop switch"))
     banner = page.get_by_test_id("stop-banner")
     expect(banner).to_be_visible()
-    page.get_by_role("button", name="Release the e-stop switch").click()
-    banner.get_by_role("button", name="Acknowledge").click()
+    press(page, page.get_by_role("button", name="Release the e-stop switch"))
+    press(page, banner.get_by_role("button", name="Acknowledge"))
     expect(banner).to_be_hidden()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from playwright.sync_api import Locator, Page, expect
 
 from tests.journeys.keyboard import held, press, reach, write
-from tests.journeys.test_main_job import LONG_MS
+from tests.journeys.test_main_job import LONG_MS, stand_for_left, try_estop
 
 MOTION = "1 Abduction / adduction of the scapula"
 
@@ -24,10 +24,7 @@ def sign_up(page: Page, name: str) -> None:
 
 def teach(page: Page) -> None:
     press(page, page.get_by_role("link", name="To the station"))
-    press(page, page.get_by_role("button", name="Turned to the left shoulder"))
-    press(page, page.get_by_role("button", name="It stands for the left shoulder"))
-    expect(page.get_by_role("dialog")).to_be_hidden(timeout=LONG_MS)
-    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    stand_for_left(page, press)
     write(page, page.get_by_label("Name of the motion"), "Raise the arm")
     press(page, page.get_by_role("button", name="Start teaching"))
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
@@ -43,15 +40,6 @@ def teach(page: Page) -> None:
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record", timeout=LONG_MS)
     press(page, page.get_by_role("button", name="Finish teaching"))
     expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
-
-
-def try_estop(page: Page) -> None:
-    press(page, page.get_by_role("button", name="Press the e-stop switch"))
-    banner = page.get_by_test_id("stop-banner")
-    expect(banner).to_be_visible()
-    press(page, page.get_by_role("button", name="Release the e-stop switch"))
-    press(page, banner.get_by_role("button", name="Acknowledge"))
-    expect(banner).to_be_hidden()
 
 
 def at_least_44(target: Locator) -> None:
@@ -87,7 +75,7 @@ def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(pag
     expect(visit.get_by_test_id("check-estop")).to_be_visible()
     expect(visit.get_by_test_id("check-belt")).to_be_hidden()
     press(page, steps.get_by_role("button", name="Checklist"))
-    try_estop(page)
+    try_estop(page, press)
     expect(line).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
 
     # A reload loses nothing: the service knows where the session stands.

@@ -17,6 +17,7 @@ import { formatDay, formatMoment, formatSpan, sideWord } from "../shared/format"
 import { ButtonLink, PageLink } from "../shared/links";
 import { More } from "../shared/More";
 import { madeOf } from "../shared/madeOf";
+import { useRecordings } from "../shared/ofPatient";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
@@ -30,10 +31,7 @@ export function PatientPage() {
   const queries = useQueryClient();
   const [editing, form] = useDisclosure(false);
   const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
-  const recordings = useQuery({
-    queryKey: ["recordings", patientId],
-    queryFn: () => api.recordings(patientId),
-  });
+  const recordings = useRecordings(patientId);
   const sessions = usePages(["sessions", "of", patientId], (after) => api.patientSessions(patientId, after));
   const archive = useMutation({
     mutationFn: (archived: boolean) =>

@@ -8,6 +8,15 @@ import { CHOICE } from "./words";
 
 const label = (one: Patient) => CHOICE.one(one.name, one.clinic_number);
 
+/** The first of those who match; everybody does where nothing is wanted. */
+export function useFound(words: string) {
+  return useQuery({
+    queryKey: ["patients", words, false, "first"],
+    queryFn: () => api.patients(words, false),
+    placeholderData: keepPreviousData,
+  });
+}
+
 /** One of all patients, looked for as on their own page. */
 export function PatientSelect(props: {
   chosen: Patient | undefined;
@@ -19,11 +28,7 @@ export function PatientSelect(props: {
   const [words] = useDebouncedValue(search, 200);
   // What stands in the box once somebody is chosen is no search.
   const wanted = chosen && words === label(chosen) ? "" : words;
-  const found = useQuery({
-    queryKey: ["patients", wanted, false, "first"],
-    queryFn: () => api.patients(wanted, false),
-    placeholderData: keepPreviousData,
-  });
+  const found = useFound(wanted);
   const items = found.data?.items ?? [];
   const all = chosen && !items.some((one) => one.id === chosen.id) ? [...items, chosen] : items;
   return (

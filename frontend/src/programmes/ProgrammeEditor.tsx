@@ -6,6 +6,7 @@ import { useName } from "../access/hooks";
 import { api, ProblemError } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { LoadLevel } from "../shared/LoadLevel";
+import { useRecordings } from "../shared/ofPatient";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
@@ -164,10 +165,7 @@ function AddRecording(props: {
   onAdded: (key: string) => void;
 }) {
   const { draft } = props;
-  const recordings = useQuery({
-    queryKey: ["recordings", props.patientId],
-    queryFn: () => api.recordings(props.patientId),
-  });
+  const recordings = useRecordings(props.patientId);
   const [next, setNext] = useState(1);
   const fitting = (recordings.data?.items ?? []).filter((one) => !one.archived_at && one.side === props.side);
   const add = (id: string | null) => {

@@ -1,9 +1,9 @@
 import { ActionIcon, Group, Slider, Stack, Text } from "@mantine/core";
 import { IconMinus, IconPlus } from "@tabler/icons-react";
-import { useQuery } from "@tanstack/react-query";
 import { useId } from "react";
-import { api, type Run } from "../api/client";
+import type { Run } from "../api/client";
 import { LOAD_LEVELS } from "./levels";
+import { useNewestSession } from "./ofPatient";
 import { LEVEL } from "./playWords";
 
 const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
@@ -14,15 +14,7 @@ export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
 }
 
 /** This patient's newest session: what fitted in one run is not to be forgotten in the next. */
-export function useLastRuns(patientId: string) {
-  return useQuery({
-    queryKey: ["session", "last-runs", patientId],
-    queryFn: async () => {
-      const newest = (await api.patientSessions(patientId)).items[0];
-      return newest ? (await api.session(newest.id)).runs : [];
-    },
-  });
-}
+export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
 
 /** How much resistance it takes until the arm is taken back: by finger, mouse or arrow keys. */
 export function LoadLevel(props: { value: number; last: number | null; onChange: (level: number) => void }) {

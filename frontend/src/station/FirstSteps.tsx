@@ -1,10 +1,9 @@
 import { Button, Card, Group, Stack, Text, Title } from "@mantine/core";
 import { useLocalStorage } from "@mantine/hooks";
-import { useQuery } from "@tanstack/react-query";
-import { api } from "../api/client";
+import { useFound } from "../patients/PatientSelect";
 import { ButtonLink } from "../shared/links";
+import { useNewestSession, useRecordings } from "../shared/ofPatient";
 import { FIRST_STEPS, firstStep } from "./firstSteps";
-import { useVisit } from "./visit/Visit";
 import { FIRST, FIRST_WORDS } from "./words";
 
 /** The main job, step by step, on the simulated apparatus: what comes next is told until somebody has seen enough of it. */
@@ -16,19 +15,15 @@ export function FirstSteps({ patientId }: { patientId: string | null }) {
     // Whatever somebody else has written there.
     deserialize: (kept) => kept === "true",
   });
-  const patients = useQuery({
-    queryKey: ["patients", "", false, "first"],
-    queryFn: () => api.patients("", false),
-    enabled: !hidden,
-  });
-  const recordings = useQuery({
-    queryKey: ["recordings", patientId],
-    queryFn: () => api.recordings(patientId ?? ""),
-    enabled: !hidden && patientId !== null,
-  });
-  const visit = useVisit(hidden ? null : patientId);
+  return hidden ? null : <Told patientId={patientId} onHide={() => setHidden(true)} />;
+}
+
+function Told({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
+  const patients = useFound("");
+  const recordings = useRecordings(patientId);
+  const visit = useNewestSession(patientId);
   const known = patients.data && (patientId === null || (recordings.data && visit.data !== undefined));
-  if (hidden || !known) return null;
+  if (!known) return null;
   const step = firstStep({
     patients: patients.data.items.length,
     chosen: patientId !== null,
@@ -42,7 +37,7 @@ export function FirstSteps({ patientId }: { patientId: string | null }) {
           <Title order={2} size="h4">
             {FIRST.at(FIRST_STEPS.indexOf(step) + 1, FIRST_STEPS.length)}
           </Title>
-          <Button variant="subtle" size="md" onClick={() => setHidden(true)}>
+          <Button variant="subtle" size="md" onClick={onHide}>
             {FIRST.hide}
           </Button>
         </Group>

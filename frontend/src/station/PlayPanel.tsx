@@ -6,7 +6,7 @@ import {
   IconPlayerPlay,
   IconTargetArrow,
 } from "@tabler/icons-react";
-import { useQuery, useQueryClient } from "@tanstack/react-query";
+import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
 import { api, type Schemas, type Session } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
@@ -15,6 +15,7 @@ import { formatSpan } from "../shared/format";
 import { LoadLevel, lastLevel, useLastRuns } from "../shared/LoadLevel";
 import { LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
+import { useRecordings } from "../shared/ofPatient";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
@@ -57,10 +58,7 @@ const itemWords = (item: string, done: boolean) => (done ? PLAY.done(item) : ite
 function Choose({ session, wanted, level, onLevel }: Choice) {
   const patientId = session.patient.id;
   const queries = useQueryClient();
-  const recordings = useQuery({
-    queryKey: ["recordings", patientId],
-    queryFn: () => api.recordings(patientId),
-  });
+  const recordings = useRecordings(patientId);
   const last = useLastRuns(patientId);
   const levelOfLast = lastLevel(last.data ?? []);
   const planned = session.programme?.items ?? [];

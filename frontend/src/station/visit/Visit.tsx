@@ -1,12 +1,13 @@
 import { Button, Card, Group, Stack, Text, Title, UnstyledButton } from "@mantine/core";
 import { IconCircleCheckFilled } from "@tabler/icons-react";
-import { useMutation, useQuery } from "@tanstack/react-query";
+import { useMutation } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { api, type Session } from "../../api/client";
 import { useLive } from "../../live/hooks";
 import { useKeepSession } from "../../shared/keepSession";
 import { PageLink } from "../../shared/links";
 import { NoteCard } from "../../shared/NoteCard";
+import { useNewestSession, useRecordings } from "../../shared/ofPatient";
 import { ProblemNote } from "../../shared/problem";
 import { PlayPanel } from "../PlayPanel";
 import { BeginStep } from "./BeginStep";
@@ -16,26 +17,14 @@ import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps"
 import classes from "./visit.module.css";
 import { STEP_WORDS, VISIT } from "./words";
 
-/** The visit that this patient has now: the newest session, unless it is signed and over. */
-export function useVisit(patientId: string | null) {
-  return useQuery({
-    queryKey: ["session", "newest", patientId],
-    enabled: patientId !== null,
-    queryFn: async () => {
-      const newest = (await api.patientSessions(patientId ?? "")).items[0];
-      if (!newest) return null;
-      return await api.session(newest.id);
-    },
-  });
-}
-
 /**
  * A session, step by step. Where it stands the service knows; going back is always possible. The press that completes a step goes on to
  * the next one; what the apparatus sees by itself does not.
  */
 export function Visit({ patientId, wanted }: { patientId: string; wanted: string | null }) {
   const run = useLive("run");
-  const visit = useVisit(patientId);
+  // The visit that this patient has now: the newest session, unless it is signed and over.
+  const visit = useNewestSession(patientId);
   const [gone, setGone] = useState<Step | null>(null);
   const [another, setAnother] = useState(false);
   const newest = visit.data ?? null;
@@ -142,10 +131,7 @@ function Steps(props: { step: Step; session: Session | null; locked: boolean; on
 
 /** For what is played first: of the programme, or any of the patient's recordings. */
 function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
-  const recordings = useQuery({
-    queryKey: ["recordings", session.patient.id],
-    queryFn: () => api.recordings(session.patient.id),
-  });
+  const recordings = useRecordings(session.patient.id);
   const item = nextItem(session.programme?.items ?? [], session.runs);
   const first = (recordings.data?.items ?? []).find((one) => !one.archived_at);
   const recordingId = item?.recording_id ?? first?.id ?? null;
