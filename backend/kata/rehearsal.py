@@ -62,7 +62,8 @@ class Rehearsal:
 
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
-        self.station, self.database, self._kept = app.state.station, app.state.database, app.state.kept
+        self.station, self.database = app.state.station, app.state.database
+        self._kept, self._ahead = app.state.kept, app.state.ahead
         self.browser = Browser(uuid4(), _WHO)
         self._simulation = app.state.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
@@ -121,7 +122,7 @@ class Rehearsal:
         """Load it, move to its start, play it to its end, and back. ``learned`` knows what was played before."""
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(session_id=self._visit_id, recording_id=recording.id, method=method)
-        run = await commands.load(self.station, self.database, self._kept, self.browser, wanted)
+        run = await commands.load(self.station, self.database, self._kept, self._ahead, self.browser, wanted)
         await commands.approach(self.station, self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(self.station, self.browser)

@@ -507,3 +507,24 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     assert figure["layout"]["yaxis2"]["side"] == "right"
     assert "deg" in figure["layout"]["yaxis"]["title"]["text"]
     assert trace(told, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) -> None:
+    recording_id = clinic.recording()
+    still_comes = [True]
+    importer = Importer(clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: still_comes[0])
+    run_id = uuid4()
+    path = clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
+    importer.run(path)
+    assert path.exists()
+    assert importer.due == 1
+    with clinic.database.write() as session:
+        visit = sessions.begin(session, clinic.patient_id)
+        runs.begin(session, visit.id, recording_id).id = run_id
+    importer.run_due()
+    assert (importer.due, clinic.saved[-1].id) == (0, run_id)
+
+    still_comes[0] = False
+    lost = clinic.journal("run", uuid4(), [2.0], end=JournalEnd(reason="completed"))
+    importer.run(lost)
+    assert (clinic.folder / "unreadable" / lost.name).exists()

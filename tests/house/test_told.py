@@ -11,7 +11,7 @@ import pytest
 
 from kata.access.passwords import SHORTEST
 from kata.clinic.assessments import rom
-from kata.clinic.sessions import checklist
+from kata.clinic.sessions import ahead, checklist
 from kata.device import refusals
 from kata.device.faults import FAULTS
 from kata.motion.axes import BASIC_MOTIONS, Side
@@ -98,6 +98,7 @@ def spoken() -> Iterator[str]:
     for side, rotates in itertools.product(get_args(Side), (False, True)):
         for need in checklist.needed(side, checklist.playback_fixtures((), rotates=rotates)):
             yield need.sentence
+    yield from ahead.CHANGED.values()
     yield from (measure.english for measure in rom.MEASURES)
     yield from (motion.name for motion in BASIC_MOTIONS)
     yield f"must have {SHORTEST} characters or more"

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator
 from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import msgspec
 import pytest
@@ -12,14 +12,21 @@ from sqlalchemy import select
 
 from kata.access.tables import AuditRow
 from kata.bench import postgresql
+from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.sessions import runs
+from kata.clinic.sessions import checks, runs
+from kata.clinic.sessions.ahead import CHANGED, CHANGED_MEANWHILE, Ahead, ToPlay
+from kata.clinic.sessions.tables import SessionRow
 from kata.device import journal
+from kata.motion.edit import AS_TAUGHT
+from kata.problems import ProblemError
 from tests.web.conftest import running
 from tests.web.test_derived import lifted, taught
 from tests.web.test_records import problem
 from tests.web.test_station import accepted, load, until, until_mode
+from tests.web.test_visit import eventually, programme
+from tests.web.visits import WHO, go_through_checklist, still_open
 
 LIMIT_S = 60.0
 FEW_S = 8.0
@@ -154,3 +161,135 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
         problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+
+
+@pytest.fixture
+def visit(client: TestClient) -> dict[str, Any]:
+    """A session whose programme is two recordings, each with an arm fixer of its own; everything is in order for the first."""
+    until_mode(client, "idle")
+    app: Any = client.app
+    body = {"clinic_number": uuid4().hex, "name": "Ueda Kei", "affected_side": "right"}
+    patient = client.post("/api/patients", json=body).json()
+    first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
+    second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_2"])
+    version_id = programme(client, patient, first["id"], second["id"])
+    planned = {"patient_id": patient["id"], "programme_version_id": version_id}
+    session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
+    go_through_checklist(client, session["id"], first["id"])
+    ahead: Ahead = app.state.ahead
+    eventually(
+        lambda: (
+            (known := ahead.known)
+            and len(known.recordings) == 2
+            and {one.check for one in known.answers} >= {"side", "fixtures", "belt"}
+            and known.estop_tested_at
+        )
+    )
+    return session | {"first": first, "second": second}
+
+
+def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
+    client: TestClient, server: postgresql.Server, told: list[Happening], visit: dict[str, Any]
+) -> None:
+    second = {"session_id": visit["id"], "recording_id": visit["second"]["id"], "programme_position": 2}
+    url = f"/api/sessions/{visit['id']}/checklist/fixtures"
+    ticked = {"checked_by": WHO, "recording_id": visit["second"]["id"]}
+    with client.websocket_connect("/api/live"), server.killed():
+        live = until(client, lambda live: live["kept"]["away_since"])
+        assert "load" not in live["refusals"]
+        assert live["refusals"]["teach"]["code"] == "database_away"
+
+        # Held against the same as ever: the other recording needs another fixer, and stands at another place.
+        assert still_open(client, visit["id"], visit["second"]["id"]) == ["fixtures"]
+        problem(client.post("/api/station/load", json=second), 409, "checklist_open")
+        problem(client.put(f"{url.removesuffix('fixtures')}pedal", json=ticked), 409, "detected")
+        assert client.put(url, json=ticked).status_code == 200
+        problem(client.post("/api/station/load", json=second | {"programme_position": 1}), 409, "not_planned")
+        problem(
+            client.post("/api/station/load", json=second | {"range_percent": 100.0, "speed_percent": 1.0}),
+            422,
+            "invalid",
+        )
+
+        # What was not fetched is not known, and nothing of it is played or told.
+        unknown = {"session_id": str(uuid4())}, {"recording_id": str(uuid4())}
+        for other in unknown:
+            problem(client.post("/api/station/load", json=second | other), 503, "database_away")
+        elsewhere = f"/api/sessions/{uuid4()}/checklist"
+        problem(client.get(elsewhere, params={"recording_id": visit["second"]["id"]}), 503, "database_away")
+
+        run = accepted(client, "load", second)
+        assert (run["recording_name"], run["programme_position"], run["outcome"]) == ("Lift", 2, "loaded")
+        until(
+            client, lambda live: live["run"] and live["run"]["patient"] and live["run"]["patient"]["name"] == "Ueda Kei"
+        )
+        accepted(client, "approach")
+        until_mode(client, "paused")
+        accepted(client, "play")
+        until_mode(client, "idle", within_s=60.0)
+    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    assert all_is_there(client, told, run["id"])["outcome"] == "completed"
+    session = client.get(f"/api/sessions/{visit['id']}").json()
+    assert [one["id"] for one in session["runs"]] == [run["id"]]
+    assert still_open(client, visit["id"], visit["second"]["id"]) == []
+    events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
+    assert CHANGED_MEANWHILE not in [one["code"] for one in events]
+    app: Any = client.app
+    with app.state.database.read() as database:
+        noted = database.scalars(select(AuditRow.action).where(AuditRow.subject.endswith(run["id"]))).all()
+        assert "begun_without_database" in noted
+
+
+def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not_guessed(
+    client: TestClient, visit: dict[str, Any]
+) -> None:
+    app: Any = client.app
+    ahead: Ahead = app.state.ahead
+    there = checks.Apparatus("Station 1", pedal_answers=True)
+    found = ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, there)
+    assert found
+    with app.state.database.write() as database:
+        database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
+    assert app.state.kept.put_begun(found.begun, LIMIT_S)
+    assert app.state.kept.until_taken(LIMIT_S)
+    run = client.get(f"/api/runs/{found.begun.id}").json()
+    assert (run["load_level"], run["outcome"]) == (25, "loaded")
+    events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
+    assert [one["message"] for one in events if one["code"] == CHANGED_MEANWHILE] == [CHANGED["limits"]]
+    app.state.kept.put_not_begun("run", found.begun.id)
+    assert app.state.kept.until_taken(LIMIT_S)
+    assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
+
+
+def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, visit: dict[str, Any]) -> None:
+    app: Any = client.app
+    with app.state.database.write() as database:
+        database.get_one(SessionRow, UUID(visit["id"])).patient.restricted = True
+    ahead = Ahead(app.state.database, "Station 1")
+    ahead.attend(UUID(visit["id"]))
+    ahead.fetch()
+    assert ahead.known is None
+
+
+def test_a_programmes_time_goes_on_while_nobody_can_count_it(
+    client: TestClient, visit: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app: Any = client.app
+    with app.state.database.write() as database:
+        database.get_one(SessionRow, UUID(visit["id"])).programme_version.timer_minutes = 2.0
+    ahead = Ahead(app.state.database, "Station 1")
+    ahead.attend(UUID(visit["id"]))
+    ahead.fetch()
+
+    def begin(position: int | None) -> ToPlay | None:
+        there = checks.Apparatus("Station 1", pedal_answers=True)
+        return ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, there)
+
+    assert begin(1)
+    now_s = time.monotonic()
+    monkeypatch.setattr("kata.clinic.sessions.ahead.time.monotonic", lambda: now_s + 121.0)
+    with pytest.raises(ProblemError) as caught:
+        begin(1)
+    assert caught.value.code == "timer_over"
+    # Besides the programme it may be played, as with the database.
+    assert begin(None)

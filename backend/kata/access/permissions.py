@@ -53,7 +53,8 @@ class Rule:
     enrolling: bool = False
     """Also while a second factor is still to be set up."""
     away: bool = False
-    """Also while the database does not answer, for whoever was let in when it last did. Names no record: those cannot be looked up."""
+    """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
+    named but those of the session that goes on here (:mod:`kata.clinic.sessions.ahead`)."""
     token: bool = False
     """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
 
@@ -152,8 +153,8 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "get_session": _READ,
         "update_session": _WRITE,
         "get_session_plan": _READ,
-        "get_checklist": _READ,
-        "tick_check": _WRITE_HERE,
+        "get_checklist": Rule("read_records", away=True),
+        "tick_check": Rule("write_records", here=True, away=True),
         "end_session": _WRITE,
         "get_draft": _READ,
         "sign_session": _WRITE,
@@ -200,7 +201,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "turn": _OPERATE,
         "teach": _OPERATE,
         "finish_teaching": _GO_ON,
-        "load": _OPERATE,
+        "load": _GO_ON,
         "unload": _GO_ON,
         "approach": _GO_ON,
         "play": _GO_ON,

@@ -43,17 +43,29 @@ class Saved:
     session_id: UUID | None
 
 
+class _NotYetError(Exception):
+    """It is still on its way."""
+
+
 class Importer:
     """Reads finished journals from a folder."""
 
     def __init__(
-        self, database: Database, folder: Path, config: StationConfig, on_saved: Callable[[Saved], None]
+        self,
+        database: Database,
+        folder: Path,
+        config: StationConfig,
+        on_saved: Callable[[Saved], None],
+        still_comes: Callable[[], bool] = lambda: False,
     ) -> None:
-        """``on_saved`` is called from the importing thread, after the commit."""
+        """``on_saved`` is called from the importing thread, after the commit. ``still_comes``: whether something that happened
+        before is not in the database yet; then whom a journal belongs to may be among it.
+        """
         self._database = database
         self._folder = folder
         self._config = config
         self._on_saved = on_saved
+        self._still_comes = still_comes
         self._one_at_a_time = threading.Lock()
         self._due: dict[Path, None] = {}
 
@@ -67,7 +79,7 @@ class Importer:
                 try:
                     self._import(path)
                     self._due.pop(path, None)
-                except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
+                except (OperationalError, NoConnectionError, DatabaseAwayError, _NotYetError) as error:
                     log.warning("%s waits for the database: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
@@ -108,8 +120,12 @@ class Importer:
             return
         if kept.truncated:
             log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
+        # Asked before: what comes in between has not been looked for.
+        still_comes = self._still_comes()
         with self._database.write() as session:
             saved = self._keep(session, kept, identity)
+        if saved is None and still_comes:
+            raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
             log.error("%s belongs to nothing this database knows; it is kept in %s", path.name, _UNREADABLE)
             _move(path, _UNREADABLE)

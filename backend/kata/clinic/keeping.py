@@ -21,6 +21,7 @@ from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import runs
+from kata.clinic.sessions.ahead import Begun, Ticked, keep_begun, keep_ticked
 from kata.database.delivery import AGAIN_S, Delivery
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
@@ -52,7 +53,9 @@ class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
     id: UUID
 
 
-_Kept = _Happened | _Over | _Noted | NotBegun
+_Alone = NotBegun | Begun | Ticked
+"""Each by itself: what it changes is noted with it."""
+_Kept = _Happened | _Over | _Noted | _Alone
 _DECODER: Final = msgspec.json.Decoder(_Kept)
 
 
@@ -86,6 +89,15 @@ class Keeping:
         """It is to be forgotten, if it stands in the database."""
         self._put(NotBegun(what, id_))
 
+    def put_begun(self, begun: Begun, limit_s: float) -> bool:
+        """A run begins without the database; whether it is on disk within so many seconds: its samples belong to it."""
+        self._put(begun)
+        return self.spool.until_written(limit_s)
+
+    def put_ticked(self, ticked: Ticked) -> None:
+        """An answer of the checklist was given without the database."""
+        self._put(ticked)
+
     def until_taken(self, limit_s: float) -> bool:
         """Whether the database has, within so many seconds, all that was put so far."""
         return self.delivery.until_taken(limit_s)
@@ -101,18 +113,30 @@ class Keeping:
 
     def _take(self, session: Session, records: Sequence[Record]) -> int:
         items = [_decoded(record) for record in records]
-        if isinstance(items[0], NotBegun):
-            # By itself: what it changes is noted with it.
-            with by_program("never_begun", self._station):
-                note(session, "never_begun", subject=f"{items[0].what} {items[0].id}")
-            _forget(session, items[0])
+        if isinstance(first := items[0], NotBegun | Begun | Ticked):
+            self._take_alone(session, first)
             return 1
-        told = list(takewhile(lambda item: not isinstance(item, NotBegun), items))
+        told = list(takewhile(lambda item: not isinstance(item, NotBegun | Begun | Ticked), items))
         _keep_events(session, told)
         entries = [item.entry for item in told if isinstance(item, _Noted)]
         if entries:
             session.info.setdefault(NOTED, []).extend(entries)
         return len(told)
+
+    def _take_alone(self, session: Session, item: _Alone) -> None:
+        match item:
+            case NotBegun():
+                with by_program("never_begun", self._station):
+                    note(session, "never_begun", subject=f"{item.what} {item.id}")
+                _forget(session, item)
+            case Begun():
+                with by_program("begun_without_database", self._station):
+                    note(session, "begun_without_database", subject=f"run {item.id}")
+                keep_begun(session, item)
+            case Ticked():
+                with by_program("ticked_without_database", self._station):
+                    note(session, "ticked_without_database", subject=f"session {item.session_id}")
+                keep_ticked(session, item)
 
 
 def _decoded(record: Record) -> _Kept:

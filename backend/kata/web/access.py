@@ -118,7 +118,13 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     _check_sign_in(actor, rule)
     _check_role(actor, rule, doing.station, named)
     if named:
-        await run_in_threadpool(_check_records, state.database, actor, rule, doing, named)
+        try:
+            await run_in_threadpool(_check_records, state.database, actor, rule, doing, named)
+        except DatabaseAwayError:
+            patient = state.ahead.whose(named) if rule.away else None
+            if patient is None:
+                raise
+            doing.patient_id = patient.id
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
     if did_something and rule.needs != "stop" and remembered.is_news(cookie):
         task = asyncio.create_task(

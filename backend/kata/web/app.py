@@ -43,6 +43,7 @@ from kata.clinic.recordings.router import router as recordings
 from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
+from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
@@ -212,7 +213,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     def saved(record: Saved) -> None:
         loop.call_soon_threadsafe(app.state.station.tell, record)
 
-    importer = Importer(database, settings.journal, station_config, saved)
+    importer = Importer(database, settings.journal, station_config, saved, lambda: kept.delivery.waiting > 0)
 
     def import_journal(finished: Path | None) -> None:
         task = asyncio.create_task(asyncio.to_thread(importer.run, finished), name="import")
@@ -231,7 +232,8 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         on_journal=import_journal,
         on_due=operating.noting(trail, station_config.name),
     )
-    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer))
+    ahead = app.state.ahead = Ahead(database, station_config.name)
+    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.known is not None)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -242,7 +244,12 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     app.state.overview = Overview(station, database, lambda: _stations(database))
     await stack.enter_async_context(app.state.overview.going_on())
     app.state.kept = kept
-    kept.delivery.each_round = importer.run_due
+
+    def in_between() -> None:
+        importer.run_due()
+        ahead.fetch()
+
+    kept.delivery.each_round = in_between
     app.state.probe = health.Probe(database)
     app.state.metrics = measured = metrics.Metrics(station)
     database.on_waited = measured.write_waited_s.observe

@@ -112,7 +112,7 @@ async def live(socket: WebSocket) -> None:
     actor = ACTING.get()
     # The rule of this route lets nobody through who has not signed in.
     assert actor is not None
-    view = View(actor, socket.app.state.database)
+    view = View(actor, socket.app.state.database, socket.app.state.ahead)
     await socket.accept()
     with station.operating.listening(here), station.subscribed() as subscription:
         await until_gone(

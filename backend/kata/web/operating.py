@@ -47,10 +47,11 @@ Operator = Annotated[Browser, Depends(_operator)]
 class Board:
     """The live state as JSON, worked out once for all who listen; what differs from one browser to another is laid over it."""
 
-    def __init__(self, station: Station, kept: Callable[[], Kept]) -> None:
-        """``kept`` tells how it is with the database."""
+    def __init__(self, station: Station, kept: Callable[[], Kept], may_load: Callable[[], bool]) -> None:
+        """``kept`` tells how it is with the database, ``may_load`` whether something can be loaded without it."""
         self._station = station
         self._kept = kept
+        self._may_load = may_load
         self._version: object = None
         self._state: dict[str, Any] = {}
 
@@ -69,8 +70,10 @@ class Board:
         if elsewhere:
             own["refusals"] = _all_but_stop(elsewhere)
         elif kept.away_since:
-            # What has begun goes on; what would begin has to be found in the database first, and written down there.
-            own["refusals"] = dict.fromkeys(("teach", "load"), _told(DATABASE_AWAY)) | self._state["refusals"]
+            # What has begun goes on, a session with all that was fetched ahead of it; whatever else would begin has to be found in
+            # the database first, and written down there.
+            waits = ("teach",) if self._may_load() else ("teach", "load")
+            own["refusals"] = dict.fromkeys(waits, _told(DATABASE_AWAY)) | self._state["refusals"]
         return self._state | own
 
 

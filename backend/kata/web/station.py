@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Annotated, Any, Final, Literal
 from uuid import UUID, uuid4
 
@@ -23,6 +24,8 @@ from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.ahead import Ahead
+from kata.clinic.sessions.router import TheAhead
 from kata.clinic.sessions.schemas import Asked, Run
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
@@ -58,6 +61,8 @@ _METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
     ("learned", True): ("learned from earlier playbacks",),
 }
 """Told with what was done to the recording; whether there is a correction makes a difference for one method."""
+_KEPT_WITHIN_S: Final = 2.0
+"""So long a run that begins without the database waits for the disk: its samples would belong to nobody."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 
 
@@ -122,10 +127,15 @@ class LeaseRequest(Schema):
 
 @router.get("")
 async def get_station(
-    station: TheStation, database: TheDatabase, board: TheBoard, actor: TheActor, here: Watching
+    station: TheStation,
+    database: TheDatabase,
+    board: TheBoard,
+    ahead: TheAhead,
+    actor: TheActor,
+    here: Watching,
 ) -> StationState:
     """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
-    state = await View(actor, database).of(board.state(here))
+    state = await View(actor, database, ahead).of(board.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
@@ -195,30 +205,43 @@ async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
 
 @router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
 async def load(
-    station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: LoadRequest
+    station: TheStation,
+    database: TheDatabase,
+    kept: TheKeeping,
+    ahead: TheAhead,
+    here: Operator,
+    wanted: LoadRequest,
 ) -> Run:
     """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
 
-    Refused while the session's checklist is open.
+    Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
+    what was fetched ahead.
     """
     there = checks.apparatus(station.info.name, station.live())
-    run, motion, learned, side, limits = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+    try:
+        begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+        ahead.attend(wanted.session_id)
+    except DatabaseAwayError:
+        away = await run_in_threadpool(_begin_without_database, ahead, kept, wanted, there)
+        if away is None:
+            raise
+        begun = away
+    run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
         times_s=motion.times_s.astype("<f8").tobytes(),
         angles_deg=motion.angles_deg.astype("<f8").tobytes(),
-        side=side,
+        side=begun.side,
         load_level=wanted.load_level,
-        limits_deg=limits,
+        limits_deg=begun.limits,
         method=wanted.method,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
         repetition_s=motion.duration_s / wanted.repetitions,
     )
-    patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
     changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
-    occupation = Occupation(str(run.id), patient, run.recording_name, run.session_id, changes)
+    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
     refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
@@ -284,6 +307,18 @@ async def _send(station: Station, command: messages.Command, here: Browser | Non
     return Accepted(accepted=True)
 
 
+@dataclass(frozen=True)
+class _Begun:
+    """A run that may be played."""
+
+    run: Run
+    motion: Motion
+    learned: Correction | None
+    side: Side
+    limits: MotorLimits
+    patient: PatientRef
+
+
 def _begin_teaching(database: Database, kept: Keeping, wanted: TeachRequest) -> tuple[TeachingRow, PatientRow]:
     with _written(database, kept, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
@@ -324,9 +359,7 @@ def _written(
         raise
 
 
-def _begin_run(
-    database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus
-) -> tuple[Run, Motion, Correction | None, Side, MotorLimits]:
+def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
@@ -356,17 +389,22 @@ def _begin_run(
             )
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
-        return runs.as_run(row), motion, learned, side, limits
+        patient = sessions.get(session, wanted.session_id).patient
+        return _Begun(runs.as_run(row), motion, learned, side, limits, PatientRef(id=patient.id, name=patient.name))
+
+
+def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
+    """None where it is not known well enough, or cannot be kept."""
+    asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
+    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
+    found = ahead.begin(*what, wanted.programme_position, there)
+    if found is None or not kept.put_begun(found.begun, _KEPT_WITHIN_S):
+        return None
+    return _Begun(found.as_run(), found.motion, found.learned, found.recording.side, found.limits, found.patient)
 
 
 def _side(stored: str) -> Side:
     return "left" if stored == "left" else "right"
-
-
-def _patient_of(database: Database, session_id: UUID) -> PatientRef:
-    with database.read() as session:
-        patient = sessions.get(session, session_id).patient
-        return PatientRef(id=patient.id, name=patient.name)
 
 
 def _forget_run(database: Database, kept: Keeping, run_id: UUID) -> None:

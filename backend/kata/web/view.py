@@ -9,6 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 from kata.access.actor import Actor
 from kata.access.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
+from kata.clinic.sessions.ahead import Ahead
 from kata.database.away import DatabaseAwayError
 from kata.database.engine import Database
 
@@ -20,8 +21,10 @@ _ASKED_AGAIN_S: Final = 5.0
 class View:
     """One watcher's."""
 
-    def __init__(self, actor: Actor, database: Database) -> None:
+    def __init__(self, actor: Actor, database: Database, ahead: Ahead | None = None) -> None:
+        """``ahead``: who is on this station's apparatus while the database cannot be asked."""
         self._actor = actor
+        self._ahead = ahead
         self._database = database
         self._reads_records = "read_records" in OF_ROLE[actor.role]
         self._patient_id: UUID | None = None
@@ -56,5 +59,8 @@ class View:
             with self._database.read() as session:
                 return restricted.may_see(session, self._actor, [patient_id])
         except DatabaseAwayError:
-            # Whom they saw they go on seeing; nobody else.
-            return self._seen and patient_id == self._patient_id
+            # Whom they saw they go on seeing; else only whose session goes on here, and nobody's that is restricted does.
+            going_on = self._ahead.known if self._ahead else None
+            return bool(going_on and patient_id == going_on.patient.id) or (
+                self._seen and patient_id == self._patient_id
+            )

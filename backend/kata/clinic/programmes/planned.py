@@ -106,12 +106,17 @@ def check_timer(session: Session, session_id: UUID) -> None:
     """
     timer = of_session(session, session_id).timer
     if timer and not timer.left_s:
-        raise ProblemError(
-            409,
-            "timer_over",
-            f"The {timer.minutes:g} minutes of this programme are over.",
-            "Go on to the pain after it; what is still to be played can be chosen besides the programme.",
-        )
+        raise timer_over(timer.minutes)
+
+
+def timer_over(minutes: float) -> ProblemError:
+    """So many minutes of playing were planned."""
+    return ProblemError(
+        409,
+        "timer_over",
+        f"The {minutes:g} minutes of this programme are over.",
+        "Go on to the pain after it; what is still to be played can be chosen besides the programme.",
+    )
 
 
 def compare(items: Sequence[ProgrammeItem], runs: Sequence[RunRow]) -> Plan:

@@ -1,5 +1,6 @@
 """The checklist of a session: what a recording needs, who has given it. Commits nothing: the request does."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any, Final
@@ -11,11 +12,13 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic.events import service as events
 from kata.clinic.fields import Side
 from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import service
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
+from kata.motion.linkage import Floats
 from kata.problems import ProblemError
 from kata.station.schemas import Live
 
@@ -44,13 +47,16 @@ def checklist(
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     visit = service.get(session, session_id)
-    # By the clock of the computer that the apparatus stands beside: its day is the clinic's.
-    today = datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
     detected: dict[CheckName, datetime | None] = {
         "pedal": utc_now() if there.pedal_answers else None,
-        "estop": events.estop_tested_at(session, there.station, today),
+        "estop": events.estop_tested_at(session, there.station, today()),
     }
-    return checked(_needs(session, visit, recording_id), _answers(visit), detected)
+    return checked(needs(session, visit, recording_id), answers(visit), detected)
+
+
+def today() -> datetime:
+    """When today began, by the clock of the computer that the apparatus stands beside: its day is the clinic's."""
+    return datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
 
 
 def tick(
@@ -64,7 +70,17 @@ def tick(
     visit = service.to_change(session, session_id)
     if visit.ended_at:
         raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
-    need = next((one for one in _needs(session, visit, given.recording_id) if one.check == check), None)
+    need = to_tick(needs(session, visit, given.recording_id), check)
+    keep(visit, Answer(check, need.subject, utc_now(), given.checked_by))
+    return checklist(session, session_id, given.recording_id, there)
+
+
+def to_tick(asked: Sequence[Need], check: CheckName) -> Need:
+    """What somebody who has looked gives an answer to.
+
+    :raises ProblemError: 409 for what only the apparatus tells, and for fixtures of no recording.
+    """
+    need = next((one for one in asked if one.check == check), None)
     if need is None:
         raise ProblemError(
             409, "no_recording", "Which fixtures are meant depends on what is played.", "Choose a recording first."
@@ -73,8 +89,7 @@ def tick(
         raise ProblemError(
             409, "detected", "The apparatus tells this itself; it cannot be ticked.", "Do it, and it shows."
         )
-    _keep(visit, Answer(check, need.subject, utc_now(), given.checked_by))
-    return checklist(session, session_id, given.recording_id, there)
+    return need
 
 
 def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, there: Apparatus) -> None:
@@ -83,6 +98,19 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, ther
     :raises ProblemError: 409 naming what is open.
     """
     checks = checklist(session, session_id, recording_id, there)
+    require_all(checks)
+    visit = service.get(session, session_id)
+    kept = {one.check for one in answers(visit)}
+    for one in checks:
+        if one.answer and one.need.detected and one.need.check not in kept:
+            keep(visit, one.answer)
+
+
+def require_all(checks: tuple[Checked, ...]) -> None:
+    """Everything is in order.
+
+    :raises ProblemError: 409 naming what is open.
+    """
     still_open = [one.need.sentence.rstrip(".") for one in checks if one.answer is None]
     if still_open:
         raise ProblemError(
@@ -91,11 +119,6 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, ther
             f"Not everything is in order yet: {'; '.join(still_open)}.",
             "Go through the checklist first.",
         )
-    visit = service.get(session, session_id)
-    kept = {one.check for one in _answers(visit)}
-    for one in checks:
-        if one.answer and one.need.detected and one.need.check not in kept:
-            _keep(visit, one.answer)
 
 
 def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
@@ -117,23 +140,32 @@ def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
     )
 
 
-def _needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
+def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
+    """What has to be in order; without a recording, what holds for all of them.
+
+    :raises ProblemError: 404; 410 when the recording's samples are damaged.
+    """
     if recording_id is None:
         side: Side = "left" if visit.episode and visit.episode.side == "left" else "right"
         return tuple(need for need in needed(side, ()) if need.check != "fixtures")
-    recording = recordings.get(session, recording_id)
-    angles_deg = recordings.samples(session, recording_id).angles_deg
+    return needs_of(recordings.get(session, recording_id), recordings.samples(session, recording_id).angles_deg)
+
+
+def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
+    """What has to be in order before this one is played; its angles ``(n, 5)`` tell whether it turns the arm."""
     rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
     return needed(
         "left" if recording.side == "left" else "right", playback_fixtures(recording.fixtures, rotates=rotates)
     )
 
 
-def _answers(visit: SessionRow) -> list[Answer]:
+def answers(visit: SessionRow) -> list[Answer]:
+    """All that were given so far."""
     return [Answer(**one | {"at": datetime.fromisoformat(one["at"])}) for one in visit.checks]
 
 
-def _keep(visit: SessionRow, answer: Answer) -> None:
+def keep(visit: SessionRow, answer: Answer) -> None:
+    """Add an answer."""
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
     # Only added to: nobody's change of the session is lost by it, so that it counts as none.
     visit.checks = [*visit.checks, stored]

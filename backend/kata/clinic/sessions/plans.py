@@ -1,5 +1,6 @@
 """What is planned in a session: a version of one of the patient's programmes, or nothing. Commits nothing: the request does."""
 
+from collections.abc import Iterable
 from uuid import UUID
 
 from sqlalchemy.orm import Session as DatabaseSession
@@ -34,7 +35,15 @@ def require(row: SessionRow, position: int, recording_id: UUID) -> None:
 
     :raises ProblemError: 409.
     """
-    if not any(item.position == position and item.recording_id == recording_id for item in items(row)):
+    check_place([(item.position, item.recording_id) for item in items(row)], position, recording_id)
+
+
+def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id: UUID) -> None:
+    """A recording stands at this one of the places.
+
+    :raises ProblemError: 409.
+    """
+    if (position, recording_id) not in places:
         raise ProblemError(
             409,
             "not_planned",

@@ -3,7 +3,7 @@
 from typing import Annotated
 from uuid import UUID
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
@@ -12,6 +12,7 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.shown import MotionShown, shown
 from kata.clinic.reports.words import Language
 from kata.clinic.sessions import checks, ending, runs, service, signing
+from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
 from kata.clinic.sessions.schemas import (
@@ -27,6 +28,7 @@ from kata.clinic.sessions.schemas import (
     SessionSign,
     SessionUpdate,
 )
+from kata.database.away import DatabaseAwayError
 
 router = APIRouter(tags=["sessions"])
 
@@ -36,17 +38,25 @@ async def _apparatus(station: TheStation) -> checks.Apparatus:
     return checks.apparatus(station.info.name, station.live())
 
 
+def _ahead(request: Request) -> Ahead:
+    ahead: Ahead = request.app.state.ahead
+    return ahead
+
+
+TheAhead = Annotated[Ahead, Depends(_ahead)]
 TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
 
 
 @router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
-def create_session(database: TheDatabase, station: TheStation, wanted: SessionCreate) -> Session:
+def create_session(database: TheDatabase, station: TheStation, ahead: TheAhead, wanted: SessionCreate) -> Session:
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on."""
     with database.write() as session:
         row = service.begin(
             session, wanted.patient_id, wanted.therapist, wanted.programme_version_id, station.info.name
         )
-        return service.as_session(row)
+        begun = service.as_session(row)
+    ahead.attend(begun.id)
+    return begun
 
 
 @router.get("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
@@ -67,21 +77,44 @@ def update_session(database: TheDatabase, session_id: UUID, change: SessionUpdat
 def get_checklist(
     database: TheDatabase,
     there: TheApparatus,
+    ahead: TheAhead,
     session_id: UUID,
     recording_id: Annotated[UUID | None, Query(description="What is to be played: it says which fixtures.")] = None,
 ) -> Checklist:
     """What has to be in order before a recording is played, and who has looked; some of it the apparatus tells itself."""
-    with database.read() as session:
-        return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
+    try:
+        with database.read() as session:
+            return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
+    except DatabaseAwayError:
+        known = ahead.checklist(session_id, recording_id, there)
+        if known is None:
+            raise
+        return checks.as_checklist(known)
 
 
 @router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
 def tick_check(
-    database: TheDatabase, there: TheApparatus, session_id: UUID, check: CheckName, given: CheckTick
+    request: Request,
+    database: TheDatabase,
+    there: TheApparatus,
+    ahead: TheAhead,
+    session_id: UUID,
+    check: CheckName,
+    given: CheckTick,
 ) -> Checklist:
     """Somebody has looked, and it is in order."""
-    with database.write() as session:
-        return checks.as_checklist(checks.tick(session, session_id, check, given, there))
+    try:
+        with database.write() as session:
+            told = checks.as_checklist(checks.tick(session, session_id, check, given, there))
+    except DatabaseAwayError:
+        ticked = ahead.tick(session_id, given.recording_id, check, given.checked_by)
+        known = ahead.checklist(session_id, given.recording_id, there)
+        if ticked is None or known is None:
+            raise
+        request.app.state.kept.put_ticked(ticked)
+        return checks.as_checklist(known)
+    ahead.attend(session_id)
+    return told
 
 
 @router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
