@@ -5,10 +5,12 @@ nothing is lost, nothing is doubled. An hour.
 """
 
 import logging
+import os
 import random
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Event
+from typing import Final
 
 import pytest
 
@@ -16,11 +18,11 @@ from kata.bench import postgresql
 from tests.whole.failover import pair
 from tests.whole.outages import TreatingStation, judge
 
-STATIONS = 5
-OUTAGES = 50
-HANGS_S = 600.0
+STATIONS: Final = int(os.environ.get("KATA_OUTAGES_STATIONS", "5"))
+OUTAGES: Final = int(os.environ.get("KATA_OUTAGES", "50"))
+HANGS_S: Final = float(os.environ.get("KATA_OUTAGES_LONGEST_S", "600"))
 """The longest of them, once."""
-FAILOVERS = 10
+FAILOVERS: Final = int(os.environ.get("KATA_FAILOVERS", "10"))
 
 log = logging.getLogger(__name__)
 
@@ -47,7 +49,10 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
         for one in stations:
             one.end()
         growth_mb = [one.clinic.service_mb - mb for one, mb in zip(stations, settled_mb, strict=True)]
-        log.info("%s; services grew by %s MB", judge(stations, url), ", ".join(f"{mb:+.1f}" for mb in growth_mb))
+        log.info(
+            "%s; services grew by %s MB; missed: %s",
+            judge(stations, url), ", ".join(f"{mb:+.1f}" for mb in growth_mb), ", ".join(one.missed for one in stations),
+        )  # fmt: skip
         assert max(growth_mb) <= 10.0
 
 
@@ -67,4 +72,4 @@ def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
         over.set()
         for one in stations:
             one.end()
-        log.info("%s", judge(stations, servers.url))
+        log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(one.missed for one in stations))

@@ -25,6 +25,7 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
 from kata.device import journal
+from kata.station.schemas import LoopLive
 
 log = logging.getLogger(__name__)
 
@@ -69,6 +70,7 @@ class TreatingStation:
         self._threads = [Thread(target=self._treat), Thread(target=self._write)]
 
     def begin(self) -> None:
+        self._before = self._loop()
         for thread in self._threads:
             thread.start()
 
@@ -81,6 +83,17 @@ class TreatingStation:
             assert time.monotonic() < limit, live
             self._stop_what_goes_on(live.mode)
             time.sleep(0.1)
+
+    @property
+    def missed(self) -> str:
+        """Cycles of the control loop since the beginning, in words."""
+        before, now = self._before, self._loop()
+        return f"{now.overruns - before.overruns} of {now.cycles - before.cycles} cycles"
+
+    def _loop(self) -> LoopLive:
+        loop = self.clinic.live().loop
+        assert loop
+        return loop
 
     def _stop_what_goes_on(self, mode: str) -> None:
         if mode == "stopped":
