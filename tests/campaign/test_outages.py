@@ -7,6 +7,7 @@ nothing is lost, nothing is doubled. An hour.
 import logging
 import os
 import random
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Event
@@ -44,14 +45,19 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
                 over.wait(HANGS_S if number == OUTAGES // 2 else chance.uniform(0.0, 10.0))
             if number == OUTAGES // 10:
                 settled_mb = [one.clinic.service_mb for one in stations]
-            log.info("outage %d of %d", number + 1, OUTAGES)
+            log.info(
+                "outage %d of %d; services hold %s MB",
+                number + 1,
+                OUTAGES,
+                _told(one.clinic.service_mb for one in stations),
+            )
         over.set()
         for one in stations:
             one.end()
         growth_mb = [one.clinic.service_mb - mb for one, mb in zip(stations, settled_mb, strict=True)]
         log.info(
             "%s; services grew by %s MB; missed: %s",
-            judge(stations, url), ", ".join(f"{mb:+.1f}" for mb in growth_mb), ", ".join(one.missed for one in stations),
+            judge(stations, url), _told(growth_mb), ", ".join(one.missed for one in stations),
         )  # fmt: skip
         assert max(growth_mb) <= 10.0
 
@@ -73,3 +79,7 @@ def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
         for one in stations:
             one.end()
         log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(one.missed for one in stations))
+
+
+def _told(held_mb: Iterable[float]) -> str:
+    return ", ".join(f"{mb:.1f}" for mb in held_mb)
