@@ -38,6 +38,8 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
         stack.callback(over.set)
         for one in stations:
             one.begin()
+        for one in stations:
+            one.wait_for_a_run()
         settled_mb = [one.clinic.service_mb for one in stations]
         for number in range(OUTAGES):
             over.wait(chance.uniform(1.0, 6.0))

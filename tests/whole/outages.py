@@ -38,6 +38,8 @@ log = logging.getLogger(__name__)
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 20.0
 _LIMIT_S: Final = 120.0
+_PREPARED: Final = 3
+"""Journals that are there before anything is played."""
 _ACTIVE: Final = {"X-Kata-Active": "1"}
 _ESTOP: Final = "estop_pressed"
 
@@ -79,6 +81,13 @@ class TreatingStation:
         self._before = self._loop()
         for thread in self._threads:
             thread.start()
+
+    def wait_for_a_run(self) -> None:
+        """Until one has been played and brought into the database: what is loaded for the first is no growth."""
+        limit = time.monotonic() + _LIMIT_S
+        while len(_journals(self.data)) <= _PREPARED:
+            assert time.monotonic() < limit, self.clinic.live()
+            time.sleep(0.1)
 
     def end(self) -> None:
         """Wait until nothing is going on and all that was kept is delivered."""
