@@ -218,14 +218,16 @@ async def load(
     what was fetched ahead.
     """
     there = checks.apparatus(station.info.name, station.live())
+    # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
     try:
         begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
-        ahead.attend(wanted.session_id)
     except DatabaseAwayError:
         away = await run_in_threadpool(_begin_without_database, ahead, kept, wanted, there)
         if away is None:
             raise
         begun = away
+    else:
+        ahead.attend(wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
@@ -245,7 +247,7 @@ async def load(
     refusal = await station.command(command, occupation, by=here)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, kept, run.id)
+            await run_in_threadpool(_forget_run, database, kept, begun)
         raise refused(refusal)
     return run
 
@@ -317,6 +319,7 @@ class _Begun:
     side: Side
     limits: MotorLimits
     patient: PatientRef
+    without_database: bool = False
 
 
 def _begin_teaching(database: Database, kept: Keeping, wanted: TeachRequest) -> tuple[TeachingRow, PatientRow]:
@@ -398,19 +401,34 @@ def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, th
     asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
     found = ahead.begin(*what, wanted.programme_position, there)
-    if found is None or not kept.put_begun(found.begun, _KEPT_WITHIN_S):
+    if found is None:
         return None
-    return _Begun(found.as_run(), found.motion, found.learned, found.recording.side, found.limits, found.patient)
+    if not kept.put_begun(found.begun, _KEPT_WITHIN_S):
+        kept.put_not_begun("run", found.begun.id)
+        return None
+    return _Begun(
+        found.as_run(),
+        found.motion,
+        found.learned,
+        found.recording.side,
+        found.limits,
+        found.patient,
+        without_database=True,
+    )
 
 
 def _side(stored: str) -> Side:
     return "left" if stored == "left" else "right"
 
 
-def _forget_run(database: Database, kept: Keeping, run_id: UUID) -> None:
+def _forget_run(database: Database, kept: Keeping, begun: _Begun) -> None:
     """The device refused: it never began."""
+    if begun.without_database:
+        # Behind what says that it began, which may be on its way still.
+        kept.put_not_begun("run", begun.run.id)
+        return
     try:
         with database.write() as session:
-            runs.forget(session, run_id)
+            runs.forget(session, begun.run.id)
     except DatabaseAwayError:
-        kept.put_not_begun("run", run_id)
+        kept.put_not_begun("run", begun.run.id)

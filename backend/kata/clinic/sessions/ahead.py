@@ -309,7 +309,7 @@ def keep_begun(session: DatabaseSession, begun: Begun) -> None:
             id=uuid4(),
             station=begun.station,
             at=begun.started_at,
-            ended_at=begun.started_at,
+            ended_at=None,
             kind="alarm",
             code=CHANGED_MEANWHILE,
             message=CHANGED[change],
