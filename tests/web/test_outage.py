@@ -224,6 +224,8 @@ def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
 
         run = accepted(client, "load", second)
         assert (run["recording_name"], run["programme_position"], run["outcome"]) == ("Lift", 2, "loaded")
+        # What the device refuses has not begun; it is not in the session in the end.
+        assert client.post("/api/station/load", json=second).status_code == 409
         until(
             client, lambda live: live["run"] and live["run"]["patient"] and live["run"]["patient"]["name"] == "Ueda Kei"
         )

@@ -1917,7 +1917,8 @@ export interface paths {
          * Load
          * @description Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
          *
-         *     Refused while the session's checklist is open.
+         *     Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
+         *     what was fetched ahead.
          */
         post: operations["load"];
         delete?: never;
