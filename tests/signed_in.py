@@ -33,9 +33,12 @@ def signed_in(database: Database, role: Role = "administrator", *, stations: tup
         return sign_in.begin(session, account, "totp", now, "testclient", "tests")
 
 
-def signed_in_at(folder: Path, role: Role = "administrator") -> str:
-    """The same, for a service that is going to be started on this folder: nobody else writes while a service does."""
-    database = Database(f"sqlite:///{folder / 'kata.db'}")
+def signed_in_at(folder: Path, role: Role = "administrator", *, database_url: str = "") -> str:
+    """The same, for a service that is going to be started on this folder: nobody else writes while a service does.
+
+    ``database_url``: of its database, unless that is a file in the folder.
+    """
+    database = Database(database_url or f"sqlite:///{folder / 'kata.db'}")
     try:
         upgrade(database)
         return signed_in(database, role)

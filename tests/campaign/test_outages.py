@@ -5,10 +5,13 @@ nothing is lost, nothing is doubled. An hour.
 """
 
 import logging
+import os
 import random
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Event
+from typing import Final
 
 import pytest
 
@@ -16,11 +19,11 @@ from kata.bench import postgresql
 from tests.whole.failover import pair
 from tests.whole.outages import TreatingStation, judge
 
-STATIONS = 5
-OUTAGES = 50
-HANGS_S = 600.0
+STATIONS: Final = int(os.environ.get("KATA_OUTAGES_STATIONS", "5"))
+OUTAGES: Final = int(os.environ.get("KATA_OUTAGES", "50"))
+HANGS_S: Final = float(os.environ.get("KATA_OUTAGES_LONGEST_S", "600"))
 """The longest of them, once."""
-FAILOVERS = 10
+FAILOVERS: Final = int(os.environ.get("KATA_FAILOVERS", "10"))
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +38,8 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
         stack.callback(over.set)
         for one in stations:
             one.begin()
+        for one in stations:
+            one.wait_for_a_run()
         settled_mb = [one.clinic.service_mb for one in stations]
         for number in range(OUTAGES):
             over.wait(chance.uniform(1.0, 6.0))
@@ -42,12 +47,20 @@ def test_fifty_outages_under_five_stations(tmp_path: Path) -> None:
                 over.wait(HANGS_S if number == OUTAGES // 2 else chance.uniform(0.0, 10.0))
             if number == OUTAGES // 10:
                 settled_mb = [one.clinic.service_mb for one in stations]
-            log.info("outage %d of %d", number + 1, OUTAGES)
+            log.info(
+                "outage %d of %d; services hold %s MB",
+                number + 1,
+                OUTAGES,
+                _told(one.clinic.service_mb for one in stations),
+            )
         over.set()
         for one in stations:
             one.end()
         growth_mb = [one.clinic.service_mb - mb for one, mb in zip(stations, settled_mb, strict=True)]
-        log.info("%s; services grew by %s MB", judge(stations, url), ", ".join(f"{mb:+.1f}" for mb in growth_mb))
+        log.info(
+            "%s; services grew by %s MB; missed: %s",
+            judge(stations, url), _told(growth_mb), ", ".join(one.missed for one in stations),
+        )  # fmt: skip
         assert max(growth_mb) <= 10.0
 
 
@@ -67,4 +80,8 @@ def test_ten_failovers_under_five_stations(tmp_path: Path) -> None:
         over.set()
         for one in stations:
             one.end()
-        log.info("%s", judge(stations, servers.url))
+        log.info("%s; missed: %s", judge(stations, servers.url), ", ".join(one.missed for one in stations))
+
+
+def _told(held_mb: Iterable[float]) -> str:
+    return ", ".join(f"{mb:.1f}" for mb in held_mb)

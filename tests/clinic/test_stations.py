@@ -2,11 +2,13 @@
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from uuid import UUID
 
 import msgspec
 import pytest
 from sqlalchemy import select
 
+from kata.clinic.importer import Importer
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import learning, runs
 from kata.clinic.sessions import service as sessions
@@ -86,3 +88,38 @@ def test_a_recording_knows_where_it_was_taught_and_what_was_learned_of_it_belong
         }
         assert at == {"Station 1": learned_from, "Station 2": None}
         assert learning.correction(session, at["Station 1"]) is not None
+
+
+def test_a_station_that_starts_gives_up_no_run_that_another_is_playing(database: Database, tmp_path: Path) -> None:
+    clinic, run_id = _with_a_run(database, tmp_path)
+    Importer(database, tmp_path, StationConfig(name="Station 1"), clinic.saved.append).run_at_start()
+    with database.read() as session:
+        assert runs.get(session, run_id).outcome == "loaded"
+    Importer(database, tmp_path, StationConfig(name="Station 2"), clinic.saved.append).run_at_start()
+    with database.read() as session:
+        assert runs.get(session, run_id).outcome == "interrupted"
+
+
+def test_a_run_that_was_given_up_is_completed_by_its_journal_when_there_is_one_after_all(
+    database: Database, tmp_path: Path
+) -> None:
+    """As when a session goes on at another station than it began at, and its first one starts anew meanwhile."""
+    clinic, run_id = _with_a_run(database, tmp_path)
+    with database.write() as session:
+        assert runs.give_up_unended(session, "Station 2") == 1
+    for _ in range(2):
+        clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
+        clinic.importer.run()
+    with database.read() as session:
+        row = runs.get(session, run_id)
+        assert (row.outcome, row.samples) == ("completed", 201)
+        assert len(runs.samples(session, run_id)["time_s"]) == 201
+
+
+def _with_a_run(database: Database, folder: Path) -> tuple[Clinic, UUID]:
+    """A clinic, and a run of a session that was begun at Station 2."""
+    clinic = Clinic(folder, database)
+    recording_id = clinic.recording()
+    with database.write() as session:
+        visit = sessions.begin(session, clinic.patient_id, station="Station 2")
+        return clinic, runs.begin(session, visit.id, recording_id, station="Station 2").id

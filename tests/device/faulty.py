@@ -3,7 +3,9 @@
 import random
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+
+from msgspec import structs
 
 from kata.device.bus.port import BusError, DriveReading, InputReading, Reading
 from tests.device.matrix import Kind
@@ -44,9 +46,9 @@ class FaultyApparatus(SteppedApparatus):
                 statuses = (
                     true.statuses if what != "reply" else tuple(s for s in true.statuses if self._status(s.axis, axis))
                 )
-                return replace(true, drives=tuple(drives), garbled=garbled, statuses=statuses)
+                return structs.replace(true, drives=tuple(drives), garbled=garbled, statuses=statuses)
             case "e-stop" | "pedal":
-                return replace(true, inputs=self._inputs(what, true.inputs))
+                return structs.replace(true, inputs=self._inputs(what, true.inputs))
             case "bus":
                 return self._whole(true)
         return true
@@ -63,22 +65,22 @@ class FaultyApparatus(SteppedApparatus):
             return self._reply(now, before)
         changes: dict[Kind, Callable[[], DriveReading]] = {
             "position": {
-                "off": lambda: replace(now, position_deg=-180.0),
-                "stuck": lambda: replace(now, position_deg=before.position_deg),
-                "garbage": lambda: replace(now, position_deg=self.dice.uniform(-180, 180)),
-                "wrong": lambda: replace(now, position_deg=now.position_deg + 12.0),
-                "slow": lambda: replace(now, position_deg=self._slowly(axis).position_deg),
-                "delayed": lambda: replace(now, position_deg=late.position_deg),
-                "intermittent": lambda: replace(now, position_deg=-180.0) if self.number % 2 else now,
+                "off": lambda: structs.replace(now, position_deg=-180.0),
+                "stuck": lambda: structs.replace(now, position_deg=before.position_deg),
+                "garbage": lambda: structs.replace(now, position_deg=self.dice.uniform(-180, 180)),
+                "wrong": lambda: structs.replace(now, position_deg=now.position_deg + 12.0),
+                "slow": lambda: structs.replace(now, position_deg=self._slowly(axis).position_deg),
+                "delayed": lambda: structs.replace(now, position_deg=late.position_deg),
+                "intermittent": lambda: structs.replace(now, position_deg=-180.0) if self.number % 2 else now,
             },
             "current": {
-                "off": lambda: replace(now, torque_nm=0.0),
-                "stuck": lambda: replace(now, torque_nm=before.torque_nm),
-                "garbage": lambda: replace(now, torque_nm=self.dice.choice((-1, 1)) * self.dice.uniform(5, 10)),
-                "wrong": lambda: replace(now, torque_nm=6.0),
-                "slow": lambda: replace(now, torque_nm=self._slowly(axis).torque_nm),
-                "delayed": lambda: replace(now, torque_nm=late.torque_nm),
-                "intermittent": lambda: replace(now, torque_nm=6.0) if self.number % 2 else now,
+                "off": lambda: structs.replace(now, torque_nm=0.0),
+                "stuck": lambda: structs.replace(now, torque_nm=before.torque_nm),
+                "garbage": lambda: structs.replace(now, torque_nm=self.dice.choice((-1, 1)) * self.dice.uniform(5, 10)),
+                "wrong": lambda: structs.replace(now, torque_nm=6.0),
+                "slow": lambda: structs.replace(now, torque_nm=self._slowly(axis).torque_nm),
+                "delayed": lambda: structs.replace(now, torque_nm=late.torque_nm),
+                "intermittent": lambda: structs.replace(now, torque_nm=6.0) if self.number % 2 else now,
             },
         }[what]  # type: ignore[assignment]
         assert self.kind is not None
@@ -87,7 +89,7 @@ class FaultyApparatus(SteppedApparatus):
     def _reply(self, now: DriveReading, before: DriveReading) -> DriveReading | None:
         match self.kind:
             case "stuck":
-                return replace(before, t_ns=now.t_ns)
+                return structs.replace(before, t_ns=now.t_ns)
             case "slow":
                 return None if self.number % _SLOW else now
             case "intermittent":
@@ -105,14 +107,14 @@ class FaultyApparatus(SteppedApparatus):
     def _inputs(self, what: str, now: InputReading | None) -> InputReading | None:
         assert now is not None
         if what == "pedal":
-            return replace(now, pedal_down=self._pedal(now.pedal_down))
+            return structs.replace(now, pedal_down=self._pedal(now.pedal_down))
         match self.kind:
             case "off":
                 return None
             case "garbage":
-                return replace(now, estop_open=self.dice.random() < 0.5)
+                return structs.replace(now, estop_open=self.dice.random() < 0.5)
             case "wrong":
-                return replace(now, estop_open=True)
+                return structs.replace(now, estop_open=True)
             case "slow":
                 return None if self.number % _SLOW else now
             case "delayed":
@@ -146,7 +148,7 @@ class FaultyApparatus(SteppedApparatus):
             case "stuck":
                 return self.last
             case "garbage":
-                return replace(_NOTHING, garbled=frozenset(range(5)))
+                return structs.replace(_NOTHING, garbled=frozenset(range(5)))
             case "slow":
                 return _NOTHING if self.number % _SLOW else now
             case "delayed":

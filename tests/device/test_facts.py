@@ -1,7 +1,7 @@
 """What the observer makes of replies: how old, for how long, and what it does not take for known."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import msgspec
 import pytest
@@ -50,11 +50,11 @@ class Watched:
             values.get("speed_deg_s", 0.0),
             values.get("torque_nm", 0.0),
         )
-        return self.hear(at_ms, replace(reading, drives=tuple(drives)))
+        return self.hear(at_ms, msgspec.structs.replace(reading, drives=tuple(drives)))
 
     def pedal(self, at_ms: float, down: bool | None) -> bool | None:
         inputs = InputReading(START_NS + int(at_ms * MS), estop_open=False, pedal_down=down)
-        return self.hear(at_ms, replace(self.reading(at_ms), inputs=inputs)).pedal_down
+        return self.hear(at_ms, msgspec.structs.replace(self.reading(at_ms), inputs=inputs)).pedal_down
 
     def command(self, at_ms: float, setpoint_deg: float, torque_on: bool = True) -> None:
         """Axis 1 is told to go somewhere."""
@@ -103,9 +103,9 @@ def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
 def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
     whole = watched.reading(100)
     without = [
-        replace(whole, inputs=None),
-        replace(whole, drives=(*whole.drives[:4], None)),
-        replace(whole, statuses=whole.statuses[1:]),
+        msgspec.structs.replace(whole, inputs=None),
+        msgspec.structs.replace(whole, drives=(*whole.drives[:4], None)),
+        msgspec.structs.replace(whole, statuses=whole.statuses[1:]),
         watched.reading(100, torque_on=True),
     ]
     for reading in without:
@@ -114,7 +114,7 @@ def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
 
 def test_an_open_contact_is_an_open_one(watched: Watched) -> None:
     reading = watched.reading(0)
-    pressed = replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
+    pressed = msgspec.structs.replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
     assert watched.hear(0, pressed).estop == "open"
 
 
@@ -125,16 +125,16 @@ def test_what_the_inputs_said_counts_for_some_cycles_and_no_longer(cycle_hz: int
     )
     watched = Watched(config)
     watched.hear(0, watched.reading(0))
-    at_the_limit = watched.hear(limit_ms, replace(watched.reading(limit_ms), inputs=None))
+    at_the_limit = watched.hear(limit_ms, msgspec.structs.replace(watched.reading(limit_ms), inputs=None))
     assert (at_the_limit.estop, at_the_limit.pedal_down) == ("closed", False)
-    beyond = watched.hear(limit_ms + 0.1, replace(watched.reading(limit_ms), inputs=None))
+    beyond = watched.hear(limit_ms + 0.1, msgspec.structs.replace(watched.reading(limit_ms), inputs=None))
     assert (beyond.estop, beyond.pedal_down) == ("unknown", None)
     assert not beyond.complete
 
 
 def test_each_word_has_its_own_age(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
-    later = replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
+    later = msgspec.structs.replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
     facts = watched.hear(30, later)
     assert facts.drive_age_ms == (30.0, 0.0, 0.0, 0.0, 0.0)
     assert facts.status_age_ms == (30.0,) * 5
@@ -145,7 +145,7 @@ def test_each_word_has_its_own_age(watched: Watched) -> None:
 def test_the_angles_came_when_the_last_of_them_came(watched: Watched) -> None:
     reading = watched.reading(0)
     drives = tuple(DriveReading(START_NS + n * MS, 0.0, 0.0, 0.0) for n in (1, 3, 2, 5, 4))
-    assert watched.hear(10, replace(reading, drives=drives)).measured_t_ns == START_NS + 5 * MS
+    assert watched.hear(10, msgspec.structs.replace(reading, drives=drives)).measured_t_ns == START_NS + 5 * MS
 
 
 def test_what_is_answered_after_the_deadline_is_not_older_than_now(watched: Watched) -> None:
@@ -154,7 +154,7 @@ def test_what_is_answered_after_the_deadline_is_not_older_than_now(watched: Watc
 
 def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
     said = tuple(DriveStatus(START_NS, n, n == 1, n, n == 3) for n in range(5))
-    facts = watched.hear(0, replace(watched.reading(0), statuses=said))
+    facts = watched.hear(0, msgspec.structs.replace(watched.reading(0), statuses=said))
     assert facts.hardware_error == (0, 1, 2, 3, 4)
     assert facts.watchdog_tripped == (False, False, False, True, False)
     assert facts.torque_reported == (False, True, False, False, False)
@@ -167,14 +167,17 @@ def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watche
     assert not lost.bus_ok
     assert lost.status_age_ms == (math.inf,) * 5
     assert lost.drive_age_ms == (10.0,) * 5
-    assert not watched.hear(20, replace(watched.reading(20), statuses=())).complete
+    assert not watched.hear(20, msgspec.structs.replace(watched.reading(20), statuses=())).complete
     assert watched.hear(30, watched.reading(30)).complete
 
 
 def test_answers_are_damaged_where_something_unsound_comes_at_least_as_often_as_nothing(watched: Watched) -> None:
     good = watched.reading(0)
-    unasked = replace(good, drives=(None, *good.drives[1:]))
-    silent, unsound = replace(unasked, silent=frozenset({0})), replace(unasked, garbled=frozenset({0}))
+    unasked = msgspec.structs.replace(good, drives=(None, *good.drives[1:]))
+    silent, unsound = (
+        msgspec.structs.replace(unasked, silent=frozenset({0})),
+        msgspec.structs.replace(unasked, garbled=frozenset({0})),
+    )
     assert not watched.hear(0, good).garbled[0]
     assert watched.hear(0, unsound).garbled == (True, False, False, False, False)
     assert watched.hear(0, unasked).garbled[0]

@@ -1,7 +1,6 @@
 """Every row of the fault table exactly at its limit, where it does not hold yet, and just beyond, where it does."""
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -52,22 +51,22 @@ MOVING = Facts(
 def facts_with(field: str, value: object) -> Facts:
     """All is well but for one thing; what belongs to axes is given for axis 1."""
     if hasattr(MOVING.situation, field):
-        return replace(MOVING, situation=_situation(field, value))
+        return msgspec.structs.replace(MOVING, situation=_situation(field, value))
     changes: dict[str, Any] = {field: value}
     was = getattr(MOVING, field)
     if isinstance(was, tuple):
         changes[field] = (was[0], value, *was[2:])
-    return replace(MOVING, **changes)
+    return msgspec.structs.replace(MOVING, **changes)
 
 
 def _situation(field: str, value: object) -> Situation:
     changes: dict[str, Any] = {field: value}
-    return replace(MOVING.situation, **changes)
+    return msgspec.structs.replace(MOVING.situation, **changes)
 
 
 def test_nothing_holds_when_all_is_well() -> None:
     assert judge(MOVING, CONFIG) == []
-    assert judge(replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
+    assert judge(msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
 
 
 @pytest.mark.parametrize(
@@ -110,19 +109,21 @@ def test_each_fault_holds_beyond_its_limit_and_not_at_it(
 
 def test_damaged_answers_are_told_apart_from_none() -> None:
     for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
-        good = replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
+        good = msgspec.structs.replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
         assert judge(good, CONFIG) == []
-        bad = replace(facts_with(field, limit_ms + 0.1), garbled=(False, True, False, False, False))
+        bad = msgspec.structs.replace(facts_with(field, limit_ms + 0.1), garbled=(False, True, False, False, False))
         assert judge(bad, CONFIG) == [("drive_garbled", 1)]
 
 
 def test_a_lost_bus_says_nothing_of_the_drives_and_the_switch_on_it() -> None:
-    lost = replace(MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5)
+    lost = msgspec.structs.replace(
+        MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5
+    )
     assert judge(lost, CONFIG) == [("bus_lost", None)]
 
 
 def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
-    off = replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
+    off = msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
     assert judge(off, CONFIG) == [("torque_remains", 1)]
 
 
@@ -143,7 +144,7 @@ def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
 )
 def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
     """Nor what a computer may, that moves nothing."""
-    resting = replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
+    resting = msgspec.structs.replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
     assert judge(resting, CONFIG) == []
 
 
@@ -153,7 +154,13 @@ def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int,
     config = msgspec.structs.replace(CONFIG, cycle_hz=cycle_hz)
     for waited, judged in ((cycles, []), (cycles + 1, [("setpoint_frozen", None)])):
         facts = facts_with("setpoint_cycles", waited)
-        assert judge(replace(facts, situation=replace(facts.situation, rate_hz=rate_hz)), config) == judged
+        assert (
+            judge(
+                msgspec.structs.replace(facts, situation=msgspec.structs.replace(facts.situation, rate_hz=rate_hz)),
+                config,
+            )
+            == judged
+        )
 
 
 def test_each_fault_has_its_own_way_of_stopping() -> None:

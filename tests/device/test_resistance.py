@@ -1,6 +1,5 @@
 """A patient who pushes against the movement: the stroke turns back, twice in the same place ends the run, the arm is held."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -384,7 +383,9 @@ def test_an_axis_slower_than_two_degrees_a_second_has_no_direction_to_push_in(
         after = before + np.array([0, 0, 0, 0, direction * speed_deg_s / rate_hz])
         for t_ns in (0, 100_000_000):
             torques = (0.0, 0.0, 0.0, 0.0, direction * torque_nm)
-            axis = run.resisted(replace(facts, t_ns=t_ns, torque_nm=torques), tuple(before), tuple(after))
+            axis = run.resisted(
+                msgspec.structs.replace(facts, t_ns=t_ns, torque_nm=torques), tuple(before), tuple(after)
+            )
         return axis
 
     rated_nm = run.config.axes[4].max_torque_nm

@@ -24,8 +24,10 @@ START_LIMIT_S = 60.0
 class Clinic:
     """``kata serve --simulate`` in a process of its own."""
 
-    def __init__(self, folder: Path) -> None:
-        self.cookie = signed_in_at(folder)
+    def __init__(self, folder: Path, *, database_url: str = "") -> None:
+        """``database_url``: of its database, unless that is a file in ``folder``."""
+        self.cookie = signed_in_at(folder, database_url=database_url)
+        self._environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._folder = folder
@@ -39,6 +41,7 @@ class Clinic:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "kata", "serve", "--simulate", "--data", folder, "--port", str(self.port)],
                 stderr=log,
+                env=self._environment,
                 start_new_session=True,
             )
         self._wait()

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 from uuid import UUID
 
@@ -9,12 +10,15 @@ import msgspec
 import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from kata.access.tables import AuditRow
 from kata.bench import postgresql
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import runs
+from kata.database.away import DatabaseAwayError
+from kata.database.base import utc_now
 from kata.device import journal
 from tests.web.conftest import running
 from tests.web.test_derived import lifted, taught
@@ -154,3 +158,35 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
         problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+
+
+def test_a_run_that_was_written_down_is_loaded_although_the_database_is_lost_right_after(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it would stand in the session for ever, and the session could not be ended."""
+    until_mode(client, "idle")
+    patient = client.post(
+        "/api/patients", json={"clinic_number": "O-3", "name": "Abe Nao", "affected_side": "right"}
+    ).json()
+    recording = taught(client, patient, lifted())
+    began: list[object] = []
+    begin, read = runs.begin, client.app.state.database.read  # type: ignore[attr-defined]
+
+    def beginning(*args: Any, **given: Any) -> Any:
+        began.append(None)
+        return begin(*args, **given)
+
+    @contextmanager
+    def reading() -> Iterator[Session]:
+        if began:
+            raise DatabaseAwayError(utc_now())
+        with read() as session:
+            yield session
+
+    with monkeypatch.context() as lost:
+        lost.setattr(runs, "begin", beginning)
+        lost.setattr(client.app.state.database, "read", reading)  # type: ignore[attr-defined]
+        run = load(client, patient, recording)
+    live = until_mode(client, "ready")
+    assert live["run"]["run_id"] == run["id"]
+    accepted(client, "unload")

@@ -70,6 +70,15 @@ def head(session: Session) -> Head:
     return Head(found.number, found.hash) if found else NOTHING
 
 
+def wait_for_others(session: Session) -> None:
+    """Every writer that was about to commit has done so, or is gone, and what they wrote this session sees. On SQLite there is none."""
+    if session.get_bind().dialect.name == "postgresql":
+        # Given back at once: whoever kept it, and then waited for a row, could wait for somebody who waits here.
+        with session.begin_nested() as turn:
+            _lock(session)
+            turn.rollback()
+
+
 def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: int) -> Head:
     """Write ``entries`` behind the last row, and say where the chain ends with them; it is final with the commit.
 
@@ -77,7 +86,7 @@ def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: in
     ``anchor``, ``anchored``: which anchor this service has, and how many lines it is known to hold.
     """
     if session.get_bind().dialect.name == "postgresql":
-        session.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
+        _lock(session)
     last = head(session)
     rows = []
     for one in entries:
@@ -86,6 +95,10 @@ def append(session: Session, entries: Sequence[Entry], anchor: str, anchored: in
         rows.append(values | {"hash": last.hash})
     session.execute(insert(AuditRow), rows)
     return last
+
+
+def _lock(session: Session) -> None:
+    session.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
 
 
 def _plain(value: Any) -> str | int | None:

@@ -93,7 +93,7 @@ class Importer:
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()
             with by_program("give_up_unended", self._config.name), self._database.write() as session:
-                lost = runs.give_up_unended(session)
+                lost = runs.give_up_unended(session, self._config.name)
         if lost:
             log.warning("%d playbacks had not ended when the service did, and left no journal", lost)
 
@@ -125,7 +125,7 @@ class Importer:
             run_id = UUID(name)
             if kind == "run":
                 with self._database.write() as session:
-                    runs.give_up_unended(session, run_id)
+                    runs.give_up(session, run_id)
 
     def _keep(self, session: Session, kept: journal.Journal, identity: UUID) -> list[Saved] | None:
         if kept.kind == "teaching":

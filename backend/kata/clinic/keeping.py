@@ -14,6 +14,7 @@ import msgspec
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
+from kata.access import chain
 from kata.access.actor import by_program
 from kata.access.audit import NOTED, note
 from kata.access.chain import Entry
@@ -136,6 +137,8 @@ def _keep_events(session: Session, items: Sequence[_Kept]) -> None:
 
 
 def _forget(session: Session, item: NotBegun) -> None:
+    # A server that hung may still have the commit to do that nobody waited for.
+    chain.wait_for_others(session)
     if item.what == "run":
         runs.forget(session, item.id)
     elif row := session.get(TeachingRow, item.id):

@@ -1,8 +1,9 @@
 """What is known of the apparatus at the beginning of a cycle, gathered from this cycle's replies and earlier ones."""
 
 import math
-from dataclasses import dataclass, replace
 from typing import Final, Literal
+
+from msgspec import Struct, structs
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Axis, StationConfig
@@ -20,8 +21,7 @@ Limits = tuple[tuple[float, float], ...]
 """Lowest and highest setpoint of each axis, degrees."""
 
 
-@dataclass(frozen=True, slots=True)
-class Situation:
+class Situation(Struct, frozen=True):
     """What the loop itself knows, besides what the bus said."""
 
     late_ms: float
@@ -35,8 +35,7 @@ class Situation:
     """Setpoints a second: the run's own, without one the station's."""
 
 
-@dataclass(frozen=True, slots=True)
-class Facts:
+class Facts(Struct, frozen=True):
     """What is known at the beginning of a cycle. Tuples have five entries, axis order.
 
     What *lasts* is counted from the first bad cycle, and one good one clears it.
@@ -193,7 +192,7 @@ class Observer:
             self._status[status.axis] = status
         if replies.inputs:
             opened, self._opened = self._opened, False
-            self._inputs = replace(replies.inputs, estop_open=True) if opened else replies.inputs
+            self._inputs = structs.replace(replies.inputs, estop_open=True) if opened else replies.inputs
             self._settle_pedal(replies.inputs)
 
     def _settle_pedal(self, inputs: InputReading) -> None:

@@ -10,9 +10,10 @@ import logging
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
+
+from msgspec import structs
 
 from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.ceiling import ceiling_hz
@@ -214,7 +215,7 @@ class ControlLoop:
     def _with_pedal(self, reading: Reading) -> Reading:
         if self._pedal is None or reading.inputs is None:
             return reading
-        return replace(reading, inputs=replace(reading.inputs, pedal_down=self._pedal.down()))
+        return structs.replace(reading, inputs=structs.replace(reading.inputs, pedal_down=self._pedal.down()))
 
     def _write(self, torque_was_on: bool, facts: Facts) -> None:
         machine = self._machine

@@ -82,16 +82,17 @@ class Run:
         level = self.load.load_level / LOAD_LEVELS * _AT_FULL_TORQUE
         self._threshold_nm = [axis.max_torque_nm * level for axis in self.config.axes]
         self.forget_resistance()
-        self.limits_deg = self._tightest()
-        """What may be commanded: the tighter of mechanism and patient."""
+        self._allow(self._tightest())
 
     def begin(self, came_from: Floats) -> None:
         """Torque is about to go on, with the arm at ``came_from``: wherever that is, on the way from there and back it may be."""
         self.came_from = came_from
         self.set_out(came_from)
-        self.limits_deg = tuple(
-            (min(low, float(angle)), max(high, float(angle)))
-            for (low, high), angle in zip(self.limits_deg, came_from, strict=True)
+        self._allow(
+            tuple(
+                (min(low, float(angle)), max(high, float(angle)))
+                for (low, high), angle in zip(self.limits_deg, came_from, strict=True)
+            )
         )
 
     def set_out(self, here_deg: Floats) -> None:
@@ -117,8 +118,8 @@ class Run:
                     movement.place_s(self._lead_s)
                 )
             self._go_ahead(wanted)
-        low, high = np.array(self.limits_deg).T
-        lowest, highest = np.minimum(low, self.reference_deg), np.maximum(high, self.reference_deg)
+        lowest = np.minimum(self._lowest_deg, self.reference_deg)
+        highest = np.maximum(self._highest_deg, self.reference_deg)
         return tuple(_within(self.reference_deg + self._ahead_deg, lowest, highest).tolist())
 
     def _go_ahead(self, wanted_deg: Floats) -> None:
@@ -130,6 +131,11 @@ class Run:
         fastest = np.minimum(self._ahead_step_deg, longest_step(np.abs(left), bend))
         change = _within(_within(left, -fastest, fastest), self._ahead_change_deg - bend, self._ahead_change_deg + bend)
         self._ahead_deg, self._ahead_change_deg = self._ahead_deg + change, change
+
+    def _allow(self, limits_deg: Limits) -> None:
+        self.limits_deg = limits_deg
+        """What may be commanded: the tighter of mechanism and patient."""
+        self._lowest_deg, self._highest_deg = np.array(limits_deg).T
 
     def _tightest(self) -> Limits:
         limits = self.config.mechanism_deg

@@ -1,13 +1,13 @@
 """What a bus gives back to the wire, and how long bytes take on it."""
 
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 _BITS_A_BYTE: Final = 10
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(Struct, frozen=True):
     """Bytes, and how long after the request was heard the last of them is out, in seconds."""
 
     data: bytes

@@ -10,8 +10,9 @@ are taken up without the drive's lag, D over P, being summed up as if it were an
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Final, Literal
+
+from msgspec import Struct
 
 from kata.simulator.parameters import (
     COUNTS_A_TURN,
@@ -31,8 +32,7 @@ COUNTS_A_RAD: Final = COUNTS_A_TURN / math.tau
 Noticed = Literal["goal", "torque"]
 
 
-@dataclass(frozen=True)
-class Report:
+class Report(Struct, frozen=True):
     """What a drive says about itself: rad, rad/s, Nm."""
 
     angle: float

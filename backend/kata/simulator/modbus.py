@@ -6,6 +6,8 @@ Written apart from the device's own codec on purpose: two readings of one specif
 from dataclasses import dataclass
 from typing import Final
 
+from fastcrc import crc16
+
 BROADCAST: Final = 0
 
 READ_DISCRETE_INPUTS: Final = 0x02
@@ -50,26 +52,9 @@ def silence_s(baud: int) -> float:
     return _SILENT_CHARACTERS * _CHARACTER_BITS / baud
 
 
-def crc(data: bytes) -> int:
-    """CRC-16 with polynomial x^16 + x^15 + x^2 + 1, least significant bit first, from all ones."""
-    remainder = 0xFFFF
-    for byte in data:
-        remainder = (remainder >> 8) ^ _CRC_OF_BYTE[(remainder ^ byte) & 0xFF]
-    return remainder
-
-
-def _crc_of_byte(byte: int) -> int:
-    for _ in range(8):
-        byte = (byte >> 1) ^ (0xA001 if byte & 1 else 0)
-    return byte
-
-
-_CRC_OF_BYTE: Final = tuple(_crc_of_byte(byte) for byte in range(256))
-
-
 def parse(heard: bytes) -> Request | None:
     """What was heard between two silences, if it is a sound frame."""
-    if not _SHORTEST <= len(heard) <= LONGEST or crc(heard[:-2]) != int.from_bytes(heard[-2:], "little"):
+    if not _SHORTEST <= len(heard) <= LONGEST or crc16.modbus(heard[:-2]) != int.from_bytes(heard[-2:], "little"):
         return None
     return Request(heard[0], heard[1], heard[2:-2])
 
@@ -77,7 +62,7 @@ def parse(heard: bytes) -> Request | None:
 def frame(slave: int, function: int, data: bytes) -> bytes:
     """An answer, with its CRC."""
     body = bytes([slave, function]) + data
-    return body + crc(body).to_bytes(2, "little")
+    return body + crc16.modbus(body).to_bytes(2, "little")
 
 
 def exception(slave: int, function: int, code: int) -> bytes:

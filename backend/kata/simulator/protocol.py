@@ -3,11 +3,12 @@
 Written apart from the device's own codec on purpose: two readings of one specification have to agree.
 """
 
-import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
+
+from fastcrc import crc16
 
 HEADER: Final = b"\xff\xff\xfd\x00"
 BROADCAST: Final = 0xFE
@@ -46,35 +47,6 @@ class Instruction:
     sound: bool
 
 
-def crc(data: bytes) -> int:
-    """CRC-16 with polynomial x^16 + x^15 + x^2 + 1, most significant bit first, from 0."""
-    remainder = 0
-    for byte in data:
-        remainder ^= byte << 8
-        for _ in range(8):
-            remainder <<= 1
-            if remainder & 0x10000:
-                remainder ^= 0x18005
-    return remainder
-
-
-_CRC_OF_BYTE: Final = tuple(crc(bytes([byte])) for byte in range(256))
-_CRC_OF_PAIR: Final = tuple(
-    ((first << 8) & 0xFF00) ^ _CRC_OF_BYTE[(first >> 8) ^ byte] for first in _CRC_OF_BYTE for byte in range(256)
-)
-
-
-def fast_crc(data: bytes, remainder: int = 0) -> int:
-    """:func:`crc` by table, two bytes at a time. ``remainder``: of what came before ``data``."""
-    table = _CRC_OF_PAIR
-    pairs = len(data) // 2
-    for pair in struct.unpack_from(f">{pairs}H", data):
-        remainder = table[remainder ^ pair]
-    if len(data) % 2:
-        remainder = ((remainder << 8) & 0xFF00) ^ _CRC_OF_BYTE[(remainder >> 8) ^ data[-1]]
-    return remainder
-
-
 def stuff(body: bytes) -> bytes:
     """Break up what looks like a header."""
     return body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
@@ -89,7 +61,7 @@ def status(drive_id: int, error: int, data: bytes = b"") -> bytes:
     """A drive's answer."""
     body = stuff(bytes([STATUS, error]) + data)
     packet = HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
-    return packet + fast_crc(packet).to_bytes(2, "little")
+    return packet + crc16.umts(packet).to_bytes(2, "little")
 
 
 def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length: int) -> list[bytes]:
@@ -105,7 +77,7 @@ def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length
     for drive_id, error, data in answers:
         unchecked = max(0, before - 2)
         sent += bytes([error, drive_id]) + data
-        remainder = fast_crc(sent[unchecked:], remainder)
+        remainder = crc16.umts(sent[unchecked:], remainder)
         sent += remainder.to_bytes(2, "little")
         blocks.append(sent[before:])
         before = len(sent)
@@ -116,7 +88,7 @@ def fast_blocks(answers: Sequence[tuple[int, int, bytes]], promised: int, length
 def _understood(packet: bytes) -> Instruction:
     """Those that read are sent over and over."""
     body = unstuff(packet[7:-2])
-    sound = fast_crc(packet[:-2]) == int.from_bytes(packet[-2:], "little")
+    sound = crc16.umts(packet[:-2]) == int.from_bytes(packet[-2:], "little")
     return Instruction(packet[4], body[0], body[1:], len(packet), sound)
 
 

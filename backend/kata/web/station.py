@@ -202,7 +202,9 @@ async def load(
     Refused while the session's checklist is open.
     """
     there = checks.apparatus(station.info.name, station.live())
-    run, motion, learned, side, limits = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+    # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
+    begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+    run, motion, learned, side, limits, patient = begun
     command = messages.Load(
         run_id=str(run.id),
         recording_id=str(run.recording_id),
@@ -216,7 +218,6 @@ async def load(
         correction_step_s=learned.step_s if learned else 0.0,
         repetition_s=motion.duration_s / wanted.repetitions,
     )
-    patient = await run_in_threadpool(_patient_of, database, wanted.session_id)
     changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
     occupation = Occupation(str(run.id), patient, run.recording_name, run.session_id, changes)
     refusal = await station.command(command, occupation, by=here)
@@ -326,7 +327,7 @@ def _written(
 
 def _begin_run(
     database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus
-) -> tuple[Run, Motion, Correction | None, Side, MotorLimits]:
+) -> tuple[Run, Motion, Correction | None, Side, MotorLimits, PatientRef]:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
@@ -356,17 +357,12 @@ def _begin_run(
             )
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
-        return runs.as_run(row), motion, learned, side, limits
+        patient = sessions.get(session, wanted.session_id).patient
+        return runs.as_run(row), motion, learned, side, limits, PatientRef(id=patient.id, name=patient.name)
 
 
 def _side(stored: str) -> Side:
     return "left" if stored == "left" else "right"
-
-
-def _patient_of(database: Database, session_id: UUID) -> PatientRef:
-    with database.read() as session:
-        patient = sessions.get(session, session_id).patient
-        return PatientRef(id=patient.id, name=patient.name)
 
 
 def _forget_run(database: Database, kept: Keeping, run_id: UUID) -> None:

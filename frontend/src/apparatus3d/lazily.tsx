@@ -10,7 +10,7 @@ const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
 
 const HEIGHT = 560;
 
-/** On the station page. Opened only without torque: a first drawing can hold up the page, and Stop with it. */
+/** On the station page. Opened only without torque: what is fetched and made ready first can hold up the page, and Stop with it. */
 export function LiveApparatus() {
   const torqueOn = useLive("torque_on");
   return (

@@ -7,7 +7,7 @@ from functools import cached_property
 from uuid import UUID, uuid4
 
 import numpy as np
-from sqlalchemy import update
+from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import overview
@@ -188,12 +188,13 @@ def asked_of(row: RunRow) -> edit.Asked:
 
 
 def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:
-    """Complete a run from its journal, and learn from it; one that is complete already is left alone.
+    """Complete a run from its journal, and learn from it; one that is complete already is left alone. One that was given up too
+    early is none of those.
 
     :returns: the run; None when nobody knows it.
     """
     row = session.get(RunRow, UUID(journal.id))
-    if row is None or row.ended_at:
+    if row is None or row.rate_hz is not None:
         return row
     lasted_ns = int(journal.t_ns[-1]) - journal.started_ns if len(journal.t_ns) else 0
     row.ended_at = journal.started_at + timedelta(seconds=lasted_ns / 1e9)
@@ -266,17 +267,26 @@ def _keep_stop(session: DatabaseSession, row: RunRow) -> None:
         session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, started_at=visit.started_at))
 
 
-def give_up_unended(session: DatabaseSession, run_id: UUID | None = None) -> int:
-    """At start, with every journal imported: a run that still has not ended has lost its journal too.
+def give_up_unended(session: DatabaseSession, station: str) -> int:
+    """At a station's start, with every journal of it imported: what was begun there and still has not ended has lost its journal too.
 
-    ``run_id``: at any time, for the one whose journal holds nothing.
+    A session may have gone on at another station, and be played there just now: :func:`keep` completes that run all the same.
 
     :returns: how many there were.
     """
-    lost = update(RunRow).where(RunRow.outcome == "loaded").values(outcome="interrupted", ended_at=RunRow.started_at)
-    if run_id:
-        lost = lost.where(RunRow.id == run_id)
-    return int(session.connection().execute(lost).rowcount)
+    here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
+    return _give_up(session, RunRow.session_id.in_(here))
+
+
+def give_up(session: DatabaseSession, run_id: UUID) -> None:
+    """One whose journal holds nothing; unless it has ended."""
+    _give_up(session, RunRow.id == run_id)
+
+
+def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
+    lost = update(RunRow).where(RunRow.outcome == "loaded", which)
+    given_up = lost.values(outcome="interrupted", ended_at=RunRow.started_at)
+    return int(session.connection().execute(given_up).rowcount)
 
 
 def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_deg: Floats) -> list[MotionTrackingRow]:

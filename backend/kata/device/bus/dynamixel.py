@@ -17,6 +17,8 @@ from functools import lru_cache
 from itertools import cycle
 from typing import Final
 
+from fastcrc import crc16
+
 from kata.device.bus.line import Line
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from kata.device.bus.quiet import Quiet
@@ -85,41 +87,12 @@ _GOALS_TO: Final = struct.pack("<HH", _GOAL_POSITION, 4)
 """Where a Sync Write of goals goes, and how many bytes each has."""
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        crc = byte << 8
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x8005 if crc & 0x8000 else crc << 1
-        table.append(crc & 0xFFFF)
-    return tuple(table)
-
-
-_CRC_TABLE: Final = _crc_table()
-_CRC_OF_TWO: Final = tuple(
-    [((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ byte] for crc in _CRC_TABLE for byte in range(256)]
-)
-
-
-def crc16(data: bytes | bytearray, crc: int = 0) -> int:
-    """CRC-16 of the protocol: polynomial 0x8005, initial value 0, not reflected. ``crc``: of what came before ``data``.
-
-    Two bytes a step, because every packet waits for it.
-    """
-    table = _CRC_OF_TWO
-    for two in struct.unpack_from(f">{len(data) // 2}H", data):
-        crc = table[crc ^ two]
-    if len(data) % 2:
-        crc = ((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ data[-1]]
-    return crc
-
-
 def encode(drive_id: int, instruction: int, parameters: bytes = b"") -> bytes:
-    """One instruction packet, stuffed and with its CRC."""
+    """One instruction packet, stuffed and with its CRC: polynomial 0x8005, initial value 0, not reflected ("UMTS")."""
     body = bytes([instruction]) + parameters
     body = body.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
     packet = _HEADER + bytes([drive_id]) + (len(body) + 2).to_bytes(2, "little") + body
-    return packet + crc16(packet).to_bytes(2, "little")
+    return packet + crc16.umts(packet).to_bytes(2, "little")
 
 
 _question: Final = lru_cache(maxsize=256)(encode)
@@ -153,7 +126,7 @@ class StatusParser:
             if len(buffer) < end:
                 return
             packet = bytes(buffer[:end])
-            if crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
+            if crc16.umts(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
                 self._skip(4)
                 continue
             del buffer[:end]
@@ -206,7 +179,7 @@ class FastParser:
             if len(buffer) < end:
                 return
             # Each CRC counts in the next one.
-            crc = crc16(buffer[begin - 2 if self._done else 0 : end - 2], self._crc)
+            crc = crc16.umts(buffer[begin - 2 if self._done else 0 : end - 2], self._crc)
             if buffer[begin + 1] != self._ids[self._done] or crc != int.from_bytes(buffer[end - 2 : end], "little"):
                 self.skipped += len(buffer) - begin
                 del buffer[:]

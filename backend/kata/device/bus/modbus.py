@@ -11,6 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from fastcrc import crc16
+
 from kata.device.bus.line import Line
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from kata.device.bus.quiet import Quiet
@@ -34,31 +36,10 @@ _TOO_EARLY: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        crc = byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ 0xA001 if crc & 1 else crc >> 1
-        table.append(crc)
-    return tuple(table)
-
-
-_CRC_TABLE: Final = _crc_table()
-
-
-def crc16(data: bytes) -> int:
-    """CRC-16 of Modbus: polynomial 0xA001 reflected, initial value 0xFFFF; its low byte goes first."""
-    crc = 0xFFFF
-    for byte in data:
-        crc = (crc >> 8) ^ _CRC_TABLE[(crc ^ byte) & 0xFF]
-    return crc
-
-
 def encode(slave: int, function: int, data: bytes) -> bytes:
-    """One frame."""
+    """One frame, with its CRC, low byte first."""
     frame = bytes([slave, function]) + data
-    return frame + struct.pack("<H", crc16(frame))
+    return frame + struct.pack("<H", crc16.modbus(frame))
 
 
 def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes | None:
@@ -71,7 +52,7 @@ def find_answer(received: bytes, slave: int, function: int, size: int) -> bytes 
             continue
         end = start + (_EXCEPTION_BYTES if received[start + 1] & _EXCEPTION else size)
         frame = received[start:end]
-        if len(received) >= end and crc16(frame[:-2]) == int.from_bytes(frame[-2:], "little"):
+        if len(received) >= end and crc16.modbus(frame[:-2]) == int.from_bytes(frame[-2:], "little"):
             return frame[1:-2]
     return None
 

@@ -1,16 +1,16 @@
 """What the control loop wants of a bus, in degrees and newton metres, whatever the servos speak."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
+
+from msgspec import Struct
 
 
 class BusError(Exception):
     """The bus or a drive on it cannot be used; the message says which and why. Absent replies are not errors."""
 
 
-@dataclass(frozen=True, slots=True)
-class DriveReading:
+class DriveReading(Struct, frozen=True):
     """One drive's answer, with the time it came (``time.monotonic_ns``)."""
 
     t_ns: int
@@ -19,8 +19,7 @@ class DriveReading:
     torque_nm: float
 
 
-@dataclass(frozen=True, slots=True)
-class InputReading:
+class InputReading(Struct, frozen=True):
     """The two contacts. ``estop_open``: the normally closed emergency stop is open, so pressed or its wire broken."""
 
     t_ns: int
@@ -29,8 +28,7 @@ class InputReading:
     """None: unknown."""
 
 
-@dataclass(frozen=True, slots=True)
-class DriveStatus:
+class DriveStatus(Struct, frozen=True):
     """What one drive (axis 0-4) says of itself. A driver may ask one of them a cycle, or all."""
 
     t_ns: int
@@ -40,8 +38,7 @@ class DriveStatus:
     watchdog_tripped: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(Struct, frozen=True):
     """All that came back in one cycle; None where a reply stayed away."""
 
     drives: tuple[DriveReading | None, ...]

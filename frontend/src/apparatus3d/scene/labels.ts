@@ -42,10 +42,8 @@ export class Labels {
 }
 
 /** A motor's number in a disc of its colour. */
-function number(motor: Motor): CanvasTexture {
-  const canvas = document.createElement("canvas");
-  canvas.width = PIXELS;
-  canvas.height = PIXELS;
+function number(motor: Motor): CanvasTexture<OffscreenCanvas> {
+  const canvas = new OffscreenCanvas(PIXELS, PIXELS);
   const draw = canvas.getContext("2d");
   if (draw) {
     draw.beginPath();

@@ -1,0 +1,35 @@
+import { expect, test } from "vitest";
+import { Pace } from "./pace";
+
+/** What a view draws within a minute in which its picture changes all the time: how often, and for how long. */
+function aMinuteOf(drawing_ms: number) {
+  const pace = new Pace();
+  let [now_ms, times, drawn_ms] = [0, 0, 0];
+  while (now_ms < 60_000) {
+    now_ms += pace.wait_ms(now_ms);
+    pace.drew(now_ms, now_ms + drawing_ms);
+    now_ms += drawing_ms;
+    drawn_ms += drawing_ms;
+    times += 1;
+  }
+  return { times, share: drawn_ms / now_ms };
+}
+
+test("the first picture is drawn at once", () => {
+  expect(new Pace().wait_ms(0)).toBe(0);
+});
+
+test("where a drawing takes 2 ms, each of the screen's frames may be drawn", () => {
+  expect(aMinuteOf(2).times).toBeGreaterThan(60 * 60);
+});
+
+test("where drawing is slow, it takes no more than a quarter of the time", () => {
+  for (const drawing_ms of [20, 100, 300]) expect(aMinuteOf(drawing_ms).share).toBeCloseTo(0.25, 1);
+});
+
+test("however slow it is, no picture waits for more than a second", () => {
+  const pace = new Pace();
+  pace.drew(0, 5000);
+  expect(pace.wait_ms(5000)).toBe(1000);
+  expect(pace.wait_ms(6000)).toBe(0);
+});

@@ -1,0 +1,33 @@
+"""What began in the database and never at the apparatus is forgotten, also where the commit itself is in doubt."""
+
+from pathlib import Path
+
+from kata.access import chain
+from kata.access.audit import entry
+from kata.clinic.keeping import Keeping
+from kata.clinic.sessions import runs
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.tables import RunRow
+from kata.database.engine import Database
+from tests.clinic.test_importer import Clinic
+
+
+def test_a_run_whose_commit_was_given_up_and_stands_after_all_is_forgotten(database: Database, tmp_path: Path) -> None:
+    """A server that hangs has the commit in its socket; it answers others first when it goes on."""
+    clinic = Clinic(tmp_path, database)
+    recording_id = clinic.recording()
+    with database.write() as session:
+        visit_id = sessions.begin(session, clinic.patient_id).id
+    keeping = Keeping(database, "Station 1", tmp_path / "spool")
+    try:
+        with database.write() as session:
+            run = runs.begin(session, visit_id, recording_id)
+            # As every writing session of a service does, last.
+            chain.append(session, [entry("load", "done")], "", 0)
+            keeping.put_not_begun("run", run.id)
+            assert not keeping.until_taken(1.0)
+        assert keeping.until_taken(30.0)
+        with database.read() as session:
+            assert session.get(RunRow, run.id) is None
+    finally:
+        keeping.close()
