@@ -33,8 +33,6 @@ _SERVER_LIMITS: Final = {
     "tcp_keepalives_interval": "5",
     "tcp_keepalives_count": "3",
 }
-_NO_HELPERS: Final = "-c max_parallel_workers_per_gather=0"
-"""What is asked for is a page of something: starting processes that help takes longer than the answer, and takes them from others."""
 _SERVERS_SHARE: Final = 0.8
 """Of the time that an answer may take: a server that is only slow says so itself, and what was asked of it is ended there."""
 
@@ -142,8 +140,6 @@ def _server(url: URL, answer_s: float | None) -> Engine:
     if url.drivername != "postgresql+psycopg":
         return create_engine(url, pool_pre_ping=True, hide_parameters=True)
     limited: dict[str, Any] = {"connect_timeout": _CONNECT_S}
-    if "options" not in url.query:
-        limited["options"] = _NO_HELPERS
     if answer_s:
         limited["tcp_user_timeout"] = int(answer_s * 1000)
     engine = create_engine(
