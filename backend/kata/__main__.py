@@ -6,10 +6,19 @@ is seconds of imports.
 
 
 def main() -> None:
-    """Entry of both."""
-    from kata.cli import app
+    """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
+    from pydantic import ValidationError
 
-    app()
+    from kata.cli import app
+    from kata.settings import Settings, complaint
+    from kata.terminal import fail
+
+    try:
+        app()
+    except ValidationError as error:
+        if error.title != Settings.__name__:
+            raise
+        fail(complaint(error), status=2)
 
 
 if __name__ == "__main__":

@@ -3,12 +3,12 @@
 from datetime import time
 from ipaddress import ip_address, ip_network
 from pathlib import Path
-from typing import Literal, Self
+from typing import Final, Literal, Self
 from urllib.parse import urlsplit
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from platformdirs import user_data_path
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
@@ -99,6 +99,19 @@ class Settings(BaseSettings):
     def _absolute(cls, data: Path) -> Path:
         return data.absolute()
 
+    @field_validator("database_url")
+    @classmethod
+    def _address(cls, url: str) -> str:
+        try:
+            if url:
+                make_url(url)
+        except (ArgumentError, ValueError) as error:
+            # What stands there may be a password.
+            raise ValueError(
+                "must be the address of a database, such as postgresql+psycopg://kata@server/kata"
+            ) from error
+        return url
+
     @field_validator("backup_at")
     @classmethod
     def _time_of_day(cls, at: str) -> str:
@@ -134,8 +147,11 @@ class Settings(BaseSettings):
     @field_validator("trusted_proxies")
     @classmethod
     def _proxies(cls, proxies: str) -> str:
-        for address in _parted(proxies):
-            ip_network(address)
+        try:
+            for address in _parted(proxies):
+                ip_network(address)
+        except ValueError as error:
+            raise ValueError("must be addresses or networks, separated by commas") from error
         return proxies
 
     @model_validator(mode="after")
@@ -197,6 +213,29 @@ class Settings(BaseSettings):
     def backup_key_file(self) -> Path:
         """The key that opens them."""
         return (self.backup_key or self.data / "backup-key.txt").absolute()
+
+
+_TAKES: Final = {
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "float_parsing": "must be a number",
+    "bool_parsing": "must be true or false",
+    "greater_than": "must be more than {gt:g}",
+    "literal_error": "must be {expected}",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have {max_length} characters at most",
+}
+
+
+def complaint(error: ValidationError) -> str:
+    """What is wrong with the settings, a sentence for each; nothing of what stands in them, which may be secret."""
+    sentences = []
+    for one in error.errors(include_url=False, include_input=False):
+        context = one.get("ctx", {})
+        takes = str(context["error"]) if "error" in context else _TAKES.get(one["type"], one["msg"]).format(**context)
+        name = f"KATA_{str(one['loc'][0]).upper()} " if one["loc"] else ""
+        sentences.append(f"{name}{takes}.")
+    return " ".join(f"{said[:1].upper()}{said[1:]}" for said in sentences)
 
 
 def by_tls(database_url: str) -> str:

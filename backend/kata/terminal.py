@@ -8,7 +8,7 @@ from rich.console import Console
 console: Final = Console(stderr=True, highlight=False)
 
 
-def fail(message: str) -> NoReturn:
-    """Say what is wrong, as it is: paths have brackets, and are not to be cut in two. Ends with status 1."""
+def fail(message: str, status: int = 1) -> NoReturn:
+    """Say what is wrong, as it is: paths have brackets, and are not to be cut in two. Ends with this status."""
     console.print(message, style="bold red", markup=False, soft_wrap=True)
-    sys.exit(1)
+    sys.exit(status)

@@ -40,6 +40,11 @@ ONLY_GROWS = {
     ),
 }
 
+STOPPED = {
+    "ix_sessions_therapist_stopped": ["therapist", "started_at", "id", "station", "patient_id", "stop_count"],
+    "ix_sessions_station_stopped": ["station", "started_at", "id", "patient_id", "stop_count"],
+}
+
 
 def upgrade() -> None:
     op.create_table(
@@ -200,9 +205,14 @@ def upgrade() -> None:
         sqlite_where=sa.text("restricted = 1"),
         postgresql_where=sa.text("restricted"),
     )
+    for name, columns in STOPPED.items():
+        few = sa.text("stop_count > 0")
+        op.create_index(name, "sessions", columns, unique=False, sqlite_where=few, postgresql_where=few)
 
 
 def downgrade() -> None:
+    for name in STOPPED:
+        op.drop_index(name, table_name="sessions")
     op.drop_index("ix_patients_restricted", table_name="patients")
     op.drop_column("patients", "restricted")
     op.drop_table("spools")

@@ -81,6 +81,24 @@ def test_sessions_are_read_off_an_index(empty: Database, wanted: dict[str, Any])
     assert not beside_an_index(found)
 
 
+@pytest.mark.parametrize(
+    ("whose", "index"),
+    [
+        ({"therapist": "Sato"}, "ix_sessions_therapist_stopped"),
+        ({"therapist": "Sato", "station": "Station 1"}, "ix_sessions_therapist_stopped"),
+        ({"station": "Station 1"}, "ix_sessions_station_stopped"),
+    ],
+    ids=str,
+)
+def test_what_stopped_somebodys_sessions_is_found_without_looking_through_everybodys(
+    empty: Database, whose: dict[str, Any], index: str
+) -> None:
+    wanted = Wanted(hidden=HIDDEN, stop="estop_pressed", **whose)
+    found = looks(empty, lambda session: lists.find(session, wanted, 50, None))
+    assert any(f"SEARCH sessions USING COVERING INDEX {index} (" in step for step in found), found
+    assert not any("ix_session_stops_code_started_at" in step for step in found)
+
+
 @pytest.mark.parametrize("words", ["", "yamada 1968", "K-000042"])
 def test_patients_are_read_off_one_index_and_not_row_by_row(empty: Database, words: str) -> None:
     found = looks(

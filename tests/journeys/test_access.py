@@ -121,7 +121,7 @@ def test_an_account_is_made_used_locked_and_closed(
     page.get_by_role("link", name="Audit trail").click()
     trail = page.get_by_role("region", name="Audit trail")
     expect(trail.get_by_role("row").filter(has_text="Ito Mai").first).to_be_visible()
-    expect(trail.get_by_role("row").filter(has_text="lock_screen").first).to_contain_text("Ito Mai")
+    expect(trail.get_by_role("row").filter(has_text="Screen locked").first).to_contain_text("Ito Mai")
     page.screenshot(path=artefacts / "audit.png")
 
 

@@ -6,7 +6,7 @@ from uuid import UUID
 from sqlalchemy import event, inspect
 from sqlalchemy.orm import Mapper, ORMExecuteState, Session
 
-_QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"})
+QUIET: Final = frozenset({"audit", "backups", "device_events", "recovery_codes", "sign_ins", "spools", "stations"})
 """Tables that are records of what happened themselves, or kept by the machinery; who changes them on purpose notes it."""
 _QUIET_COLUMNS: Final = {"accounts": frozenset({"totp_last_step", "updated_at"})}
 _MOST: Final = 8
@@ -65,7 +65,7 @@ class Changes:
     def _note(self, kind: str, row: Any, columns: set[str]) -> None:
         mapper: Mapper[Any] = inspect(row).mapper
         table = _table(mapper)
-        if table in _QUIET:
+        if table in QUIET:
             return
         key = " ".join(str(part) for part in mapper.primary_key_from_instance(row))
         self._rows[kind].setdefault(table, {}).setdefault(key, set()).update(columns)
@@ -78,7 +78,7 @@ class Changes:
         if not (execution.is_insert or execution.is_update or execution.is_delete):
             return
         name = getattr(getattr(execution.statement, "table", None), "name", "")
-        if name not in _QUIET:
+        if name not in QUIET:
             self._bulk.add(name)
 
 

@@ -1,6 +1,7 @@
 import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
+import { ROLES } from "../access/words";
 import { api, type Schemas } from "../api/client";
 import { formatClock, formatDayOf } from "../shared/format";
 import { PageLink } from "../shared/links";
@@ -9,6 +10,7 @@ import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { type AuditFilters, asAsked } from "./auditFilters";
+import { actionChoices, actionOf, linesOf, subjectOf } from "./auditTold";
 import { AUDIT, OUTCOMES } from "./words";
 
 /** What everybody did, saw and tried in vain, newest first. What the list is narrowed to stands in the address. */
@@ -58,12 +60,14 @@ export function AuditPage() {
           value={filters.outcome ?? null}
           onChange={(value) => set("outcome", value)}
         />
-        <TextInput
+        <Select
           label={AUDIT.action}
-          placeholder="sign_in"
-          maxLength={64}
-          value={filters.action ?? ""}
-          onChange={(event) => set("action", event.currentTarget.value)}
+          placeholder={AUDIT.any}
+          clearable
+          searchable
+          data={actionChoices(filters.action)}
+          value={filters.action ?? null}
+          onChange={(value) => set("action", value)}
         />
         {Object.keys(filters).length > 0 && (
           <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
@@ -108,18 +112,19 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
               <Table.Td>
                 {entry.who || AUDIT.nobody}
                 <Text size="sm" c="dimmed">
-                  {entry.role ||
+                  {roleOf(entry.role) ||
                     (entry.account_id && AUDIT.triedAs(names.get(entry.account_id) ?? AUDIT.anAccount))}
                 </Text>
               </Table.Td>
               <Table.Td>
-                <Code>{entry.action}</Code>
+                <Text title={entry.action}>{actionOf(entry.action)}</Text>
                 {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
-                {Object.entries(entry.detail).map(([what, told]) => (
-                  <Text key={what} size="sm" c="dimmed" style={{ overflowWrap: "anywhere" }}>
-                    {AUDIT.detail(what, typeof told === "string" ? told : JSON.stringify(told))}
+                {linesOf(entry).map((line) => (
+                  <Text key={line} size="sm" c="dimmed">
+                    {line}
                   </Text>
                 ))}
+                <AsWritten entry={entry} />
               </Table.Td>
               <Table.Td>
                 {entry.patient_id && (
@@ -128,7 +133,7 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
                   </PageLink>
                 )}
                 <Text size="sm" style={{ overflowWrap: "anywhere" }}>
-                  {entry.subject}
+                  {subjectOf(entry.subject)}
                 </Text>
               </Table.Td>
               <Table.Td>
@@ -143,4 +148,23 @@ function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<str
       </Table>
     </Table.ScrollContainer>
   );
+}
+
+/** The codes and ids of a row: what `kata audit` tells, and what somebody else can be asked about. */
+function AsWritten({ entry }: { entry: Schemas["AuditEntry"] }) {
+  const { action, subject, detail } = entry;
+  return (
+    <details>
+      <Text component="summary" size="sm" c="dimmed">
+        {AUDIT.asWritten}
+      </Text>
+      <Code block style={{ whiteSpace: "pre-wrap", overflowWrap: "anywhere" }}>
+        {JSON.stringify({ action, subject, ...detail }, null, 1)}
+      </Code>
+    </details>
+  );
+}
+
+function roleOf(code: string): string {
+  return Object.hasOwn(ROLES, code) ? ROLES[code as keyof typeof ROLES].name : code;
 }

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
-from pydantic import ValidationError
 
 from kata.settings import Settings
 from kata.terminal import fail
@@ -108,10 +107,7 @@ def _tell_audit(rows: int | None, problem: str) -> None:
 
 
 def _settings(**given: Any) -> Settings:
-    try:
-        return Settings(**{name: value for name, value in given.items() if value is not None})
-    except ValidationError as error:
-        fail(str(error))
+    return Settings(**{name: value for name, value in given.items() if value is not None})
 
 
 def _sentence(error: Exception) -> str:

@@ -1,10 +1,10 @@
 """Tables of sessions and runs."""
 
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -28,6 +28,9 @@ SAMPLE_COLUMNS = (
 
 A setpoint goes to its drive in counts of 0.088 deg: what is finer than a fortieth of one never got there."""
 
+STOPPED = text("stop_count > 0")
+_STOPPED: Final[dict[str, Any]] = {"sqlite_where": STOPPED, "postgresql_where": STOPPED}
+
 
 class SessionRow(Base):
     """One visit. Once it is signed only addenda are added."""
@@ -39,6 +42,18 @@ class SessionRow(Base):
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),
         Index("ix_sessions_therapist_station_started_at", "therapist", "station", "started_at", "id"),
+        # Of the few that something was stopped in: looked for by its cause, they are found without their rows.
+        Index(
+            "ix_sessions_therapist_stopped",
+            "therapist",
+            "started_at",
+            "id",
+            "station",
+            "patient_id",
+            "stop_count",
+            **_STOPPED,
+        ),
+        Index("ix_sessions_station_stopped", "station", "started_at", "id", "patient_id", "stop_count", **_STOPPED),
     )
 
     id: Mapped[UUID] = mapped_column(primary_key=True)

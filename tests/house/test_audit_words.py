@@ -1,0 +1,66 @@
+"""What the audit trail tells in codes, the page tells in words: of every code that the service can write there."""
+
+import ast
+import re
+from collections.abc import Iterator
+from typing import Final, get_args
+
+from kata.access.backups.book import Kind
+from kata.access.changes import QUIET
+from kata.access.permissions import RULES
+from kata.clinic.restricted.objects import OF_A_PATIENT
+from kata.database.base import Base
+from tests.conftest import ROOT
+
+KATA: Final = ROOT / "backend/kata"
+PAGE: Final = ROOT / "frontend/src/administration"
+PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "Doing": 0}
+"""Where the action stands among the arguments of what writes it down."""
+ELSEWHERE: Final = {
+    "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
+    "doing.action": set(RULES),
+    "request.scope['route'].name": set(RULES),
+    "f'backup_{note.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
+    "_DOOR": {"at_the_door"},
+    "_ACTION": {"backup_restored"},
+}
+"""What comes to an action that is none where it is written."""
+OTHER_NOTES: Final = {"patient_id", "values", "resource"}
+"""Functions of the same name that write nothing into the trail."""
+
+
+def worded(file: str, table: str) -> list[str]:
+    """The codes of one table of words, each as often as it has words: once a language."""
+    text = (PAGE / file).read_text("utf-8").partition(f"export const {table} = ")[2].partition("\n);")[0]
+    return re.findall(r"^    \"?(\w+)\"?:\s", text, re.MULTILINE)
+
+
+def actions() -> Iterator[str]:
+    """Every action that the service's source can write down."""
+    yield from RULES
+    for file in sorted(KATA.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if not isinstance(node, ast.Call):
+                continue
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            place = PLACE.get(name)
+            if place is None or len(node.args) <= place:
+                continue
+            given = node.args[place]
+            if isinstance(given, ast.Constant):
+                yield str(given.value)
+            elif (said := ast.unparse(given)) not in OTHER_NOTES:
+                yield from ELSEWHERE[said]
+
+
+def test_every_action_has_words_in_both_languages() -> None:
+    words = worded("auditActions.ts", "ACTIONS")
+
+    assert {action: words.count(action) for action in actions()} == dict.fromkeys(actions(), 2)
+
+
+def test_every_kind_of_record_has_words_in_both_languages() -> None:
+    kinds = (Base.metadata.tables.keys() - QUIET) | {name.removesuffix("_id") for name in OF_A_PATIENT}
+    words = worded("auditKinds.ts", "KINDS")
+
+    assert {kind: words.count(kind) for kind in kinds} == dict.fromkeys(kinds, 2)
