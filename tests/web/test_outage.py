@@ -165,6 +165,8 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
         problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+    until(client, lambda live: "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
 
 
 @pytest.fixture
