@@ -27,7 +27,9 @@ type BesidesAsked =
   | "seed"
   | "import_journal"
   | "give_up_unended"
-  | "never_begun";
+  | "never_begun"
+  | "begun_without_database"
+  | "ticked_without_database";
 
 /** Every action that the audit trail can tell, by its code. One that has no words in either language does not compile. */
 export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
@@ -180,6 +182,8 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     import_journal: "What the device measured taken in",
     give_up_unended: "What was never ended closed",
     never_begun: "What was never begun taken away",
+    begun_without_database: "Playback begun without the database written down",
+    ticked_without_database: "Checklist answered without the database written down",
   },
   {
     add_addendum: "署名済み記録への追記",
@@ -330,5 +334,7 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     import_journal: "装置の測定データの取り込み",
     give_up_unended: "終了しなかったものの終了処理",
     never_begun: "開始しなかったものの取り消し",
+    begun_without_database: "データベース停止中に始めた再生の記録",
+    ticked_without_database: "データベース停止中に答えたチェックリストの記録",
   },
 );
