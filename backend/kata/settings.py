@@ -240,11 +240,7 @@ def complaint(error: ValidationError) -> str:
 
 def by_tls(database_url: str) -> str:
     """The same; by TLS with a certificate that is looked at, where PostgreSQL is on another computer and nothing else is said."""
-    try:
-        url = make_url(database_url)
-    except ArgumentError:
-        # Whoever opens it says what is wrong with it.
-        return database_url
+    url = make_url(database_url)
     told = url.query.get("host") or url.host or ""
     hosts = [one for part in ((told,) if isinstance(told, str) else told) for one in part.split(",") if one]
     here = all(

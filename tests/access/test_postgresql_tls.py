@@ -50,7 +50,6 @@ def test_to_another_computer_it_goes_by_tls_to_a_server_that_is_looked_at(url: s
         "postgresql+psycopg:///kata",
         f"{AWAY}?sslmode=require",
         "sqlite:////srv/kata.db",
-        "no address at all",
     ],
 )
 def test_what_stays_on_this_computer_or_says_so_itself_is_left_as_it_is(url: str) -> None:

@@ -89,18 +89,18 @@ def test_no_backup_is_made_of_nothing_or_into_something_that_is_no_folder(data: 
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "sentence"),
+    ("name", "value", "sentence", "code"),
     [
-        ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is no public key of age (age1...)"),
-        ("KATA_BACKUP_KEY", "kata.db", "is no key of backups"),
-        ("KATA_BACKUP_AT", "at night", "must be a time of day such as 02:30, or never"),
+        ("KATA_BACKUP_RECIPIENTS", "ssh-rsa AAAA", "which is no public key of age (age1...)", 1),
+        ("KATA_BACKUP_KEY", "kata.db", "is no key of backups", 1),
+        ("KATA_BACKUP_AT", "at night", "must be a time of day such as 02:30, or never", 2),
     ],
 )
 def test_a_setting_that_makes_no_sense_makes_no_backup(
-    data: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str, sentence: str
+    data: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str, sentence: str, code: int
 ) -> None:
     monkeypatch.setenv(name, value)
-    refused(kata("backup", "--data", data, folder=data), sentence)
+    refused(kata("backup", "--data", data, folder=data), sentence, code)
     assert list(data.glob("backups/*")) == []
 
 
