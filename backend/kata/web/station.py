@@ -31,7 +31,6 @@ from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
-from kata.motion import edit
 from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
@@ -364,7 +363,7 @@ def _written(
 
 def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
-    asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
+    asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
     with database.read() as session:
         corrected_by = runs.to_begin(session, *what, wanted.programme_position).corrected_by
@@ -398,7 +397,7 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
 
 def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
-    asked = edit.Asked(wanted.speed_percent, wanted.repetitions, wanted.pause_s, wanted.range_percent)
+    asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
     found = ahead.begin(*what, wanted.programme_position, there)
     if found is None:

@@ -25,7 +25,7 @@ from kata.clinic.programmes import planned
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions import checks, learning, plans, runs
-from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked
+from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need
 from kata.clinic.sessions.schemas import Run
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.away import DatabaseAwayError
@@ -59,16 +59,29 @@ class Begun(msgspec.Struct, frozen=True, tag="begun"):
     programme_position: int | None
     started_at: datetime
     load_level: int
-    speed_percent: float
-    repetitions: int
-    pause_s: float
-    range_percent: float
+    asked: edit.Asked
     method: Method
     corrected_by: UUID | None
     allowed: str
     """What the doctor allowed, as it was known."""
-    known_at: datetime
     station: str
+
+    @property
+    def row(self) -> RunRow:
+        """As it is written down."""
+        return RunRow(
+            id=self.id,
+            session_id=self.session_id,
+            recording_id=self.recording_id,
+            programme_position=self.programme_position,
+            started_at=self.started_at,
+            ended_at=None,
+            outcome="loaded",
+            load_level=self.load_level,
+            **asdict(self.asked),
+            method=self.method,
+            corrected_by=self.corrected_by,
+        )
 
 
 class Ticked(msgspec.Struct, frozen=True, tag="ticked"):
@@ -90,9 +103,8 @@ class Playable:
     taught: edit.Motion
     needs: tuple[Need, ...]
     allowed: Allowed
-    corrected_by: Mapping[edit.Asked, UUID]
-    """By how it is played: the run that has taught what it is corrected by."""
-    corrections: Mapping[UUID, Correction]
+    learned: Mapping[edit.Asked, tuple[UUID, Correction]]
+    """By how it is played: what it is corrected by, and the run that has taught it."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +113,8 @@ class Known:
 
     session_id: UUID
     patient: PatientRef
-    at: datetime
     at_s: float
-    """The same, by the monotonic clock."""
+    """When that was, by the monotonic clock."""
     recordings: Mapping[UUID, Playable]
     items: Mapping[int, UUID]
     """Of its programme: position to recording."""
@@ -209,7 +220,7 @@ class Ahead:
         motion = runs.as_asked(one.taught, asked)
         limits = one.allowed.check(motion, load_level, method)
         checks.require_all(_checked(known, one, there))
-        corrected_by = one.corrected_by.get(asked) if method == "learned" else None
+        corrected_by, learned = one.learned.get(asked, (None, None)) if method == "learned" else (None, None)
         begun = Begun(
             id=uuid4(),
             session_id=known.session_id,
@@ -217,14 +228,12 @@ class Ahead:
             programme_position=programme_position,
             started_at=utc_now(),
             load_level=load_level,
-            **asdict(asked),
+            asked=asked,
             method=method,
             corrected_by=corrected_by,
             allowed=_written(one.allowed),
-            known_at=known.at,
             station=self._station,
         )
-        learned = one.corrections[corrected_by] if corrected_by else None
         return ToPlay(begun, known.patient, one, motion, learned, limits)
 
     def _find(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Playable] | None:
@@ -248,29 +257,7 @@ class ToPlay:
 
     def as_run(self) -> Run:
         """As it goes out."""
-        begun = self.begun
-        return Run(
-            id=begun.id,
-            session_id=begun.session_id,
-            recording_id=begun.recording_id,
-            recording_name=self.recording.name,
-            started_at=begun.started_at,
-            ended_at=None,
-            outcome="loaded",
-            stop=None,
-            rate_hz=None,
-            method=begun.method,
-            load_level=begun.load_level,
-            speed_percent=begun.speed_percent,
-            repetitions=begun.repetitions,
-            pause_s=begun.pause_s,
-            range_percent=begun.range_percent,
-            programme_position=begun.programme_position,
-            repetitions_done=None,
-            reversals=None,
-            least_range_percent=None,
-            comparison=None,
-        )
+        return runs.as_run(self.begun.row, self.recording.name)
 
 
 def keep_begun(session: DatabaseSession, begun: Begun) -> None:
@@ -285,24 +272,7 @@ def keep_begun(session: DatabaseSession, begun: Begun) -> None:
         raise ValueError(f"run {begun.id}: {error}") from error
     if visit is None:
         raise ValueError(f"run {begun.id}: its session is not there any more")
-    session.add(
-        RunRow(
-            id=begun.id,
-            session_id=begun.session_id,
-            recording_id=begun.recording_id,
-            programme_position=begun.programme_position,
-            started_at=begun.started_at,
-            ended_at=None,
-            outcome="loaded",
-            load_level=begun.load_level,
-            speed_percent=begun.speed_percent,
-            repetitions=begun.repetitions,
-            pause_s=begun.pause_s,
-            range_percent=begun.range_percent,
-            method=begun.method,
-            corrected_by=begun.corrected_by,
-        )
-    )
+    session.add(begun.row)
     visit.run_count += 1
     session.add_all(
         DeviceEventRow(
@@ -339,11 +309,14 @@ def _known(session: DatabaseSession, session_id: UUID, station: str, fetched: Ma
     items = plans.items(visit)
     # The programme's, and whatever else was played today.
     wanted = dict.fromkeys([*(item.recording_id for item in items), *(run.recording_id for run in visit.runs)])
-    found = {one: _playable(session, visit, one, station, fetched.get(one)) for one in wanted}
+    asked = {
+        one: {runs.asked_of(item) for item in items if item.recording_id == one and item.method == "learned"}
+        for one in wanted
+    }
+    found = {one: _playable(session, visit, one, asked[one], station, fetched.get(one)) for one in wanted}
     return Known(
         session_id=visit.id,
         patient=PatientRef(id=visit.patient.id, name=visit.patient.name),
-        at=utc_now(),
         at_s=time.monotonic(),
         recordings={one: playable for one, playable in found.items() if playable},
         items={item.position: item.recording_id for item in items},
@@ -354,9 +327,16 @@ def _known(session: DatabaseSession, session_id: UUID, station: str, fetched: Ma
 
 
 def _playable(
-    session: DatabaseSession, visit: SessionRow, recording_id: UUID, station: str, before: Playable | None
+    session: DatabaseSession,
+    visit: SessionRow,
+    recording_id: UUID,
+    learning_asked: Iterable[edit.Asked],
+    station: str,
+    before: Playable | None,
 ) -> Playable | None:
-    """None where it could not be played with the database either. Samples never change: they are fetched once."""
+    """None where it could not be played with the database either. Samples never change, nor does what a run has taught: they are
+    fetched once. ``learning_asked``: how it is played with what was learned.
+    """
     try:
         recording = recordings.get(session, recording_id)
         side: Side = "left" if recording.side == "left" else "right"
@@ -367,32 +347,29 @@ def _playable(
         return None
     if recording.archived_at:
         return None
-    corrected_by: dict[edit.Asked, UUID] = {}
-    for item in plans.items(visit):
-        asked = edit.Asked(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
-        if item.recording_id == recording_id and item.method == "learned":
-            like = RunRow(recording_id=recording_id, **asdict(asked))
-            if newest := learning.newest(session, like, station):
-                corrected_by[asked] = newest
-    corrections = {one: learned for one in corrected_by.values() if (learned := learning.correction(session, one))}
+    learned: dict[edit.Asked, tuple[UUID, Correction]] = {}
+    for asked in learning_asked:
+        newest = learning.newest(session, RunRow(recording_id=recording_id, **asdict(asked)), station)
+        had = before.learned.get(asked) if before else None
+        if had and had[0] == newest:
+            learned[asked] = had
+        elif newest and (correction := learning.correction(session, newest)):
+            learned[asked] = (newest, correction)
     return Playable(
         name=recording.name,
         side=side,
         taught=taught,
         needs=checks.needs_of(recording, taught.angles_deg),
         allowed=allowed,
-        corrected_by={asked: one for asked, one in corrected_by.items() if one in corrections},
-        corrections=corrections,
+        learned=learned,
     )
 
 
 def _checked(known: Known, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
     tested_at = known.estop_tested_at
-    detected: dict[CheckName, datetime | None] = {
-        "pedal": utc_now() if there.pedal_answers else None,
-        "estop": tested_at if tested_at and tested_at >= checks.today() else None,
-    }
-    return checked(one.needs, known.answers, detected)
+    return checks.against(
+        one.needs, known.answers, there, tested_at if tested_at and tested_at >= checks.today() else None
+    )
 
 
 def _changed(session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: Begun) -> Iterator[Change]:

@@ -47,11 +47,19 @@ def checklist(
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     visit = service.get(session, session_id)
+    tested_at = events.estop_tested_at(session, there.station, today())
+    return against(needs(session, visit, recording_id), answers(visit), there, tested_at)
+
+
+def against(
+    asked: Sequence[Need], given: Sequence[Answer], there: Apparatus, estop_tested_at: datetime | None
+) -> tuple[Checked, ...]:
+    """What is asked, with what was answered, and what the apparatus tells now; ``estop_tested_at``: today, or None."""
     detected: dict[CheckName, datetime | None] = {
         "pedal": utc_now() if there.pedal_answers else None,
-        "estop": events.estop_tested_at(session, there.station, today()),
+        "estop": estop_tested_at,
     }
-    return checked(needs(session, visit, recording_id), answers(visit), detected)
+    return checked(asked, given, detected)
 
 
 def today() -> datetime:

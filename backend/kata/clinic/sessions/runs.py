@@ -16,6 +16,7 @@ from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import learning, phases, plans
 from kata.clinic.sessions.schemas import (
+    Asked,
     Comparison,
     MotionTracking,
     MotorTracking,
@@ -182,8 +183,8 @@ def as_asked(taught: edit.Motion, asked: edit.Asked) -> edit.Motion:
         ) from error
 
 
-def asked_of(row: RunRow) -> edit.Asked:
-    """How a run's recording is played."""
+def asked_of(row: RunRow | Asked) -> edit.Asked:
+    """How a run's recording is played, or is to be."""
     return edit.Asked(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
 
@@ -343,15 +344,15 @@ def samples(session: DatabaseSession, run_id: UUID) -> dict[str, Floats]:
     return unpack(SAMPLES.read(session, run_id))
 
 
-def as_run(row: RunRow) -> Run:
-    """As it goes out."""
+def as_run(row: RunRow, recording_name: str | None = None) -> Run:
+    """As it goes out. ``recording_name``: of one that the database does not have yet."""
     motors = [MotorTracking.model_validate(motor) for motor in row.tracking]
     motions = [MotionTracking.model_validate(motion) for motion in row.motions]
     return Run(
         id=row.id,
         session_id=row.session_id,
         recording_id=row.recording_id,
-        recording_name=row.recording.name,
+        recording_name=recording_name or row.recording.name,
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
