@@ -32,7 +32,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # included. The device's tests with their coverage, and the journeys, are as fast one by one. The journeys' browser keeps an event
 # loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
-TIMED := tests/whole $(addprefix tests/web/test_,crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
+TIMED := tests/whole $(addprefix tests/web/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent

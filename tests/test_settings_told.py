@@ -1,5 +1,7 @@
 """What is wrong with the settings is said in a sentence for each, by every command alike."""
 
+import os
+import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -65,9 +67,11 @@ def test_every_command_names_the_setting_and_what_it_takes(
     for file in ("motion.csv", "clinic.age"):
         (tmp_path / file).touch()
     monkeypatch.setenv("KATA_PORT", "x")
+    before = os.nice(0), signal.getsignal(signal.SIGTERM)
     assert ended_with(monkeypatch, *command.split(), *GIVEN[command]) == 2
     said = capsys.readouterr()
     assert (said.out, said.err) == ("", "KATA_PORT must be a whole number.\n")
+    assert (os.nice(0), signal.getsignal(signal.SIGTERM)) == before, "it had begun before it looked"
 
 
 @pytest.mark.parametrize(("setting", "given", "takes"), [(name, *told) for name, told in WRONG.items()])

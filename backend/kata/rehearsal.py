@@ -13,6 +13,7 @@ from uuid import UUID, uuid4
 
 import numpy as np
 from fastapi import FastAPI
+from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
@@ -22,7 +23,7 @@ from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.checklist import Checked, CheckName
 from kata.clinic.sessions.schemas import CheckTick, Run
 from kata.database.base import utc_now
 from kata.device.journal import Journal, JournalEnd, not_written
@@ -46,6 +47,7 @@ _WHO: Final = "Rehearsal"
 _SWITCH_S: Final = 120.0
 """So long somebody at a real apparatus has for pressing the emergency stop and releasing it."""
 
+_Checklist = Callable[[DatabaseSession, checks.Apparatus], tuple[Checked, ...]]
 Show = Callable[[str, float, float], None]
 """Is told what goes on, how long it takes in all, and how long it still does, in seconds; 0 left: it is over."""
 
@@ -96,7 +98,13 @@ class Rehearsal:
     async def teach(self, motion: Taught, side: Side = CANONICAL_SIDE) -> RecordingRow:
         """Teach by the simulated hand and pedal."""
         await self.stand_for(side)
-        wanted = commands.TeachRequest(patient_id=self._patient_id, name=motion.name, side=side)
+        # Nobody's arm lies in the simulated apparatus; something has to be named, and looked at.
+        wanted = commands.TeachRequest(
+            patient_id=self._patient_id, name=motion.name, side=side, fixtures={"arm_fixer_1"},
+            looked_at={"side", "fixtures", "belt"},
+        )  # fmt: skip
+        teach = checks.Teach(self._patient_id, side, wanted.fixtures)
+        await self._try_estop_once(lambda session, there: checks.teaching_checklist(session, teach, there))
         teaching = await commands.teach(self.station, self.database, self._kept, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
@@ -168,19 +176,26 @@ class Rehearsal:
 
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
         """As a therapist would: first the emergency stop, once a day, then what somebody has to look at."""
-        if "estop" in self._still_open(recording):
-            await self._try_estop()
-            await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._still_open(recording))
+
+        def checklist(session: DatabaseSession, there: checks.Apparatus) -> tuple[Checked, ...]:
+            return checks.checklist(session, self._visit_id, recording.id, there)
+
+        await self._try_estop_once(checklist)
         tick = CheckTick(checked_by=_WHO, recording_id=recording.id)
         there = checks.apparatus(self.station.info.name, self.station.live())
         with self.database.write() as session:
-            for check in self._still_open(recording):
+            for check in self._still_open(checklist):
                 checks.tick(session, self._visit_id, check, tick, there)
 
-    def _still_open(self, recording: RecordingRow) -> list[CheckName]:
+    async def _try_estop_once(self, checklist: _Checklist) -> None:
+        if "estop" in self._still_open(checklist):
+            await self._try_estop()
+            await self._until("Emergency stop", 0.0, lambda: 0.0, lambda: "estop" not in self._still_open(checklist))
+
+    def _still_open(self, checklist: _Checklist) -> list[CheckName]:
         there = checks.apparatus(self.station.info.name, self.station.live())
         with self.database.read() as session:
-            found = checks.checklist(session, self._visit_id, recording.id, there)
+            found = checklist(session, there)
         return [one.need.check for one in found if one.answer is None]
 
     async def _try_estop(self) -> None:

@@ -26,6 +26,8 @@ const station = createRoute({
   getParentRoute: () => root,
   path: "/",
   component: StationPage,
+  // On their way while the service is still asked who is signed in; whoever needs them hears of it when one does not come.
+  loader: () => void Promise.allSettled([import("./station/work"), import("./station/Strip")]),
   validateSearch: (search): { patient?: string; recording?: string } => ({
     ...(typeof search.patient === "string" && { patient: search.patient }),
     ...(typeof search.recording === "string" && { recording: search.recording }),

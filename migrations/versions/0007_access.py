@@ -41,9 +41,10 @@ ONLY_GROWS = {
 }
 
 STOPPED = {
-    "ix_sessions_therapist_stopped": ["therapist", "started_at", "id", "station", "patient_id", "stop_count"],
-    "ix_sessions_station_stopped": ["station", "started_at", "id", "patient_id", "stop_count"],
+    "ix_session_stops_code_therapist_started_at": ["code", "therapist", "started_at", "session_id", "station"],
+    "ix_session_stops_code_station_started_at": ["code", "station", "started_at", "session_id"],
 }
+WHOSE = ("therapist", "station")
 
 
 def upgrade() -> None:
@@ -205,14 +206,21 @@ def upgrade() -> None:
         sqlite_where=sa.text("restricted = 1"),
         postgresql_where=sa.text("restricted"),
     )
+    for name in WHOSE:
+        op.add_column("session_stops", sa.Column(name, sa.String(length=100), nullable=False, server_default=""))
+    op.execute(
+        "UPDATE session_stops SET (therapist, station) ="
+        " (SELECT therapist, station FROM sessions WHERE sessions.id = session_stops.session_id)"
+    )
     for name, columns in STOPPED.items():
-        few = sa.text("stop_count > 0")
-        op.create_index(name, "sessions", columns, unique=False, sqlite_where=few, postgresql_where=few)
+        op.create_index(name, "session_stops", columns, unique=False)
 
 
 def downgrade() -> None:
     for name in STOPPED:
-        op.drop_index(name, table_name="sessions")
+        op.drop_index(name, table_name="session_stops")
+    for name in WHOSE:
+        op.drop_column("session_stops", name)
     op.drop_index("ix_patients_restricted", table_name="patients")
     op.drop_column("patients", "restricted")
     op.drop_table("spools")

@@ -21,9 +21,11 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow, TeachingRow
-from kata.clinic.sessions import learning, runs
+from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.tables import RunCorrectionRow, RunRow
+from kata.clinic.sessions.lists import Wanted
+from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
+from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.series import Series
@@ -359,6 +361,28 @@ def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     assert run.stop.code == "estop_pressed"
 
 
+def test_a_stopped_run_is_found_by_its_cause_and_whose_session_it_was(clinic: Clinic) -> None:
+    run_id = clinic.begin_run(clinic.recording())
+    end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
+    clinic.journal("run", run_id, [1.0], end=end)
+    clinic.importer.run()
+
+    def found(therapist: str) -> list[UUID]:
+        with clinic.database.read() as session:
+            return [
+                one.id for one in lists.find(session, Wanted(stop="estop_pressed", therapist=therapist), 2, None)[0]
+            ]
+
+    with clinic.database.read() as session:
+        visit = session.get_one(SessionRow, runs.get(session, run_id).session_id)
+    assert (found("Sato"), found("Ito")) == ([], [])
+    # Who treats is said in the course of it, and once.
+    for therapist in ("Sato", "Ito"):
+        with clinic.database.write() as session:
+            sessions.begin(session, visit.patient_id, therapist)
+    assert (found("Sato"), found("Ito")) == ([visit.id], [])
+
+
 def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0])
@@ -528,3 +552,49 @@ def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) ->
     lost = clinic.journal("run", uuid4(), [2.0], end=JournalEnd(reason="completed"))
     importer.run(lost)
     assert (clinic.folder / "unreadable" / lost.name).exists()
+
+
+def test_a_run_that_was_loaded_when_its_device_process_ended_has_ended_with_it(clinic: Clinic) -> None:
+    recording_id = clinic.recording()
+    lost = clinic.begin_run(recording_id)
+    ended_at = utc_now()
+    with clinic.database.write() as session:
+        visit_id = runs.get(session, lost).session_id
+        # By the next process, which is there before anybody has imported anything.
+        goes_on = runs.begin(session, visit_id, recording_id).id
+
+    clinic.importer.run_ended(ended_at)
+
+    with clinic.database.read() as session:
+        assert runs.get(session, lost).outcome == "interrupted"
+        assert runs.get(session, goes_on).outcome == "loaded"
+
+
+def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+    lost = clinic.begin_run(clinic.recording())
+
+    def away(*_: object) -> int:
+        raise DatabaseAwayError(utc_now())
+
+    with monkeypatch.context() as while_away:
+        while_away.setattr(runs, "give_up_unended", away)
+        clinic.importer.run_ended(utc_now())
+    clinic.importer.run_due()
+
+    with clinic.database.read() as session:
+        assert runs.get(session, lost).outcome == "interrupted"
+
+
+def test_nobody_is_given_up_whose_journal_waits(clinic: Clinic) -> None:
+    still_comes = [True]
+    importer = Importer(clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: still_comes[0])
+    run_id = clinic.begin_run(clinic.recording())
+    importer.run_ended(utc_now())
+    with clinic.database.read() as session:
+        assert runs.get(session, run_id).outcome == "loaded"
+
+    still_comes[0] = False
+    importer.run_due()
+
+    with clinic.database.read() as session:
+        assert runs.get(session, run_id).outcome == "interrupted"

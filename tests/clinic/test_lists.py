@@ -216,7 +216,8 @@ def visit(
         )  # fmt: skip
         session.add(row)
         session.flush()
-        session.add_all([SessionStopRow(session_id=row.id, code=code, started_at=began) for code in stops])
+        told = {"started_at": began, "therapist": therapist, "station": station}
+        session.add_all([SessionStopRow(session_id=row.id, code=code, **told) for code in stops])
         return row.id
 
 
@@ -253,6 +254,20 @@ def test_sessions_are_found_by_everything_the_page_offers(database: Database) ->
     assert listed(database, since=since, until=until) == [c, b]
     assert listed(database, since=since, therapist="Sato") == [d, b]
     assert listed(database, until=until, stop="estop_pressed") == [b, a]
+
+
+def test_a_page_of_patients_is_told_with_their_episodes_in_one_query(database: Database) -> None:
+    both = sign_up(database, "K-1")
+    with database.write() as session:
+        second = episodes.open_new(session, both, EpisodeCreate(side="right")).id
+    sign_up(database, "K-2")
+    asked: list[str] = []
+    event.listen(database.reader, "before_cursor_execute", lambda *args: asked.append(args[2]))
+    with database.read() as session:
+        rows, after = service.find(session, search="", archived=False, limit=2, after=None)
+        told = [(row.clinic_number, len(row.episodes), row.episode_id == second) for row in rows]
+    assert (sorted(told), after) == ([("K-1", 2, True), ("K-2", 1, False)], None)
+    assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
 
 
 def test_sessions_that_began_together_are_each_told_once(database: Database) -> None:

@@ -14,6 +14,7 @@ from kata.clinic.sessions import learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunCorrectionRow
 from kata.clinic.stations import service
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
@@ -106,7 +107,7 @@ def test_a_run_that_was_given_up_is_completed_by_its_journal_when_there_is_one_a
     """As when a session goes on at another station than it began at, and its first one starts anew meanwhile."""
     clinic, run_id = _with_a_run(database, tmp_path)
     with database.write() as session:
-        assert runs.give_up_unended(session, "Station 2") == 1
+        assert runs.give_up_unended(session, "Station 2", utc_now()) == 1
     for _ in range(2):
         clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
         clinic.importer.run()

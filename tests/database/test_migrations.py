@@ -179,6 +179,16 @@ def test_data_of_every_released_version_goes_up_down_and_up_again(empty: Databas
     assert contents(empty) == upgraded
 
 
+def test_whose_session_was_stopped_stands_beside_the_cause(empty: Database) -> None:
+    filled(empty, "0004")
+    at_version(empty, "0006")
+    with empty.writer.begin() as connection:
+        connection.exec_driver_sql("UPDATE sessions SET therapist = 'Sato', station = 'Station 1'")
+    upgrade(empty)
+    [stop] = contents(empty)["session_stops"]
+    assert (stop["code"], stop["therapist"], stop["station"]) == ("estop_pressed", "Sato", "Station 1")
+
+
 def test_going_back_takes_what_is_new_away_and_leaves_what_was_there_before(empty: Database) -> None:
     filled(empty, "0004")
     before = contents(empty)

@@ -38,6 +38,7 @@ NOT_WRITTEN: Final = frozenset(
         # Made by the program, of what stands elsewhere.
         "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
         "station_versions.software", "station_versions.station", "station_versions.config",
+        "session_stops.therapist", "session_stops.station",
         # Only ever added to, each row at its beginning: fill() does.
         *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),
     }

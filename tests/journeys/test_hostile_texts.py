@@ -228,6 +228,8 @@ MADE_BY_KATA: Final = {
     # Only while somebody is at it.
     "StationTold.operator", "StationTold.recording_name", "StationTold.station",
     "LeaseLive.holder", "LeaseLive.taken_from", "RunLive.recording_name",
+    # Only while the database is away.
+    "ReadyPatient.contraindications",
 }  # fmt: skip
 """Texts of the API that do not come out of what people write."""
 

@@ -11,6 +11,7 @@ from fastapi.testclient import TestClient
 
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
+from kata.bench import postgresql
 from kata.settings import Settings
 from kata.web.app import create_app
 from tests.signed_in import signed_in
@@ -27,6 +28,16 @@ def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iter
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:
         client.cookies.set(COOKIE, signed_in(app.state.database, role))
         yield client
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[postgresql.Server]:
+    """PostgreSQL, to be killed and started again."""
+    try:
+        with postgresql.serving() as url:
+            yield postgresql.Server(url)
+    except postgresql.MissingError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")

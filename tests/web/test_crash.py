@@ -12,6 +12,7 @@ from typing import Any
 import httpx2
 
 from kata.access.sign_in import COOKIE
+from kata.bench import postgresql
 from tests.conftest import free_port
 from tests.signed_in import signed_in_at
 
@@ -19,20 +20,24 @@ LIMIT_S = 60.0
 
 
 class Served:
-    """``kata serve --simulate`` on a folder."""
+    """``kata serve --simulate`` on a folder; its database is a file in it, unless one is given."""
 
-    def __init__(self, folder: Path) -> None:
-        cookie = signed_in_at(folder)
+    def __init__(self, folder: Path, database_url: str = "") -> None:
+        cookie = signed_in_at(folder, database_url=database_url)
         port = free_port()
         command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--port", str(port)]
-        self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-        self._client = httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=20, cookies={COOKIE: cookie})
+        environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True, env=environment)
+        self._client = httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=LIMIT_S, cookies={COOKIE: cookie})
         self.until(lambda: self.live()["mode"] == "idle")
 
     def call(self, method: str, path: str, body: Any = None) -> Any:
         answer = self._client.request(method, f"/api/{path}", json=body)
         answer.raise_for_status()
         return answer.json()
+
+    def metrics(self) -> str:
+        return self._client.get("/metrics").raise_for_status().text
 
     def live(self) -> Any:
         return self.call("GET", "station")["live"]
@@ -54,13 +59,12 @@ class Served:
         self.process.wait(20)
 
 
-def go_through_checklist(served: Served, session_id: str, recording_id: str) -> None:
-    """As a therapist would, before anything is played."""
-    path, body = f"sessions/{session_id}/checklist", {"checked_by": "T", "recording_id": recording_id}
+def try_estop(served: Served, patient_id: str) -> None:
+    """As a therapist would, before anything is taught."""
+    path = f"patients/{patient_id}/teaching-checklist?fixtures=arm_fixer_1"
 
     def still_open() -> list[str]:
-        checks = served.call("GET", f"{path}?recording_id={recording_id}")["checks"]
-        return [one["check"] for one in checks if not one["given"]]
+        return [one["check"] for one in served.call("GET", path)["checks"] if not one["given"]]
 
     assert "estop" in still_open()
     for pressed, state in ((True, "pressed"), (False, "released")):
@@ -68,37 +72,83 @@ def go_through_checklist(served: Served, session_id: str, recording_id: str) -> 
         served.until(lambda wanted=state: served.live()["estop"] == wanted)  # type: ignore[misc]
     served.until(lambda: "acknowledge" not in served.live()["refusals"])
     served.call("POST", "station/acknowledge")
-    for check in ("side", "fixtures", "belt"):
-        served.call("PUT", f"{path}/{check}", body)
-    served.until(lambda: not still_open())
+    served.until(lambda: "estop" not in still_open())
+
+
+LOOKED_AT = ["side", "fixtures", "belt"]
+
+
+def taught(served: Served) -> tuple[str, str]:
+    """A new patient and a recording."""
+    patient_id = served.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})["id"]
+    try_estop(served, patient_id)
+    teaching = {"patient_id": patient_id, "fixtures": ["arm_fixer_1"], "looked_at": LOOKED_AT}
+    served.call("POST", "station/teach", teaching)
+    served.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
+    served.until(lambda: served.call("GET", "simulator")["hand"]["phase"] == "away")
+    served.call("POST", "station/finish-teaching")
+    recordings = f"patients/{patient_id}/recordings"
+    served.until(lambda: served.call("GET", recordings)["items"])
+    return patient_id, served.call("GET", recordings)["items"][0]["id"]
+
+
+def play(served: Served, session_id: str, **what: Any) -> str:
+    """Until the arm is on its way: the run."""
+    for check in LOOKED_AT:
+        given = {"checked_by": "T", "recording_id": what["recording_id"]}
+        served.call("PUT", f"sessions/{session_id}/checklist/{check}", given)
+    run_id: str = served.call("POST", "station/load", {"session_id": session_id, **what})["id"]
+    served.call("POST", "station/approach")
+    served.until(lambda: served.live()["mode"] == "paused")
+    served.call("POST", "station/play")
+    served.until(lambda: served.live()["run"]["position_s"] > 1.0)
+    return run_id
 
 
 def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
-    patient = first.call("POST", "patients", {"clinic_number": "1", "name": "N", "affected_side": "right"})
-    first.call("POST", "station/teach", {"patient_id": patient["id"]})
-    first.call("POST", "simulator/guide", {"motion_id": "built-in-1"})
-    first.until(lambda: first.call("GET", "simulator")["hand"]["phase"] == "away")
-    first.call("POST", "station/finish-teaching")
-    recordings = f"patients/{patient['id']}/recordings"
-    first.until(lambda: first.call("GET", recordings)["items"])
-    recording = first.call("GET", recordings)["items"][0]
-    session = first.call("POST", "sessions", {"patient_id": patient["id"]})
-    go_through_checklist(first, session["id"], recording["id"])
-    run = first.call("POST", "station/load", {"session_id": session["id"], "recording_id": recording["id"]})
-    first.call("POST", "station/approach")
-    first.until(lambda: first.live()["mode"] == "paused")
-    first.call("POST", "station/play")
-    first.until(lambda: first.live()["run"]["position_s"] > 1.0)
+    patient_id, recording_id = taught(first)
+    session = first.call("POST", "sessions", {"patient_id": patient_id})
+    run_id = play(first, session["id"], recording_id=recording_id)
     first.end(signal.SIGKILL)
 
     second = Served(tmp_path)
     try:
         assert second.live()["torque_on"] is False
         assert second.live()["run"] is None
-        kept = second.call("GET", f"runs/{run['id']}")
+        kept = second.call("GET", f"runs/{run_id}")
         assert kept["outcome"] == "stopped"
         assert kept["stop"]["code"] in ("service_silent", "bus_lost", "drive_silent", "estop_unknown")
         assert kept["comparison"]["samples"] > 90
+    finally:
+        second.end(signal.SIGTERM)
+
+
+def test_a_service_that_is_killed_in_an_outage_finds_the_session_that_began_in_it_when_both_are_back(
+    server: postgresql.Server, tmp_path: Path
+) -> None:
+    first = Served(tmp_path, server.url)
+    patient_id, recording_id = taught(first)
+    items = {"name": "Morning", "items": [{"recording_id": recording_id}]}
+    version_id = first.call("POST", f"patients/{patient_id}/programmes", items)["current"]["id"]
+    first.until(lambda: "kata_ready_patients 1.0" in first.metrics())
+    with server.killed():
+        first.until(lambda: first.live()["kept"]["away_since"])
+        wanted = {"patient_id": patient_id, "programme_version_id": version_id}
+        session = first.call("POST", "sessions", wanted)
+        first.call("PATCH", f"sessions/{session['id']}", {"pain_before": 6})
+        run_id = play(first, session["id"], recording_id=recording_id, programme_position=1)
+        first.end(signal.SIGKILL)
+
+    second = Served(tmp_path, server.url)
+    try:
+        (found,) = second.call("GET", f"patients/{patient_id}/sessions")["items"]
+        assert found["id"] == session["id"]
+        there = second.call("GET", f"sessions/{session['id']}")
+        assert (there["pain_before"], there["ended_at"]) == (6, None)
+        assert [one["check"] for one in there["checks"]] == [*LOOKED_AT, "pedal", "estop"]
+        assert [one["id"] for one in there["runs"]] == [run_id]
+        assert there["runs"][0]["outcome"] == "stopped"
+        assert there["runs"][0]["comparison"]["samples"] > 90
     finally:
         second.end(signal.SIGTERM)

@@ -23,6 +23,7 @@ from tests.conftest import ROOT
 from tests.signed_in import signed_in
 from tests.web.conftest import running
 from tests.web.test_station import accepted, until, until_mode
+from tests.web.visits import teaching
 
 TOKEN: Final = "a-token-of-the-tests-0123456789"
 
@@ -182,7 +183,7 @@ def test_a_sign_in_that_is_refused_is_counted(client: TestClient) -> None:
 
 def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> None:
     until_mode(client, "idle")
-    accepted(client, "teach", {"patient_id": patient["id"]})
+    accepted(client, "teach", teaching(client, patient["id"]))
     until_mode(client, "teaching")
     text = client.get("/metrics").text
     accepted(client, "finish-teaching")

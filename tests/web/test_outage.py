@@ -18,7 +18,8 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
-from kata.clinic.sessions.ahead import CHANGED, CHANGED_MEANWHILE, Ahead, ToPlay
+from kata.clinic.sessions.ahead import Ahead, ToPlay
+from kata.clinic.sessions.arriving import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
@@ -35,15 +36,6 @@ from tests.web.visits import WHO, go_through_checklist, still_open
 LIMIT_S = 60.0
 FEW_S = 8.0
 """So long the first who ask may wait until they are told; everybody after them is told at once."""
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[postgresql.Server]:
-    try:
-        with postgresql.serving() as url:
-            yield postgresql.Server(url)
-    except postgresql.MissingError as error:
-        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="module")
@@ -162,11 +154,20 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
         until(client, lambda live: live["kept"]["away_since"])
         accepted(client, "stop")
         until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
-        problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 503, "database_away")
+        problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
     until(client, lambda live: "acknowledge" not in live["refusals"])
     accepted(client, "acknowledge")
+
+
+THERE = checks.Apparatus("Station 1", pedal_answers=True)
+
+
+def still_open_ahead(ahead: Ahead, session_id: str, recording_id: str) -> list[str] | None:
+    """As :func:`still_open`, by what was fetched; None while nothing is."""
+    found = ahead.checklist(UUID(session_id), UUID(recording_id), THERE)
+    return None if found is None else [one.need.check for one in found if one.answer is None]
 
 
 @pytest.fixture
@@ -183,14 +184,7 @@ def visit(client: TestClient) -> dict[str, Any]:
     session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
     go_through_checklist(client, session["id"], first["id"])
     ahead: Ahead = app.state.ahead
-    eventually(
-        lambda: (
-            (known := ahead.known)
-            and len(known.recordings) == 2
-            and {one.check for one in known.answers} >= {"side", "fixtures", "belt"}
-            and known.estop_tested_at
-        )
-    )
+    eventually(lambda: still_open_ahead(ahead, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
 
 
@@ -253,12 +247,11 @@ def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not
 ) -> None:
     app: Any = client.app
     ahead: Ahead = app.state.ahead
-    there = checks.Apparatus("Station 1", pedal_answers=True)
-    found = ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, there)
+    found = ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
     assert found
     with app.state.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
-    assert app.state.kept.put_begun(found.begun, LIMIT_S)
+    assert app.state.kept.put_done(found.begun, LIMIT_S)
     assert app.state.kept.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
@@ -274,9 +267,10 @@ def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, vi
     with app.state.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).patient.restricted = True
     ahead = Ahead(app.state.database, "Station 1")
-    ahead.attend(UUID(visit["id"]))
+    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     ahead.fetch()
-    assert ahead.known is None
+    assert ahead.visit(UUID(visit["id"])) is None
+    assert not ahead.knows(UUID(visit["patient"]["id"]))
 
 
 def test_a_programmes_time_goes_on_while_nobody_can_count_it(
@@ -286,12 +280,11 @@ def test_a_programmes_time_goes_on_while_nobody_can_count_it(
     with app.state.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).programme_version.timer_minutes = 2.0
     ahead = Ahead(app.state.database, "Station 1")
-    ahead.attend(UUID(visit["id"]))
+    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     ahead.fetch()
 
     def begin(position: int | None) -> ToPlay | None:
-        there = checks.Apparatus("Station 1", pedal_answers=True)
-        return ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, there)
+        return ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE)
 
     assert begin(1)
     now_s = time.monotonic()

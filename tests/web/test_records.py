@@ -60,7 +60,11 @@ def test_archived_patients_are_listed_apart_and_come_back(client: TestClient, pa
     archived = client.get("/api/patients", params={"archived": True}).json()["items"]
     assert patient["id"] in {one["id"] for one in archived}
     problem(client.post("/api/sessions", json={"patient_id": patient["id"]}), 409, "archived")
-    problem(client.post("/api/station/teach", json={"patient_id": patient["id"]}), 409, "archived")
+    problem(
+        client.post("/api/station/teach", json={"patient_id": patient["id"], "fixtures": ["arm_fixer_1"]}),
+        409,
+        "archived",
+    )
     assert client.patch(url, json={"archived": False}).json()["archived_at"] is None
 
 

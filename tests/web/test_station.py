@@ -18,7 +18,7 @@ from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
 from tests.web.conftest import running
 from tests.web.test_records import problem
-from tests.web.visits import go_through_checklist
+from tests.web.visits import go_through_checklist, teaching
 
 
 def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
@@ -53,8 +53,8 @@ def teach(
 ) -> dict[str, Any]:
     """Teach by the simulated hand; the recording that came of it."""
     until_mode(client, "idle")
-    by = {"taught_by": "Sato", "fixtures": list(fixtures)}
-    accepted(client, "teach", {"patient_id": patient["id"], "name": "Shrug", "side": side, **by})
+    told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
+    accepted(client, "teach", teaching(client, patient["id"], **told))
     assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
     until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
     until(client, lambda live: not live["teaching"]["recording"])
@@ -140,7 +140,7 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
 def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
-    wanted = {"patient_id": taught_patient["id"], "name": "Left", "side": "left"}
+    wanted = teaching(client, taught_patient["id"], name="Left", side="left")
     problem(client.post("/api/station/teach", json=wanted), 409, "other_side")
     run = load(client, taught_patient, recording)
     problem(client.post("/api/station/side", json={"side": "left"}), 409, "not_idle")
@@ -504,7 +504,7 @@ def test_a_refused_load_does_not_change_whose_run_is_shown(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
-    problem(client.post("/api/station/teach", json={"patient_id": patient["id"]}), 409, "is_ready")
+    problem(client.post("/api/station/teach", json=teaching(client, patient["id"])), 409, "is_ready")
     live = until(client, lambda live: live["mode"] == "ready")
     assert live["run"]["patient"]["name"] == "Suzuki Aoi"
     accepted(client, "unload")

@@ -56,7 +56,7 @@ ADMINISTER: Final = {
 }  # fmt: skip
 OPERATION: Final = {"get_metrics", "list_station_versions"}
 """How the service is doing: nothing of anybody."""
-AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check"}
+AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check", "list_ready"}
 WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
 LOOKS_BY_POST: Final = {"break_glass"}
 """Changes nothing of a record: whoever reads may."""

@@ -7,6 +7,8 @@ from fastapi.testclient import TestClient
 
 LIMIT_S = 30.0
 WHO = "Ito Mai"
+LOOKED_AT = ("side", "fixtures", "belt")
+"""What nobody but somebody who stands there can tell."""
 
 
 def still_open(client: TestClient, session_id: str, recording_id: str) -> list[str]:
@@ -37,6 +39,27 @@ def try_estop(client: TestClient) -> None:
             assert time.monotonic() < limit
     assert client.post("/api/station/acknowledge").status_code == 200
     until_estop(client, "closed")
+
+
+def open_before_teaching(
+    client: TestClient, patient_id: str, fixtures: tuple[str, ...] = ("arm_fixer_1",), side: str | None = None
+) -> list[str]:
+    """Names of the checks that are not in order yet for teaching."""
+    params: dict[str, Any] = {"fixtures": fixtures} | ({"side": side} if side else {})
+    asked = client.get(f"/api/patients/{patient_id}/teaching-checklist", params=params)
+    assert asked.status_code == 200, asked.text
+    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+
+
+def teaching(client: TestClient, patient_id: str, **more: Any) -> dict[str, Any]:
+    """What is asked of the station to teach this patient a motion, with everything in order."""
+    if "estop" in open_before_teaching(client, patient_id):
+        try_estop(client)
+        limit = time.monotonic() + LIMIT_S
+        while "estop" in open_before_teaching(client, patient_id):
+            # That it was tried is written down by a thread of its own.
+            assert time.monotonic() < limit
+    return {"patient_id": patient_id, "fixtures": ["arm_fixer_1"], "looked_at": list(LOOKED_AT)} | more
 
 
 def go_through_checklist(client: TestClient, session_id: str, recording_id: str) -> None:

@@ -54,7 +54,7 @@ class Rule:
     """Also while a second factor is still to be set up."""
     away: bool = False
     """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
-    named but those of the session that goes on here (:mod:`kata.clinic.sessions.ahead`)."""
+    named but those of this day's patients (:mod:`kata.clinic.sessions.ahead`)."""
     token: bool = False
     """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
 
@@ -63,7 +63,6 @@ _PUBLIC: Final = Rule("public")
 _OWN: Final = Rule("own_account", locked=True, enrolling=True, away=True)
 _READ: Final = Rule("read_records")
 _WRITE: Final = Rule("write_records")
-_WRITE_HERE: Final = Rule("write_records", here=True)
 _OPERATE: Final = Rule("operate", here=True)
 _GO_ON: Final = Rule("operate", here=True, away=True)
 _DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
@@ -149,13 +148,15 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "list_sessions": _READ,
         "list_session_choices": _READ,
         "list_patient_sessions": _READ,
-        "create_session": _WRITE_HERE,
-        "get_session": _READ,
-        "update_session": _WRITE,
+        "create_session": Rule("write_records", here=True, away=True),
+        "get_session": Rule("read_records", away=True),
+        "update_session": Rule("write_records", away=True),
         "get_session_plan": _READ,
+        "list_ready": Rule("read_records", here=True, away=True),
         "get_checklist": Rule("read_records", away=True),
         "tick_check": Rule("write_records", here=True, away=True),
-        "end_session": _WRITE,
+        "get_teaching_checklist": _READ,
+        "end_session": Rule("write_records", away=True),
         "get_draft": _READ,
         "sign_session": _WRITE,
         "add_addendum": _WRITE,

@@ -23,6 +23,7 @@ from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
+from kata.clinic.sessions.ahead import Ahead
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings
@@ -139,6 +140,7 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
+    app.state.ahead = Ahead(database, STATIONS[0])
     links, limits = DemonstrationLinks(allowed=False), Limits()
     app.state.access = Access(Passwords(hasher()), links, Endings(database, limits, utc_now), folder, limits=limits)
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.

@@ -136,12 +136,15 @@ def history(
     sessions: Annotated[int, typer.Option(min=1, help="How many sessions, of all of them together.")] = 1_000_000,
     minutes: Annotated[float, typer.Option(min=0.1, help="Length of the run that is drawn.")] = 60.0,
     times: Annotated[int, typer.Option(min=1, help="How often everything is asked for.")] = 200,
+    store: Annotated[
+        Path | None, typer.Option(help="Folder where the databases stay; those that it has are not built again.")
+    ] = None,
     json_out: Json = None,
 ) -> None:
     """Ten years of a clinic, on SQLite and PostgreSQL: how long lists, charts and an hour's error plot take, and its size."""
     from kata.bench import history as benchmark
 
-    _carry_out(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, progress), json_out)
+    _carry_out(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, store, progress), json_out)
 
 
 def _only(wanted: bool | None) -> tuple[bool, ...]:

@@ -1,9 +1,6 @@
 """A clinic of ten years: what an hour of samples takes, and how long lists, charts and the plot of that hour do."""
 
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -12,30 +9,32 @@ from sqlalchemy import text
 from kata.bench import postgresql
 from kata.bench.asks import ERROR_PLOT, LISTS, serving
 from kata.bench.report import Report
-from kata.bench.synthetic import History, fill
+from kata.bench.stores import BACKENDS, store
+from kata.bench.synthetic import History
 from kata.database.engine import Database
-from kata.database.upgrade import upgrade
 
 _FEWER: Final = 10
-_BACKENDS: Final = ("sqlite", "postgresql")
 
 
-def run(patients: int, visits: int, hour_s: float, times: int, progress: Callable[[str], None]) -> Report:
-    """Build it on both databases, once a tenth of it and once all, and ask for everything ``times`` times."""
+def run(
+    patients: int, visits: int, hour_s: float, times: int, kept: Path | None, progress: Callable[[str], None]
+) -> Report:
+    """Build it on both databases, once a tenth of it and once all, and ask for everything ``times`` times.
+
+    ``kept``: a folder where they stay; what it has of them is not built again.
+    """
     report = Report(
         f"{patients} patients, {visits} sessions: 95 of 100 answers within, ms",
         ("Asked for", "a tenth", "all", "a tenth, PostgreSQL", "all, PostgreSQL"),
     )
     sizes = ((max(1, patients // _FEWER), max(1, visits // _FEWER)), (patients, visits))
     took: dict[tuple[str, int], dict[str, float]] = {}
-    for backend in _BACKENDS:
+    for backend in BACKENDS:
         for size, (people, sessions) in enumerate(sizes):
             what = f"{sessions} sessions on {backend}"
             try:
-                with _empty(backend) as (database, folder):
-                    progress(f"Writing down {what}")
-                    upgrade(database)
-                    history = fill(database, people, sessions, hour_s)
+                progress(f"Writing down {what}")
+                with store(backend, people, sessions, hour_s, kept) as (database, folder, history):
                     progress(f"Asking for {what}")
                     took[backend, size] = _asked(database, folder, history, times)
                     if backend == "sqlite" and size == 1:
@@ -50,23 +49,6 @@ def run(patients: int, visits: int, hour_s: float, times: int, progress: Callabl
         "what asks it."
     )
     return report
-
-
-@contextmanager
-def _empty(backend: str) -> Iterator[tuple[Database, Path]]:
-    folder = Path(tempfile.mkdtemp(prefix="kata-history-"))
-    try:
-        if backend == "sqlite":
-            database = Database(f"sqlite:///{folder / 'kata.db'}")
-            yield database, folder
-            database.close()
-        else:
-            with postgresql.serving() as url:
-                database = Database(url)
-                yield database, folder
-                database.close()
-    finally:
-        shutil.rmtree(folder)
 
 
 def _asked(database: Database, folder: Path, history: History, times: int) -> dict[str, float]:
@@ -86,10 +68,10 @@ def _bytes(database: Database, parts: float) -> float:
 def _tell(report: Report, took: dict[tuple[str, int], dict[str, float]]) -> None:
     names = [ask.name for ask in (*LISTS, ERROR_PLOT) if ask.name in took["sqlite", 1]]
     for name in names:
-        cells = (took.get((backend, size), {}).get(name) for backend in _BACKENDS for size in (0, 1))
+        cells = (took.get((backend, size), {}).get(name) for backend in BACKENDS for size in (0, 1))
         report.rows.append((name, *("" if cell is None else f"{cell:.1f}" for cell in cells)))
     ratios = []
-    for backend in _BACKENDS:
+    for backend in BACKENDS:
         if (backend, 1) not in took:
             continue
         fewer, every = (

@@ -25,8 +25,10 @@ class MissingError(Exception):
 
 
 @contextmanager
-def serving() -> Iterator[str]:
+def serving(kept: Path | None = None) -> Iterator[str]:
     """SQLAlchemy's URL of an empty database, while the block lasts. It refuses to run as root, so then it runs as ``postgres``.
+
+    ``kept``: the folder of one that stays, and is empty only the first time; it writes as safely as a clinic's.
 
     :raises MissingError: when its programs are not there, or nobody whom they would run as.
     """
@@ -37,22 +39,34 @@ def serving() -> Iterator[str]:
     if user and user not in {known.pw_name for known in pwd.getpwall()}:
         raise MissingError("PostgreSQL does not run as root, and there is no user postgres.")
     folder = Path(tempfile.mkdtemp(prefix="kata-postgresql-"))
+    data = kept or folder / "data"
+    data.mkdir(parents=True, exist_ok=True)
     if user:
         shutil.chown(folder, user)
+        shutil.chown(data, user)
     try:
-        subprocess.run(
-            [initdb, "--pgdata", folder / "data", "--username", "kata", "--auth", "trust"],
-            check=True, capture_output=True, user=user, cwd=folder,
-        )  # fmt: skip
-        # Nothing of it is kept, and its own vacuuming shall not meet a schema that is being dropped.
-        options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c fsync=off"
-        control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", folder / "data", "--wait", "--silent"]
+        if not (data / "PG_VERSION").exists():
+            made = subprocess.run(
+                [initdb, "--pgdata", data, "--username", "kata", "--auth", "trust"],
+                capture_output=True, text=True, user=user, cwd=folder,
+            )  # fmt: skip
+            if made.returncode:
+                raise MissingError(f"PostgreSQL cannot have its files in {data}: {made.stderr.strip()}.")
+        # Its own vacuuming shall not meet a schema that is being dropped, or somebody who measures.
+        options = f"-c listen_addresses='' -c unix_socket_directories='{folder}' -c autovacuum=off -c max_wal_size=4GB"
+        if not kept:
+            options += " -c fsync=off"
+        control: list[str | Path] = [initdb.with_name("pg_ctl"), "--pgdata", data, "--wait", "--silent"]
         control += ["--log", folder / "log"]
-        subprocess.run([*control, "--options", options, "start"], check=True, user=user, cwd=folder)
+        started = subprocess.run([*control, "--options", options, "start"], user=user, cwd=folder)
+        if started.returncode:
+            raise MissingError(f"PostgreSQL does not start in {data}: perhaps another one works there.")
         try:
             yield f"postgresql+psycopg://kata@/postgres?host={folder}"
         finally:
-            subprocess.run([*control, "--mode", "immediate", "stop"], check=True, user=user, cwd=folder)
+            subprocess.run(
+                [*control, "--mode", "fast" if kept else "immediate", "stop"], check=True, user=user, cwd=folder
+            )
     finally:
         shutil.rmtree(folder)
 

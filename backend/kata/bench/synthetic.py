@@ -4,19 +4,20 @@ How closely each motor followed is written down for the patients that are asked 
 are only ever read by their run.
 """
 
+import json
 import random
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 from uuid import UUID
 
 import numpy as np
-from sqlalchemy import Connection, Table
 from sqlalchemy.orm import Session
 
+from kata.bench.loading import Load, Rows, loading
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients.search import text_of
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
@@ -46,7 +47,7 @@ _STOPPED: Final = 0.03
 _ASSESSMENTS: Final = 6
 _ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 40.0))
 _BATCH: Final = 20_000
-_PIECE: Final = 200
+_PIECE: Final = 1000
 _ASKED: Final = 50
 _RESTRICTED: Final = 50
 """One record in so many is for a care team alone, and whoever asks is in none."""
@@ -57,7 +58,10 @@ _TORQUE_NOISE_COUNTS: Final = (10.9, 9.4, 12.4, 11.7, 1.6)
 """Of the simulated apparatus, motor by motor."""
 _ANGLE_NOISE_DEG: Final = 0.01
 _JITTER_S: Final = 3e-5
-_Rows = dict[Any, list[dict[str, Any]]]
+_LOADED: Final[tuple[Any, ...]] = (
+    PatientRow, EpisodeRow, TeachingRow, RecordingRow, AssessmentRow, RomRow, SessionRow, RunRow, SessionStopRow, MotorTrackingRow,
+)  # fmt: skip
+_Rows = dict[Any, Rows]
 
 
 @dataclass(frozen=True)
@@ -78,26 +82,29 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
     """Write it all down; the same every time."""
     chance = random.Random(7)
     people = [_Person(n, chance) for n in range(patients)]
-    with database.write() as session:
-        for start in range(0, patients, _PIECE):
-            for person in people[start : start + _PIECE]:
-                person.add_to(session, chance)
-            session.flush()
-            session.expunge_all()
     some = people[:: max(1, patients // _ASKED)]
-    with database.write() as session:
-        for person in people[_RESTRICTED // 2 :: _RESTRICTED]:
-            if person not in some:
-                session.get_one(PatientRow, person.id).restricted = True
-    each = -(-visits // patients)
-    _visits(database, people, visits, {person.number for person in some}, chance)
+    shown = {person.number for person in some}
+    with loading(database, [row.__table__ for row in _LOADED]) as load:
+        for start in range(0, patients, _PIECE):
+            rows = _no_rows()
+            for person in people[start : start + _PIECE]:
+                restricted = person.number % _RESTRICTED == _RESTRICTED // 2 and person.number not in shown
+                person.add_to(rows, restricted, chance)
+            _put(load, rows)
+        each = -(-visits // patients)
+        for start in range(0, visits, _BATCH):
+            rows = _no_rows()
+            for n in range(start, min(start + _BATCH, visits)):
+                # A patient's sessions follow each other day by day from the begin of the episode.
+                person = people[n // each]
+                _visit(rows, n, person, n % each, person.number in shown, chance)
+            _put(load, rows)
     with database.write() as session:
         hour = _hour(session, people[0], hour_s)
     if not database.file:
         # As a server does by itself before long. Nobody ever counts the rows of a clinic's SQLite file.
-        with database.writer.connect() as connection:
-            connection.exec_driver_sql("ANALYZE")
-            connection.commit()
+        with database.writer.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+            connection.exec_driver_sql("VACUUM (ANALYZE)")
     return History(
         patients=tuple(person.id for person in some),
         episodes=tuple(person.episode_id for person in some),
@@ -119,59 +126,46 @@ class _Person:
         self.search = f"{family[0]} {number}"
         self.began = _FIRST + timedelta(days=chance.randrange(_DAYS))
 
-    def add_to(self, session: Session, chance: random.Random) -> None:
-        at = self.began
-        told: dict[str, Any] = {"patient_id": self.id, "side": "left"}
-        session.add(
-            PatientRow(
-                id=self.id, clinic_number=f"K-{self.number:06}", name=self.name, kana=self.kana, sex="female",
-                birth_date=at.date() - timedelta(days=chance.randrange(7000, 30_000)), notes="", created_at=at,
-                updated_at=at,
-            )
+    def add_to(self, rows: _Rows, restricted: bool, chance: random.Random) -> None:
+        at, key, episode = _moment(self.began), self.id.hex, self.episode_id.hex
+        born = self.began.date() - timedelta(days=chance.randrange(7000, 30_000))
+        number = f"K-{self.number:06}"
+        rows[PatientRow].append(
+            {
+                "id": key, "clinic_number": number, "name": self.name, "kana": self.kana, "sex": "female",
+                "birth_date": born.isoformat(), "notes": "", "created_at": at, "updated_at": at, "restricted": restricted,
+                "search_text": text_of(self.name, self.kana, number, born),
+            }
         )  # fmt: skip
-        session.flush()
-        session.add(EpisodeRow(id=self.episode_id, opened_at=at, updated_at=at, **told))
-        teaching = UUID(int=(7 << 64) + self.number)
-        session.add(TeachingRow(id=teaching, name="Lift", started_at=at, **told))
-        session.flush()
-        session.add(
-            RecordingRow(
-                id=self.recording_id, teaching_id=teaching, take=1, name="Lift", station=STATIONS[0], taught_at=at,
-                duration_s=20.0, rate_hz=_RATE_HZ, samples=2001, note="", **told,
-            )
+        rows[EpisodeRow].append(
+            {
+                "id": episode, "patient_id": key, "side": "left", "diagnosis": "", "contraindications": "", "limits": "[]",
+                "limits_by": "", "opened_at": at, "closing_note": "", "updated_at": at,
+            }
+        )  # fmt: skip
+        teaching = UUID(int=(7 << 64) + self.number).hex
+        told = {"patient_id": key, "name": "Lift", "side": "left", "taught_by": "", "fixtures": "[]"}
+        rows[TeachingRow].append({"id": teaching, "started_at": at} | told)
+        rows[RecordingRow].append(
+            {
+                "id": self.recording_id.hex, "teaching_id": teaching, "take": 1, "done": "[]", "station": STATIONS[0],
+                "taught_at": at, "duration_s": 20.0, "rate_hz": _RATE_HZ, "samples": 2001, "note": "", "updated_at": at,
+            } | told
         )  # fmt: skip
         for n in range(_ASSESSMENTS):
-            when = at + timedelta(days=7 * n)
-            identity = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n)
-            rom = [
-                RomRow(side="left", motion=motion, kind="passive", position="sitting", angle_deg=angle_deg + 5 * n)
-                for motion, angle_deg in _ROM
-            ]
-            session.add(
-                AssessmentRow(
-                    id=identity, episode_id=self.episode_id, assessed_at=when, assessed_by=chance.choice(THERAPISTS),
-                    note="", pain_rest=3, pain_active=max(0, 7 - n), pain_passive=2, pain_average=4,
-                    spadi=[max(0, 8 - n)] * 13, spadi_score=max(0, 8 - n) * 10.0, updated_at=when, rom=rom,
-                )
+            when = _moment(self.began + timedelta(days=7 * n))
+            assessment = UUID(int=(8 << 64) + self.number * _ASSESSMENTS + n).hex
+            rows[AssessmentRow].append(
+                {
+                    "id": assessment, "episode_id": episode, "assessed_at": when, "assessed_by": chance.choice(THERAPISTS),
+                    "note": "", "pain_rest": 3, "pain_active": max(0, 7 - n), "pain_passive": 2, "pain_average": 4,
+                    "spadi": json.dumps([max(0, 8 - n)] * 13), "spadi_score": max(0, 8 - n) * 10.0, "updated_at": when,
+                }
             )  # fmt: skip
-
-
-def _visits(
-    database: Database, people: Sequence[_Person], count: int, compared: set[int], chance: random.Random
-) -> None:
-    """A patient's sessions follow each other day by day from the begin of the episode."""
-    each = -(-count // len(people))
-    with database.writer.connect() as connection:
-        if not database.file:
-            connection.exec_driver_sql("SET timezone = 'UTC'")
-        for start in range(0, count, _BATCH):
-            rows: _Rows = {SessionRow: [], RunRow: [], SessionStopRow: [], MotorTrackingRow: []}
-            for n in range(start, min(start + _BATCH, count)):
-                person = people[n // each]
-                _visit(rows, n, person, n % each, person.number in compared, chance)
-            for table, some in rows.items():
-                _load(connection, table.__table__, some)
-        connection.commit()
+            measured = {"assessment_id": assessment, "side": "left", "kind": "passive", "position": "sitting"}
+            rows[RomRow] += [
+                measured | {"motion": motion, "angle_deg": angle_deg + 5 * n} for motion, angle_deg in _ROM
+            ]
 
 
 def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chance: random.Random) -> None:
@@ -187,7 +181,8 @@ def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chanc
     }  # fmt: skip
     rows[SessionRow].append(visit)
     if stop:
-        rows[SessionStopRow].append({"session_id": key, "code": stop, "started_at": at})
+        whose = {name: visit[name] for name in ("therapist", "station")}
+        rows[SessionStopRow].append({"session_id": key, "code": stop, "started_at": at} | whose)
     for run in range(_RUNS):
         stopped = stop if run == _RUNS - 1 else None
         run_key = f"{(3 << 64) + n * _RUNS + run:032x}"
@@ -206,27 +201,18 @@ def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chanc
         )  # fmt: skip
 
 
-def _load(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
-    """As quickly as the database takes rows in: none of SQLAlchemy's own work for each."""
-    if not rows:
-        return
-    names = list(rows[0])
-    values = [tuple(row.values()) for row in rows]
-    columns = ", ".join(names)
-    cursor = connection.connection.cursor()
-    if connection.dialect.name == "sqlite":
-        marks = ", ".join("?" * len(names))
-        cursor.executemany(f"INSERT INTO {table.name} ({columns}) VALUES ({marks})", values)  # noqa: S608 - names of our own tables
-    else:
-        with cursor.copy(f"COPY {table.name} ({columns}) FROM STDIN") as copy:
-            for row in values:
-                copy.write_row(row)
-    cursor.close()
+def _no_rows() -> _Rows:
+    return {row: [] for row in _LOADED}
+
+
+def _put(load: Load, rows: _Rows) -> None:
+    for row, some in rows.items():
+        load(row.__table__, some)
 
 
 def _moment(at: datetime) -> str:
     """As SQLite keeps it, and PostgreSQL understands it where the zone is UTC."""
-    return at.strftime("%Y-%m-%d %H:%M:%S.%f")
+    return at.replace(tzinfo=None).isoformat(" ", "microseconds")
 
 
 def _hour(session: Session, person: _Person, lasts_s: float) -> UUID:

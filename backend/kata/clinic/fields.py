@@ -19,6 +19,11 @@ Doer = Annotated[str, StringConstraints(strip_whitespace=True, max_length=LONGES
 """Who has done something, by name; empty where nobody has said."""
 
 
+def side_of(stored: str) -> Side:
+    """A side as a row keeps it."""
+    return "left" if stored == "left" else "right"
+
+
 def _or_whoever_asks(given: str) -> str:
     actor = ACTING.get()
     return given or (actor.name if actor else "")

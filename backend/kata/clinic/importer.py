@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal
 from uuid import UUID
@@ -21,6 +22,7 @@ from kata.access.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
 from kata.database.away import DatabaseAwayError
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
 from kata.device.config import StationConfig
@@ -57,17 +59,21 @@ class Importer:
         config: StationConfig,
         on_saved: Callable[[Saved], None],
         still_comes: Callable[[], bool] = lambda: False,
+        on_waiting: Callable[[journal.Journal], None] = lambda kept: None,
     ) -> None:
         """``on_saved`` is called from the importing thread, after the commit. ``still_comes``: whether something that happened
-        before is not in the database yet; then whom a journal belongs to may be among it.
+        before is not in the database yet; then whom a journal belongs to may be among it. ``on_waiting``: called with one that is
+        known to wait for the database, each time it is looked at.
         """
         self._database = database
         self._folder = folder
         self._config = config
         self._on_saved = on_saved
         self._still_comes = still_comes
+        self._on_waiting = on_waiting
         self._one_at_a_time = threading.Lock()
         self._due: dict[Path, None] = {}
+        self._ended_at: datetime | None = None
 
     def run(self, finished: Path | None = None) -> None:
         """Import one finished journal; or all there are, while no device process writes any.
@@ -96,6 +102,15 @@ class Importer:
         """Try those again, in the order in which they ended."""
         for path in list(self._due):
             self.run(path)
+        self._close_lost()
+
+    def run_ended(self, at: datetime) -> None:
+        """A device process has ended, and the next may be there already: import what it left behind. What it had loaded and left no
+        journal of ended with it, as its session must be able to.
+        """
+        self.run()
+        self._ended_at = at
+        self._close_lost()
 
     def run_at_start(self) -> None:
         """As :meth:`run`, once the last device process has ended; then close what has lost its journal.
@@ -104,10 +119,24 @@ class Importer:
         """
         with journal.claimed(self._folder, _LAST_DEVICE_S):
             self.run()
-            with by_program("give_up_unended", self._config.name), self._database.write() as session:
-                lost = runs.give_up_unended(session, self._config.name)
+            self._give_up_unended(utc_now())
+
+    def _close_lost(self) -> None:
+        before = self._ended_at
+        if before is None or self._due or self._still_comes():
+            return
+        try:
+            self._give_up_unended(before)
+        except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
+            log.warning("What the device process had loaded when it ended waits for the database: %s", error)
+        else:
+            self._ended_at = None
+
+    def _give_up_unended(self, before: datetime) -> None:
+        with by_program("give_up_unended", self._config.name), self._database.write() as session:
+            lost = runs.give_up_unended(session, self._config.name, before)
         if lost:
-            log.warning("%d playbacks had not ended when the service did, and left no journal", lost)
+            log.warning("%d playbacks had not ended when their device process did, and left no journal", lost)
 
     def _import(self, path: Path) -> None:
         try:
@@ -122,6 +151,8 @@ class Importer:
             log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
         # Asked before: what comes in between has not been looked for.
         still_comes = self._still_comes()
+        if self._database.away_since:
+            self._on_waiting(kept)
         with self._database.write() as session:
             saved = self._keep(session, kept, identity)
         if saved is None and still_comes:

@@ -21,8 +21,8 @@ from kata.access.chain import Entry
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import runs
-from kata.clinic.sessions.ahead import Begun, Ticked, keep_begun, keep_ticked
+from kata.clinic.sessions import arriving, runs, service
+from kata.clinic.sessions.arriving import Arriving, Begun, Closed, Opened, Pained, Ticked
 from kata.database.delivery import AGAIN_S, Delivery
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
@@ -31,6 +31,8 @@ log = logging.getLogger(__name__)
 
 _LAST_S: Final = 10.0
 """So long the end of the service waits for a database that is slow; what is left is on disk."""
+_ON_DISK_S: Final = 2.0
+"""So long what is done without the database waits for the disk. Nothing begins that is not on it by then: it would belong to nobody."""
 _ROOM: Final = 5000
 """So many may wait for a disk that takes nothing; behind them there is room for what the apparatus was told to do."""
 
@@ -48,13 +50,13 @@ class _Noted(msgspec.Struct, frozen=True, tag="noted"):
 
 
 class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
-    """A run or teaching that was written down, or may have been, and never reached the device."""
+    """A run or teaching that was written down, or may have been, and never reached the device; a session that nobody was told of."""
 
-    what: Literal["run", "teaching"]
+    what: Literal["run", "teaching", "session"]
     id: UUID
 
 
-_Alone = NotBegun | Begun | Ticked
+_Alone = NotBegun | Arriving
 """Each by itself: what it changes is noted with it."""
 _Kept = _Happened | _Over | _Noted | _Alone
 _DECODER: Final = msgspec.json.Decoder(_Kept)
@@ -86,18 +88,14 @@ class Keeping:
         """A row of the audit trail, which gets its place in the chain when it arrives."""
         self._put(_Noted(entry))
 
-    def put_not_begun(self, what: Literal["run", "teaching"], id_: UUID) -> None:
+    def put_not_begun(self, what: Literal["run", "teaching", "session"], id_: UUID) -> None:
         """It is to be forgotten, if it stands in the database."""
         self._put(NotBegun(what, id_))
 
-    def put_begun(self, begun: Begun, limit_s: float) -> bool:
-        """A run begins without the database; whether it is on disk within so many seconds: its samples belong to it."""
-        self._put(begun)
+    def put_done(self, done: Arriving, limit_s: float = _ON_DISK_S) -> bool:
+        """Something was done in a session without the database; whether it is on disk within so many seconds."""
+        self._put(done)
         return self.spool.until_written(limit_s)
-
-    def put_ticked(self, ticked: Ticked) -> None:
-        """An answer of the checklist was given without the database."""
-        self._put(ticked)
 
     def until_taken(self, limit_s: float) -> bool:
         """Whether the database has, within so many seconds, all that was put so far."""
@@ -114,10 +112,10 @@ class Keeping:
 
     def _take(self, session: Session, records: Sequence[Record]) -> int:
         items = [_decoded(record) for record in records]
-        if isinstance(first := items[0], NotBegun | Begun | Ticked):
+        if isinstance(first := items[0], _Alone):
             self._take_alone(session, first)
             return 1
-        told = list(takewhile(lambda item: not isinstance(item, NotBegun | Begun | Ticked), items))
+        told = list(takewhile(lambda item: not isinstance(item, _Alone), items))
         _keep_events(session, told)
         entries = [item.entry for item in told if isinstance(item, _Noted)]
         if entries:
@@ -130,14 +128,23 @@ class Keeping:
                 with by_program("never_begun", self._station):
                     note(session, "never_begun", subject=f"{item.what} {item.id}")
                 _forget(session, item)
+                return
+            case Opened():
+                with by_program("opened_without_database", self._station):
+                    note(session, "opened_without_database", patient_id=item.patient_id, subject=f"session {item.id}")
             case Begun():
                 with by_program("begun_without_database", self._station):
                     note(session, "begun_without_database", subject=f"run {item.id}")
-                keep_begun(session, item)
             case Ticked():
                 with by_program("ticked_without_database", self._station):
                     note(session, "ticked_without_database", subject=f"session {item.session_id}")
-                keep_ticked(session, item)
+            case Pained():
+                with by_program("pain_without_database", self._station):
+                    note(session, "pain_without_database", subject=f"session {item.session_id}")
+            case Closed():
+                with by_program("ended_without_database", self._station):
+                    note(session, "ended_without_database", subject=f"session {item.session_id}")
+        arriving.keep(session, item)
 
 
 def _decoded(record: Record) -> _Kept:
@@ -165,5 +172,7 @@ def _forget(session: Session, item: NotBegun) -> None:
     chain.wait_for_others(session)
     if item.what == "run":
         runs.forget(session, item.id)
+    elif item.what == "session":
+        service.never_began(session, item.id)
     elif row := session.get(TeachingRow, item.id):
         session.delete(row)

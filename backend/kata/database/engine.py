@@ -25,13 +25,18 @@ from kata.database.away import Watch
 _BUSY_MS: Final = 5000
 _CONNECT_S: Final = 2
 """As short as PostgreSQL's client lets it be, for each host that the URL names."""
-_SERVER_LIMITS: Final = {
+SERVICE_ANSWER_S: Final = 4.0
+"""So long a request to the service waits for an answer of the database; then the page says that it is away."""
+_OF_A_SERVICE: Final = {
     # Of a transaction whose service hangs, so that it keeps no lock from the others for ever.
     "idle_in_transaction_session_timeout": "60s",
     # Of one whose computer or network is gone.
     "tcp_keepalives_idle": "10",
     "tcp_keepalives_interval": "5",
     "tcp_keepalives_count": "3",
+    # What is asked for is a page of something: to start processes that help, or to compile the query, takes longer than the answer.
+    "max_parallel_workers_per_gather": "0",
+    "jit": "off",
 }
 _SERVERS_SHARE: Final = 0.8
 """Of the time that an answer may take: a server that is only slow says so itself, and what was asked of it is ended there."""
@@ -166,7 +171,7 @@ def _limit(engine: Engine, answer_s: float) -> None:
                 raise
 
     server_ms = int(answer_s * _SERVERS_SHARE * 1000)
-    limits = _SERVER_LIMITS | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
+    limits = _OF_A_SERVICE | {"statement_timeout": str(server_ms), "lock_timeout": str(server_ms)}
     set_limits = "SELECT " + ", ".join(f"set_config('{name}', '{value}', false)" for name, value in limits.items())
 
     def connect(_: Any, __: Any, arguments: list[Any], named: dict[str, Any]) -> Any:

@@ -88,7 +88,9 @@ class _Asked:
     """A command on its way, and what it would begin."""
 
     reply: asyncio.Future[Refusal | None]
+    """Done without an answer when whoever asked has stopped waiting."""
     occupation: Occupation | None
+    refused_late: Callable[[], None] | None
 
 
 class Station:
@@ -148,12 +150,18 @@ class Station:
     # -- the door -------------------------------------------------------------------------------------------------
 
     async def command(
-        self, command: Command, occupation: Occupation | None = None, *, by: Browser | None = None
+        self,
+        command: Command,
+        occupation: Occupation | None = None,
+        *,
+        by: Browser | None = None,
+        refused_late: Callable[[], None] | None = None,
     ) -> Refusal | None:
         """Ask the device for something; None when it is accepted.
 
-        ``occupation`` says for whom, where the command is one that begins something. ``by`` needs the lease, and takes it when it
-        is free, for anything but Stop; None: the station itself, which needs none.
+        ``occupation`` says for whom, where the command is one that begins something; ``refused_late`` is called where the
+        device refuses it after all, when nobody waits any more. ``by`` needs the lease, and takes it when it is free, for anything
+        but Stop; None: the station itself, which needs none.
         """
         # At the last moment: while a recording was being checked somebody else may have taken over.
         if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
@@ -163,7 +171,7 @@ class Station:
             return _OFFLINE
         number = next(self._numbers)
         reply: asyncio.Future[Refusal | None] = asyncio.get_running_loop().create_future()
-        self._asked[number] = _Asked(reply, occupation)
+        self._asked[number] = _Asked(reply, occupation, refused_late)
         self._process.send(Request(id=number, command=command))
         try:
             async with asyncio.timeout(_REPLY_LIMIT_S):
@@ -175,8 +183,6 @@ class Station:
                 message="The apparatus' control program did not answer.",
                 next_step="Look at the apparatus before trying again: the command may still have been carried out.",
             )
-        finally:
-            del self._asked[number]
         return refusal
 
     async def turn(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
@@ -281,12 +287,15 @@ class Station:
                 self._on_journal(Path(message.path))
 
     def _answered(self, message: Reply) -> None:
-        asked = self._asked.get(message.id)
-        if asked is None or asked.reply.done():
+        asked = self._asked.pop(message.id, None)
+        if asked is None:
             return
         if message.refusal is None:
             self._occupy(asked.occupation)
-        asked.reply.set_result(message.refusal)
+        if not asked.reply.done():
+            asked.reply.set_result(message.refusal)
+        elif message.refusal and asked.refused_late:
+            asked.refused_late()
 
     def _occupy(self, occupation: Occupation | None) -> None:
         """Something has begun, and the device hears at once that we know: before any command that could put torque on."""
@@ -310,6 +319,7 @@ class Station:
         for asked in self._asked.values():
             if not asked.reply.done():
                 asked.reply.set_result(_OFFLINE)
+        self._asked.clear()
         self._changed()
         self._on_journal(None)
 

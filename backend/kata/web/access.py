@@ -25,7 +25,9 @@ from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
+from kata.clinic.sessions.ahead import Ahead
 from kata.database.away import DatabaseAwayError
+from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.problems import ProblemError
 from kata.web.remembered import Remembered
@@ -40,6 +42,8 @@ _ASKED: Final = "asked"
 _READING: Final = ("GET", "HEAD")
 _PATIENCE_S: Final = 0.5
 """So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
+_ARRIVES_S: Final = 20.0
+"""So long a request waits, when the database is back, for what was done meanwhile with what it names."""
 _SHORTEST_TOKEN: Final = 20
 """Characters: 100 bits and more by chance."""
 
@@ -118,13 +122,14 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     _check_sign_in(actor, rule)
     _check_role(actor, rule, doing.station, named)
     if named:
+        await run_in_threadpool(_wait_for_arrival, state, named)
         try:
-            await run_in_threadpool(_check_records, state.database, actor, rule, doing, named)
+            await run_in_threadpool(_check_records, state, actor, rule, doing, named)
         except DatabaseAwayError:
-            patient = state.ahead.whose(named) if rule.away else None
-            if patient is None:
+            patient_id = state.ahead.whose(named) if rule.away else None
+            if patient_id is None:
                 raise
-            doing.patient_id = patient.id
+            doing.patient_id = patient_id
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
     if did_something and rule.needs != "stop" and remembered.is_news(cookie):
         task = asyncio.create_task(
@@ -135,7 +140,8 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
 
 
 def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
-    if not asking.cancelled() and (error := asking.exception()):
+    # That the database does not answer, the log says once.
+    if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseAwayError):
         log.info("who is signed in could not be looked up: %s", error)
 
 
@@ -217,7 +223,21 @@ def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, U
         )
 
 
-def _check_records(database: Database, actor: Actor, rule: Rule, doing: Doing, named: list[tuple[str, UUID]]) -> None:
+def _wait_for_arrival(state: Any, named: list[tuple[str, UUID]]) -> None:
+    """What was done without the database with what is named would be missing in what is found there.
+
+    :raises DatabaseAwayError: when it is there, and that is not after so many seconds.
+    """
+    ahead: Ahead = state.ahead
+    if state.database.away_since is not None or not ahead.is_on_its_way(named):
+        return
+    if not state.kept.until_taken(_ARRIVES_S) and state.database.away_since is None:
+        raise DatabaseAwayError(utc_now())
+
+
+def _check_records(state: Any, actor: Actor, rule: Rule, doing: Doing, named: list[tuple[str, UUID]]) -> None:
+    ahead: Ahead = state.ahead
+    database: Database = state.database
     with database.read() as session:
         patients = patients_of(session, named)
         doing.patient_id = patients[0] if patients else None
@@ -228,6 +248,8 @@ def _check_records(database: Database, actor: Actor, rule: Rule, doing: Doing, n
                 "This record is restricted to its care team.",
                 "In an emergency you can open it: give the reason. An administrator will read it.",
             )
+    if doing.patient_id and not rule.restricted:
+        ahead.opened(doing.patient_id)
 
 
 def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:

@@ -9,6 +9,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
+from uuid import UUID
 
 import msgspec
 from fastapi import Depends, FastAPI
@@ -29,6 +30,7 @@ from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes
 from kata.clinic.events import service as event_service
+from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.events.router import router as events
 from kata.clinic.exchange.erasure_router import router as erasures
@@ -43,15 +45,17 @@ from kata.clinic.recordings.router import router as recordings
 from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
+from kata.clinic.sessions import runs
 from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
 from kata.database.away import Watch
 from kata.database.base import utc_now
-from kata.database.engine import Database
+from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade
 from kata.device import config
+from kata.device.journal import Journal
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Kept
@@ -93,9 +97,6 @@ _NEW_KEY: Final = (
     "when this computer is lost, the backups are worth nothing without it"
 )
 _FOREIGN: Final = "The request came from another site's page."
-
-_ANSWER_S: Final = 4.0
-"""So long a request waits for an answer of the database; then the page says that it is away."""
 
 _LEFT_S: Final = 30.0
 """So long the start waits for what the last service left in the spool to be in the database."""
@@ -171,7 +172,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
     await asyncio.to_thread(_upgrade, settings.effective_database_url)
-    database = Database(settings.effective_database_url, answer_s=_ANSWER_S)
+    database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
     stack.callback(database.close)
     database.watch = Watch(database.writer)
     kept = await asyncio.to_thread(Keeping, database, _station_name(settings), settings.spool)
@@ -213,10 +214,20 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     def saved(record: Saved) -> None:
         loop.call_soon_threadsafe(app.state.station.tell, record)
 
-    importer = Importer(database, settings.journal, station_config, saved, lambda: kept.delivery.waiting > 0)
+    def still_comes() -> bool:
+        return kept.delivery.waiting > 0
+
+    ahead = app.state.ahead = Ahead(database, station_config.name, still_comes)
+
+    def waits(measured: Journal) -> None:
+        if measured.kind == "run":
+            ahead.played(UUID(measured.id), runs.outcome_of(measured))
+
+    importer = Importer(database, settings.journal, station_config, saved, still_comes, waits)
 
     def import_journal(finished: Path | None) -> None:
-        task = asyncio.create_task(asyncio.to_thread(importer.run, finished), name="import")
+        work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
+        task = asyncio.create_task(asyncio.to_thread(work), name="import")
         importing.add(task)
         task.add_done_callback(importing.discard)
 
@@ -232,8 +243,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         on_journal=import_journal,
         on_due=operating.noting(trail, station_config.name),
     )
-    ahead = app.state.ahead = Ahead(database, station_config.name)
-    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.known is not None)
+    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.may_load)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -258,8 +268,18 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         "What happened at the station and is kept on its computer, not in the database yet.",
         lambda: kept.delivery.waiting + importer.due,
     )
+    measured.ask_for(
+        "kata_ready_patients",
+        "Patients of this day whom a session could begin or go on for without the database.",
+        lambda: ahead.ready_patients,
+    )
     await stack.enter_async_context(measured.counting_stops(station))
-    await stack.enter_async_context(events_recorded(station, kept.put_event))
+
+    def happened(item: Happening | Ended) -> None:
+        kept.put_event(item)
+        ahead.heard(item)
+
+    await stack.enter_async_context(events_recorded(station, happened))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
     app.state.backups = Backups(settings, database, lambda: station.live().torque_on)

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, Final, Literal
 from uuid import UUID, uuid4
 
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 from sqlalchemy.orm import Session
@@ -14,7 +15,7 @@ from sqlalchemy.orm import Session
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
-from kata.clinic.fields import By, Name, Schema, Side
+from kata.clinic.fields import By, Name, Schema, Side, side_of
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
@@ -25,7 +26,8 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.ahead import Ahead
-from kata.clinic.sessions.router import TheAhead
+from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.router import TheAhead, TheKeeping
 from kata.clinic.sessions.schemas import Asked, Run
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
@@ -43,14 +45,6 @@ from kata.web.problems import refused
 from kata.web.simulator import AnySimulation
 from kata.web.view import View
 
-
-def _keeping(request: Request) -> Keeping:
-    kept: Keeping = request.app.state.kept
-    return kept
-
-
-TheKeeping = Annotated[Keeping, Depends(_keeping)]
-
 router = APIRouter(prefix="/api/station", tags=["station"])
 
 _METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
@@ -60,8 +54,6 @@ _METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
     ("learned", True): ("learned from earlier playbacks",),
 }
 """Told with what was done to the recording; whether there is a correction makes a difference for one method."""
-_KEPT_WITHIN_S: Final = 2.0
-"""So long a run that begins without the database waits for the disk: its samples would belong to nobody."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
 
 
@@ -93,7 +85,14 @@ class TeachRequest(Schema):
     taught_by: By = Field(
         "", description="Whose hands guide the arm: yours, unless somebody else is named.", examples=["Sato"]
     )
-    fixtures: Fixtures = Field(default_factory=set)
+    fixtures: Annotated[Fixtures, Field(min_length=1)]
+    looked_at: set[CheckName] = Field(
+        default_factory=set,
+        max_length=5,
+        description="Of the checklist, what whoever teaches has just looked at and found in order, for this side and these "
+        "fixtures. What the patient's open session knows already is not asked again.",
+        examples=[["side", "fixtures", "belt"]],
+    )
 
 
 class Teaching(Schema):
@@ -184,14 +183,19 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
 async def teach(
     station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: TeachRequest
 ) -> Teaching:
-    """Begin teaching: torque is off, and samples are recorded while the pedal is down."""
-    teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted)
+    """Begin teaching: torque is off, and samples are recorded while the pedal is down.
+
+    Refused while the checklist is open, in a session as without one.
+    """
+    there = checks.apparatus(station.info.name, station.live())
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted, there)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
-    command = messages.Teach(teaching_id=str(teaching.id), side=_side(teaching.side))
-    refusal = await station.command(command, occupation, by=here)
+    command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
+    never_begun = partial(kept.put_not_begun, "teaching", teaching.id)
+    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            kept.put_not_begun("teaching", teaching.id)
+            never_begun()
         raise refused(refusal)
     return Teaching(teaching_id=teaching.id)
 
@@ -226,7 +230,7 @@ async def load(
             raise
         begun = away
     else:
-        ahead.attend(wanted.session_id)
+        ahead.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
@@ -243,10 +247,11 @@ async def load(
     )
     changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
     occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
-    refusal = await station.command(command, occupation, by=here)
+    never_begun = partial(kept.put_not_begun, "run", run.id)
+    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, kept, begun)
+            await run_in_threadpool(_forget_run, database, kept, ahead, begun)
         raise refused(refusal)
     return run
 
@@ -321,14 +326,16 @@ class _Begun:
     without_database: bool = False
 
 
-def _begin_teaching(database: Database, kept: Keeping, wanted: TeachRequest) -> tuple[TeachingRow, PatientRow]:
+def _begin_teaching(
+    database: Database, kept: Keeping, wanted: TeachRequest, there: checks.Apparatus
+) -> tuple[TeachingRow, PatientRow]:
     with _written(database, kept, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
-        side = wanted.side or patient.affected_side
-        if side is None:
-            raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
+        side = checks.teaching_side(patient, wanted.side)
+        asked = checks.Teach(patient.id, side, wanted.fixtures)
+        checks.require_teaching(session, asked, wanted.looked_at, wanted.taught_by, there)
         row = TeachingRow(
             id=uuid4(),
             patient_id=patient.id,
@@ -366,20 +373,19 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
     asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
     with database.read() as session:
-        corrected_by = runs.to_begin(session, *what, wanted.programme_position).corrected_by
+        looked_at = runs.to_begin(session, *what, wanted.programme_position)
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
-        learned = learning.correction(session, corrected_by)
+        learned = learning.correction(session, looked_at.corrected_by)
         recording = recordings.get(session, wanted.recording_id)
-        side = _side(recording.side)
+        side = side_of(recording.side)
         allowed = doctor.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
     motion = runs.as_asked(taught, asked)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
     with _written(database, kept, "run") as (session, began):
-        row = runs.begin(session, *what, wanted.programme_position)
+        row = runs.begin(session, *what, wanted.programme_position, looked_at=looked_at)
         began.append(row.id)
-        row.corrected_by = corrected_by
         if wanted.programme_position is not None:
             planned.check_timer(session, wanted.session_id)
         if doctor.allowed(session, recording.patient_id, side) != allowed:
@@ -402,29 +408,29 @@ def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, th
     found = ahead.begin(*what, wanted.programme_position, there)
     if found is None:
         return None
-    if not kept.put_begun(found.begun, _KEPT_WITHIN_S):
+    for told in found.told:
+        kept.put_done(told)
+    if not kept.put_done(found.begun):
         kept.put_not_begun("run", found.begun.id)
+        ahead.played(found.begun.id, None)
         return None
     return _Begun(
-        found.as_run(),
+        found.run,
         found.motion,
         found.learned,
         found.recording.side,
         found.limits,
-        found.patient,
+        PatientRef(id=found.patient.id, name=found.patient.name),
         without_database=True,
     )
 
 
-def _side(stored: str) -> Side:
-    return "left" if stored == "left" else "right"
-
-
-def _forget_run(database: Database, kept: Keeping, begun: _Begun) -> None:
+def _forget_run(database: Database, kept: Keeping, ahead: Ahead, begun: _Begun) -> None:
     """The device refused: it never began."""
     if begun.without_database:
         # Behind what says that it began, which may be on its way still.
         kept.put_not_begun("run", begun.run.id)
+        ahead.played(begun.run.id, None)
         return
     try:
         with database.write() as session:

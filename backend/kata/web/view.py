@@ -59,8 +59,6 @@ class View:
             with self._database.read() as session:
                 return restricted.may_see(session, self._actor, [patient_id])
         except DatabaseAwayError:
-            # Whom they saw they go on seeing; else only whose session goes on here, and nobody's that is restricted does.
-            going_on = self._ahead.known if self._ahead else None
-            return bool(going_on and patient_id == going_on.patient.id) or (
-                self._seen and patient_id == self._patient_id
-            )
+            # Whom they saw they go on seeing; else only the patients of this day, and nobody who is restricted is one.
+            known = self._ahead is not None and self._ahead.knows(patient_id)
+            return known or (self._seen and patient_id == self._patient_id)

@@ -126,6 +126,7 @@ NAMES: Final[dict[str, str]] = {
     "limits": "医師による制限",
     "limits_by": "制限を決めた医師",
     "load_level": "負荷レベル",
+    "looked_at": "見て確認した項目",
     "lowest": "下限",
     "made_by": "処方者",
     "max_load_level": "最大負荷レベル",

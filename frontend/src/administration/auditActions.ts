@@ -28,6 +28,9 @@ type BesidesAsked =
   | "import_journal"
   | "give_up_unended"
   | "never_begun"
+  | "opened_without_database"
+  | "pain_without_database"
+  | "ended_without_database"
   | "begun_without_database"
   | "ticked_without_database";
 
@@ -144,9 +147,11 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     list_sessions: "Look: sessions",
     list_session_choices: "Look: choices for filtering sessions",
     list_patient_sessions: "Look: a patient's sessions",
+    list_ready: "Look: patients of the day, without the database",
     get_session: "Look: session",
     get_session_plan: "Look: planned and done",
     get_checklist: "Look: checklist",
+    get_teaching_checklist: "Look: checklist before teaching",
     get_draft: "Look: draft of a note",
     get_session_page: "Report of a session",
     get_session_pdf: "Report of a session as PDF",
@@ -182,6 +187,9 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     import_journal: "What the device measured taken in",
     give_up_unended: "What was never ended closed",
     never_begun: "What was never begun taken away",
+    opened_without_database: "Session begun without the database written down",
+    pain_without_database: "Pain said without the database written down",
+    ended_without_database: "Session's end without the database written down",
     begun_without_database: "Playback begun without the database written down",
     ticked_without_database: "Checklist answered without the database written down",
   },
@@ -296,9 +304,11 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     list_sessions: "閲覧：セッション一覧",
     list_session_choices: "閲覧：セッションの絞り込み項目",
     list_patient_sessions: "閲覧：患者のセッション一覧",
+    list_ready: "閲覧：データベース停止中の当日の患者",
     get_session: "閲覧：セッション",
     get_session_plan: "閲覧：予定と実施",
     get_checklist: "閲覧：チェックリスト",
+    get_teaching_checklist: "閲覧：ティーチング前のチェックリスト",
     get_draft: "閲覧：記録の下書き",
     get_session_page: "セッションの報告書",
     get_session_pdf: "セッションの報告書（PDF）",
@@ -334,6 +344,9 @@ export const ACTIONS = say<Record<Asked | BesidesAsked, string>>(
     import_journal: "装置の測定データの取り込み",
     give_up_unended: "終了しなかったものの終了処理",
     never_begun: "開始しなかったものの取り消し",
+    opened_without_database: "データベース停止中に始めたセッションの記録",
+    pain_without_database: "データベース停止中に聞いた痛みの記録",
+    ended_without_database: "データベース停止中のセッション終了の記録",
     begun_without_database: "データベース停止中に始めた再生の記録",
     ticked_without_database: "データベース停止中に答えたチェックリストの記録",
   },

@@ -24,7 +24,7 @@ export const WORDS = say(
     reversingNext: "Look after the patient before you play on.",
     databaseAway: (since: string) => `The database does not answer since ${since}`,
     databaseAwayNext:
-      "Nothing is lost: what happens at the apparatus is kept on this computer and written there when it is back. What has begun goes on, and Stop works; signing in, records and beginning something have to wait.",
+      "Nothing is lost: what happens at the apparatus is kept on this computer and written there when it is back. What has begun goes on, and Stop works; a session can begin for the patients who were here today. Signing in, records and teaching have to wait.",
     notKept: (since: string) =>
       `Since ${since}, what happens at the apparatus is not kept: the disk takes nothing`,
     notKeptNext:
@@ -52,7 +52,7 @@ export const WORDS = say(
     reversingNext: "再生を続ける前に、患者の様子を確かめてください。",
     databaseAway: (since) => `${since} からデータベースが応答していません`,
     databaseAwayNext:
-      "失われるものはありません。装置で起きたことはこのコンピューターに保存され、データベースが戻ると書き込まれます。進行中の操作は続けられ、「停止」も働きます。サインイン、記録の閲覧、新しい操作の開始は待つ必要があります。",
+      "失われるものはありません。装置で起きたことはこのコンピューターに保存され、データベースが戻ると書き込まれます。進行中の操作は続けられ、「停止」も働きます。今日このステーションで扱った患者のセッションは開始できます。サインイン、記録の閲覧、教示は待つ必要があります。",
     notKept: (since) => `${since} からディスクに書き込めず、装置で起きたことが保存されていません`,
     notKeptNext:
       "進行中の操作を終え、このコンピューターのディスクに空きを作り、コンピューターの管理担当者に知らせてください。",

@@ -24,6 +24,8 @@ export type SessionsWanted = Omit<
   NonNullable<paths["/api/sessions"]["get"]["parameters"]["query"]>,
   "after" | "limit"
 >;
+/** Somebody whom a session can begin for without the database. */
+export type ReadyPatient = Schemas["ReadyPatient"];
 export type Run = Schemas["Run"];
 export type Check = Schemas["SessionCheck"];
 export type Programme = Schemas["ProgrammeDetail"];
@@ -262,6 +264,7 @@ export const api = {
         params: { path: { episode_id: key, chart } },
       }),
     ),
+  ready: () => unwrap(client.GET("/api/station/ready")),
   session: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
@@ -301,8 +304,13 @@ export const api = {
     unwrap(
       client.GET("/api/runs/{run_id}/figures", { params: { path: { run_id: key }, query: window ?? {} } }),
     ),
-  teach: (body: Pick<Schemas["TeachRequest"], "patient_id" | "name" | "taught_by" | "fixtures">) =>
-    unwrap(client.POST("/api/station/teach", { body })),
+  teachingChecklist: (patient_id: string, fixtures: Schemas["TeachRequest"]["fixtures"]) =>
+    unwrap(
+      client.GET("/api/patients/{patient_id}/teaching-checklist", {
+        params: { path: { patient_id }, query: { fixtures } },
+      }),
+    ),
+  teach: (body: Schemas["TeachRequest"]) => unwrap(client.POST("/api/station/teach", { body })),
   // Programmes, and what was done of them.
   programmes: (key: string) =>
     unwrap(client.GET("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } } })),

@@ -1207,6 +1207,8 @@ export interface paths {
         /**
          * Create Session
          * @description Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
+         *
+         *     While the database does not answer: for one of those of whom /api/station/ready tells, by the programme that it tells.
          */
         post: operations["create_session"];
         delete?: never;
@@ -1255,6 +1257,29 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/station/ready": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Ready
+         * @description While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
+         *
+         *     Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
+         *     record is restricted. Nobody at all while the database answers.
+         */
+        get: operations["list_ready"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}": {
         parameters: {
             query?: never;
@@ -1264,7 +1289,7 @@ export interface paths {
         };
         /**
          * Get Session
-         * @description One session with its runs.
+         * @description One session with its runs; while the database does not answer, one that goes on here.
          */
         get: operations["get_session"];
         put?: never;
@@ -1274,7 +1299,7 @@ export interface paths {
         head?: never;
         /**
          * Update Session
-         * @description Change note, pain, therapist or programme, until it is signed.
+         * @description Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone.
          */
         patch: operations["update_session"];
         trace?: never;
@@ -1319,6 +1344,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/patients/{patient_id}/teaching-checklist": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Teaching Checklist
+         * @description What has to be in order before a motion is taught, and what the patient's open session knows of it already.
+         */
+        get: operations["get_teaching_checklist"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/sessions/{session_id}/end": {
         parameters: {
             query?: never;
@@ -1331,6 +1376,8 @@ export interface paths {
         /**
          * End Session
          * @description End a session; ending it again changes nothing but the reason, if one is given.
+         *
+         *     While the database does not answer, a session that goes on here is ended with the reason that is given, or none.
          */
         post: operations["end_session"];
         delete?: never;
@@ -1876,6 +1923,8 @@ export interface paths {
         /**
          * Teach
          * @description Begin teaching: torque is off, and samples are recorded while the pedal is down.
+         *
+         *     Refused while the checklist is open, in a session as without one.
          */
         post: operations["teach"];
         delete?: never;
@@ -3191,7 +3240,7 @@ export interface components {
             checks: components["schemas"]["SessionCheck"][];
             /**
              * Complete
-             * @description Nothing is open: the recording may be loaded.
+             * @description Nothing is open: it may be taught, or the recording loaded.
              */
             complete: boolean;
         };
@@ -5366,6 +5415,28 @@ export interface components {
             database: "sqlite" | "postgresql";
         };
         /**
+         * ReadyPatient
+         * @description Somebody whom a session can be begun for, or goes on for, without the database.
+         */
+        ReadyPatient: {
+            patient: components["schemas"]["SessionPatient"];
+            /**
+             * Side
+             * @description Of the episode of care that goes on: the shoulder that is treated.
+             */
+            side: ("left" | "right") | null;
+            /**
+             * Contraindications
+             * @description Of that episode.
+             * @example No external rotation beyond 30 degrees.
+             */
+            contraindications: string;
+            /** @description What a session is planned by; null: none can be begun. */
+            programme: components["schemas"]["SessionProgramme"] | null;
+            /** @description The one that goes on, or was ended last meanwhile. */
+            session: components["schemas"]["Session"] | null;
+        };
+        /**
          * RecordAccess
          * @description Who sees a patient's record.
          */
@@ -6149,7 +6220,7 @@ export interface components {
         };
         /**
          * SessionCheck
-         * @description One thing to be in order before something is played.
+         * @description One thing to be in order before something is taught or played.
          */
         SessionCheck: {
             /**
@@ -7075,7 +7146,17 @@ export interface components {
              *       "arm_fixer_1"
              *     ]
              */
-            fixtures?: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
+            fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
+            /**
+             * Looked At
+             * @description Of the checklist, what whoever teaches has just looked at and found in order, for this side and these fixtures. What the patient's open session knows already is not asked again.
+             * @example [
+             *       "side",
+             *       "fixtures",
+             *       "belt"
+             *     ]
+             */
+            looked_at?: ("side" | "fixtures" | "belt" | "pedal" | "estop")[];
         };
         /**
          * Teaching
@@ -13171,6 +13252,62 @@ export interface operations {
             };
         };
     };
+    list_ready: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReadyPatient"][];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_session: {
         parameters: {
             query?: never;
@@ -13487,6 +13624,96 @@ export interface operations {
             };
             /** @description It was there, and can no longer be read. */
             410: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_teaching_checklist: {
+        parameters: {
+            query: {
+                /** @description What the arm is in. */
+                fixtures: ("arm_fixer_1" | "arm_fixer_2" | "elbow_fixer_1" | "elbow_fixer_2")[];
+                /** @description The side of the patient's episode unless given. */
+                side?: ("left" | "right") | null;
+            };
+            header?: never;
+            path: {
+                patient_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Checklist"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };

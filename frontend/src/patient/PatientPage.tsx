@@ -14,6 +14,7 @@ import { PatientForm } from "../patients/PatientForm";
 import { Programmes } from "../programmes/Programmes";
 import { SessionTable } from "../sessions/SessionTable";
 import { formatDay, formatMoment, formatSpan, sideWord } from "../shared/format";
+import { InOnePiece } from "../shared/InOnePiece";
 import { ButtonLink, PageLink } from "../shared/links";
 import { More } from "../shared/More";
 import { madeOf } from "../shared/madeOf";
@@ -49,76 +50,80 @@ export function PatientPage() {
   if (!patient.data) return <Skeleton h={300} />;
   const who = patient.data;
   return (
-    <Stack gap="xl">
-      {who.restricted && <GlassBanner patientId={patientId} />}
-      <Stack gap="xs">
-        <Group justify="space-between" align="start">
-          <div>
-            <Title order={1} size="h2">
-              {who.name}
-            </Title>
-            {who.kana && (
-              <Text c="dimmed" lang="ja">
-                {who.kana}
-              </Text>
-            )}
-          </div>
-          <Group>
-            {operates && !who.archived_at && (
-              <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
-                {PATIENT.toStation}
-              </ButtonLink>
-            )}
-            {writes && !who.erased_at && (
-              <>
-                <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
-                  {PATIENT.edit}
-                </Button>
-                <Button
-                  variant="default"
-                  leftSection={<IconArchive size={20} />}
-                  loading={archive.isPending}
-                  onClick={() => archive.mutate(!who.archived_at)}
-                >
-                  {who.archived_at ? PATIENT.restore : PATIENT.archive}
-                </Button>
-              </>
+    <InOnePiece>
+      <Stack gap="xl">
+        {who.restricted && <GlassBanner patientId={patientId} />}
+        <Stack gap="xs">
+          <Group justify="space-between" align="start">
+            <div>
+              <Title order={1} size="h2">
+                {who.name}
+              </Title>
+              {who.kana && (
+                <Text c="dimmed" lang="ja">
+                  {who.kana}
+                </Text>
+              )}
+            </div>
+            <Group>
+              {operates && !who.archived_at && (
+                <ButtonLink to="/" search={{ patient: who.id }} leftSection={<IconPlayerPlay size={20} />}>
+                  {PATIENT.toStation}
+                </ButtonLink>
+              )}
+              {writes && !who.erased_at && (
+                <>
+                  <Button variant="default" leftSection={<IconPencil size={20} />} onClick={form.open}>
+                    {PATIENT.edit}
+                  </Button>
+                  <Button
+                    variant="default"
+                    leftSection={<IconArchive size={20} />}
+                    loading={archive.isPending}
+                    onClick={() => archive.mutate(!who.archived_at)}
+                  >
+                    {who.archived_at ? PATIENT.restore : PATIENT.archive}
+                  </Button>
+                </>
+              )}
+            </Group>
+          </Group>
+          <Group gap="lg">
+            <Text>{PATIENT.number(who.clinic_number)}</Text>
+            {who.dominant_side && <Text>{PATIENT.handed(who.dominant_side)}</Text>}
+            {who.birth_date && <Text>{PATIENT.born(formatDay(who.birth_date))}</Text>}
+            {who.archived_at && (
+              <Badge color="gray">{who.erased_at ? PATIENT.erased : PATIENT.archived}</Badge>
             )}
           </Group>
-        </Group>
-        <Group gap="lg">
-          <Text>{PATIENT.number(who.clinic_number)}</Text>
-          {who.dominant_side && <Text>{PATIENT.handed(who.dominant_side)}</Text>}
-          {who.birth_date && <Text>{PATIENT.born(formatDay(who.birth_date))}</Text>}
-          {who.archived_at && <Badge color="gray">{who.erased_at ? PATIENT.erased : PATIENT.archived}</Badge>}
-        </Group>
-        {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
-        <RecordAccess patientId={patientId} />
-        <ProblemNote error={archive.error} />
+          {who.notes && <Text style={{ whiteSpace: "pre-wrap" }}>{who.notes}</Text>}
+          <RecordAccess patientId={patientId} />
+          <ProblemNote error={archive.error} />
+        </Stack>
+        <Episodes patient={who} />
+        <AssessmentsSection patientId={patientId} />
+        <Stack gap="xs">
+          <Title order={2} size="h3">
+            {RECORDINGS.title}
+          </Title>
+          <ProblemNote error={recordings.error} />
+          {recordings.data && <Recordings items={recordings.data.items} />}
+        </Stack>
+        <Programmes patientId={patientId} />
+        <Stack gap="xs">
+          <Title order={2} size="h3">
+            {PATIENT.sessions}
+          </Title>
+          <ProblemNote error={sessions.error} />
+          {sessions.items && <SessionTable items={sessions.items} />}
+          <More list={sessions} />
+        </Stack>
+        <DataSection patientId={patientId} />
+        <Modal opened={editing} onClose={form.close} title={PATIENT.editing} size="lg">
+          <PatientForm patient={who} onDone={form.close} />
+        </Modal>
       </Stack>
-      <Episodes patient={who} />
-      <AssessmentsSection patientId={patientId} />
-      <Stack gap="xs">
-        <Title order={2} size="h3">
-          {RECORDINGS.title}
-        </Title>
-        <ProblemNote error={recordings.error} />
-        {recordings.data && <Recordings items={recordings.data.items} />}
-      </Stack>
-      <Programmes patientId={patientId} />
-      <Stack gap="xs">
-        <Title order={2} size="h3">
-          {PATIENT.sessions}
-        </Title>
-        <ProblemNote error={sessions.error} />
-        {sessions.items && <SessionTable items={sessions.items} />}
-        <More list={sessions} />
-      </Stack>
-      <DataSection patientId={patientId} />
-      <Modal opened={editing} onClose={form.close} title={PATIENT.editing} size="lg">
-        <PatientForm patient={who} onDone={form.close} />
-      </Modal>
-    </Stack>
+    </InOnePiece>
   );
 }
 

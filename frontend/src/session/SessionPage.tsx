@@ -7,6 +7,7 @@ import { PlannedAndDone } from "../programmes/PlannedAndDone";
 import { ReportLinks } from "../reports/ReportLinks";
 import { Around } from "../shared/Around";
 import { formatClock, formatDeg, formatMoment, formatRange } from "../shared/format";
+import { InOnePiece } from "../shared/InOnePiece";
 import { LOAD_LEVELS } from "../shared/levels";
 import { ButtonLink, PageLink } from "../shared/links";
 import { NoteCard } from "../shared/NoteCard";
@@ -29,40 +30,42 @@ export function SessionPage() {
   if (!session.data) return <Skeleton h={300} />;
   const it = session.data;
   return (
-    <Stack>
-      <Group justify="space-between" align="start">
-        <div>
-          <Title order={1} size="h2">
-            <Around words={SESSION.of}>
-              <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
-                {it.patient.name}
-              </PageLink>
-            </Around>
-          </Title>
-          <Text>
-            {it.ended_at
-              ? SESSION.fromTo(formatMoment(it.started_at), formatMoment(it.ended_at))
-              : SESSION.stillOpen(formatMoment(it.started_at))}
-          </Text>
-        </div>
-        {!it.ended_at && (
-          <Group>
-            <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
-              {SESSION.toStation}
-            </ButtonLink>
-          </Group>
-        )}
-      </Group>
-      <Facts session={it} />
-      <ReportLinks of="sessions" id={it.id} />
-      <PlannedAndDone sessionId={it.id} />
-      <NoteCard key={it.id} session={it} />
-      <Alarms sessionId={it.id} />
-      {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
-      {it.runs.map((run, place) => (
-        <RunCard key={run.id} run={run} number={place + 1} />
-      ))}
-    </Stack>
+    <InOnePiece>
+      <Stack>
+        <Group justify="space-between" align="start">
+          <div>
+            <Title order={1} size="h2">
+              <Around words={SESSION.of}>
+                <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
+                  {it.patient.name}
+                </PageLink>
+              </Around>
+            </Title>
+            <Text>
+              {it.ended_at
+                ? SESSION.fromTo(formatMoment(it.started_at), formatMoment(it.ended_at))
+                : SESSION.stillOpen(formatMoment(it.started_at))}
+            </Text>
+          </div>
+          {!it.ended_at && (
+            <Group>
+              <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
+                {SESSION.toStation}
+              </ButtonLink>
+            </Group>
+          )}
+        </Group>
+        <Facts session={it} />
+        <ReportLinks of="sessions" id={it.id} />
+        <PlannedAndDone sessionId={it.id} />
+        <NoteCard key={it.id} session={it} />
+        <Alarms sessionId={it.id} />
+        {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
+        {it.runs.map((run, place) => (
+          <RunCard key={run.id} run={run} number={place + 1} />
+        ))}
+      </Stack>
+    </InOnePiece>
   );
 }
 

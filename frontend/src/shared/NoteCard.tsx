@@ -9,6 +9,7 @@ import { useKeepSession } from "./keepSession";
 import { END_REASONS, NOTE } from "./noteWords";
 import { usePaperLanguage } from "./paperLanguage";
 import { ProblemNote } from "./problem";
+import { isAway } from "./ready";
 
 const SAVE_AFTER_MS = 800;
 
@@ -56,7 +57,12 @@ function Open({ session }: { session: Session }) {
   };
   const end = useMutation({
     mutationFn: async () => {
-      await saved();
+      try {
+        await saved();
+      } catch (error) {
+        // The note waits for the database, in its field; what has ended does not.
+        if (!isAway(error)) throw error;
+      }
       return api.endSession(session.id, { reason: chosen });
     },
     onSuccess: keep,

@@ -5,6 +5,7 @@ import { useMay } from "../access/hooks";
 import { useSavedRecords } from "../live/hooks";
 import { Brand } from "./Brand";
 import { PageLink } from "./links";
+import { useBackAgain } from "./ready";
 import classes from "./Shell.module.css";
 import { StateBar } from "./StateBar";
 import { SHELL } from "./words";
@@ -20,6 +21,7 @@ const PAGES = [
 /** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
 export function Shell() {
   useSavedRecords();
+  useBackAgain();
   // The page that stands there: the address is already the next one's while that is being fetched.
   const page = useRouterState({ select: (state) => state.matches.at(-1)?.routeId });
   return (

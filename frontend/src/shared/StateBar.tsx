@@ -41,7 +41,6 @@ export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBann
       <AppShell.Main>
         <div className={classes.banners ?? ""}>
           {stopBanner && <StopBanner />}
-          <Starting />
           <Alarms />
         </div>
         {children}
@@ -71,12 +70,17 @@ function ModeBadge() {
 
 function ConnectionBadge() {
   const connected = useConnected();
+  const heard = useHeardAt() !== null;
+  const starting = useLive("device") === "starting";
   const station = useStation();
+  // Before the first word there is nothing to be alarmed about yet.
+  const lost = heard ? SHELL.lost : SHELL.connecting;
+  const live = starting ? SHELL.starting : station?.simulated ? SHELL.liveSimulated : SHELL.live;
   return (
     <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
       {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
       <Text size="sm" role="status">
-        {!connected ? SHELL.lost : station?.simulated ? SHELL.liveSimulated : SHELL.live}
+        {connected ? live : lost}
       </Text>
       <Age />
     </Group>
@@ -96,16 +100,3 @@ function Age() {
 
 const formatAge = (tenths: number) =>
   tenths < 600 ? SHELL.secondsOld((tenths / 10).toFixed(1)) : SHELL.minutesOld(Math.floor(tenths / 600));
-
-/** Before the first word there is nothing to be alarmed about yet. */
-function Starting() {
-  const connected = useConnected();
-  const device = useLive("device");
-  const heardAt = useHeardAt();
-  if (connected ? device !== "starting" : heardAt !== null) return null;
-  return (
-    <Text className={classes.lost ?? ""} role="status" data-testid="starting">
-      {connected ? SHELL.starting : SHELL.connecting}
-    </Text>
-  );
-}

@@ -1,11 +1,18 @@
 import { useQuery } from "@tanstack/react-query";
 import { api, type Session } from "../api/client";
+import { ASK_AGAIN_MS, orReady, useAway } from "./ready";
 
 /** Everything that a patient was taught, put away or not. */
 export function useRecordings(patientId: string | null) {
   return useQuery({
     queryKey: ["recordings", patientId],
-    queryFn: () => api.recordings(patientId ?? ""),
+    // What may be played without the database stands in the programme.
+    queryFn: () =>
+      orReady(
+        patientId ?? "",
+        () => api.recordings(patientId ?? ""),
+        () => ({ items: [] }),
+      ),
     enabled: patientId !== null,
   });
 }
@@ -15,13 +22,20 @@ export function useNewestSession<Wanted = Session | null>(
   patientId: string | null,
   select?: (newest: Session | null) => Wanted,
 ) {
+  const away = useAway();
   return useQuery({
     queryKey: ["session", "newest", patientId],
-    queryFn: async (): Promise<Session | null> => {
-      const newest = (await api.patientSessions(patientId ?? "")).items[0];
-      return newest ? await api.session(newest.id) : null;
-    },
+    queryFn: () =>
+      orReady(
+        patientId ?? "",
+        async (): Promise<Session | null> => {
+          const newest = (await api.patientSessions(patientId ?? "")).items[0];
+          return newest ? await api.session(newest.id) : null;
+        },
+        (ready) => ready.session,
+      ),
     enabled: patientId !== null,
+    refetchInterval: away ? ASK_AGAIN_MS : false,
     ...(select && { select }),
   });
 }

@@ -1,30 +1,38 @@
 import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
-import { lazy, Suspense, useEffect } from "react";
+import { useEffect, useState } from "react";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
 import { api, type Patient } from "../api/client";
 import { LiveApparatus } from "../apparatus3d/lazily";
 import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
+import { InOnePiece } from "../shared/InOnePiece";
 import { ProblemNote } from "../shared/problem";
+import { useAway, useReady } from "../shared/ready";
 import { StopBanner } from "../shared/StopBanner";
 import { useTitle } from "../shared/title";
 import { Angles } from "./Angles";
 import { Lately } from "./Lately";
 import { LeaseBar } from "./LeaseBar";
 import { LoopHealth } from "./LoopHealth";
+import { ReadySelect } from "./ReadySelect";
 import { StandsFor } from "./StandsFor";
 import { STATION } from "./words";
 
-// The first page tells what the apparatus does, and stops it; what is worked with comes right behind.
-const work = () => import("./work");
-const FirstSteps = lazy(() => work().then(({ FirstSteps }) => ({ default: FirstSteps })));
-const Loaded = lazy(() => work().then(({ Loaded }) => ({ default: Loaded })));
-const SimulatorPanel = lazy(() => work().then(({ SimulatorPanel }) => ({ default: SimulatorPanel })));
-const TeachPanel = lazy(() => work().then(({ TeachPanel }) => ({ default: TeachPanel })));
-const Visit = lazy(() => work().then(({ Visit }) => ({ default: Visit })));
+/** What is worked with: the first page tells what the apparatus does, and stops it; this comes right behind. Null until then. */
+function useWork() {
+  const [work, setWork] = useState<typeof import("./work") | null>(null);
+  useEffect(() => {
+    import("./work").then(setWork, (error: unknown) =>
+      setWork(() => {
+        throw error;
+      }),
+    );
+  }, []);
+  return work;
+}
 
 /** Where the therapist works: whom, teach, play, and what the arm does meanwhile. */
 export function StationPage() {
@@ -38,77 +46,78 @@ export function StationPage() {
   const teaching = useLive("teaching");
   const stop = useLive("stop");
   const navigate = useNavigate({ from: "/" });
-  useEffect(() => void work(), []);
+  const work = useWork();
   useTitle(station?.name ?? STATION.title);
   // Whoever is on the apparatus is the one this page is about.
+  const away = useAway();
   const onApparatus = run?.patient?.id ?? teaching?.patient?.id;
   const patientId = onApparatus ?? search.patient ?? null;
   const patient = useQuery({
     queryKey: ["patient", patientId],
     queryFn: () => api.patient(patientId ?? ""),
-    enabled: reads && patientId !== null,
+    enabled: reads && patientId !== null && !away,
   });
+  const ready = useReady();
+  const kept = away ? ready.data?.find((one) => one.patient.id === patientId) : undefined;
+  const choose = (chosen: string | null) => void navigate({ search: chosen ? { patient: chosen } : {} });
   return (
     <Stack>
       <Title order={1} size="h2" style={{ position: "absolute", left: -9999 }}>
         {station?.name ?? STATION.title}
       </Title>
       <StopBanner whole />
-      <Grid gap="lg">
-        <Grid.Col span={{ base: 12, md: 6 }}>
-          {/* Kept, so that nothing that was typed or chosen is lost over a stop. */}
-          <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
-            {station?.simulated && reads && operates && (
-              <Suspense>
-                <FirstSteps patientId={patientId} />
-              </Suspense>
-            )}
-            <LeaseBar />
-            {me && station && !worksAt(me, station.name) && (
-              <Alert color="gray" variant="outline">
-                {STATION.notHere(station.name)}
-              </Alert>
-            )}
-            {reads && (
-              <PatientSelect
-                chosen={patient.data}
-                disabled={onApparatus !== undefined}
-                onChange={(chosen) => void navigate({ search: chosen ? { patient: chosen } : {} })}
-              />
-            )}
-            {patient.data && <Text>{patientWords(patient.data)}</Text>}
-            <ProblemNote error={patient.error} />
-            <StandsFor wanted={patient.data?.affected_side ?? undefined} />
-            <Suspense>
-              {/* What cannot be done now gives its place to what is going on. */}
-              {operates && patientId && !run && <TeachPanel patientId={patientId} />}
-              {operates && patientId && !teaching && (
-                <Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+      <InOnePiece waits={!station || !work} now={run !== null || teaching !== null || stop !== null}>
+        <Grid gap="lg">
+          <Grid.Col span={{ base: 12, md: 6 }}>
+            {/* Kept, so that nothing that was typed or chosen is lost over a stop. */}
+            <Stack hidden={stop !== null} display={stop === null ? "flex" : "none"}>
+              {work && station?.simulated && reads && operates && <work.FirstSteps patientId={patientId} />}
+              <LeaseBar />
+              {me && station && !worksAt(me, station.name) && (
+                <Alert color="gray" variant="outline">
+                  {STATION.notHere(station.name)}
+                </Alert>
               )}
-              {!operates && run && (
+              {reads &&
+                (away ? (
+                  <ReadySelect chosen={patientId} disabled={onApparatus !== undefined} onChange={choose} />
+                ) : (
+                  <PatientSelect
+                    chosen={patient.data}
+                    disabled={onApparatus !== undefined}
+                    onChange={choose}
+                  />
+                ))}
+              {patient.data && <Text>{patientWords(patient.data)}</Text>}
+              {!away && <ProblemNote error={patient.error} />}
+              <StandsFor wanted={patient.data?.affected_side ?? kept?.side ?? undefined} />
+              {/* What cannot be done now gives its place to what is going on. */}
+              {work && operates && patientId && !run && <work.TeachPanel patientId={patientId} />}
+              {work && operates && patientId && !teaching && (
+                <work.Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
+              )}
+              {work && !operates && run && (
                 <Card withBorder component="section" aria-label={STATION.goesOn}>
-                  <Loaded run={run} />
+                  <work.Loaded run={run} />
                 </Card>
               )}
-            </Suspense>
-          </Stack>
-          {diagnoses && station?.simulated && (
-            <Box mt={stop === null ? "md" : 0}>
-              <Suspense>
-                <SimulatorPanel />
-              </Suspense>
-            </Box>
-          )}
-        </Grid.Col>
-        <Grid.Col span={{ base: 12, md: 6 }}>
-          <Stack>
-            <LiveApparatus />
-            <Angles />
-            <Lately />
-            <LoopHealth />
-          </Stack>
-        </Grid.Col>
-      </Grid>
+            </Stack>
+            {work && diagnoses && station?.simulated && (
+              <Box mt={stop === null ? "md" : 0}>
+                <work.SimulatorPanel />
+              </Box>
+            )}
+          </Grid.Col>
+          <Grid.Col span={{ base: 12, md: 6 }}>
+            <Stack>
+              <LiveApparatus />
+              <Angles />
+              <Lately />
+              <LoopHealth />
+            </Stack>
+          </Grid.Col>
+        </Grid>
+      </InOnePiece>
     </Stack>
   );
 }

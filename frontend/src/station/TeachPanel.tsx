@@ -1,5 +1,6 @@
 import { Card, Group, List, SegmentedControl, Stack, Text, TextInput, Title } from "@mantine/core";
 import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
+import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState } from "react";
 import { useName } from "../access/hooks";
 import { api, type Schemas } from "../api/client";
@@ -8,20 +9,21 @@ import { store } from "../live/store";
 import { Around } from "../shared/Around";
 import { formatSpan } from "../shared/format";
 import { PageLink } from "../shared/links";
+import { ProblemNote } from "../shared/problem";
 import { CommandButton } from "./CommandButton";
 import classes from "./station.module.css";
-import { FixturesPicture } from "./visit/pictures";
+import { CheckLine, useTeachingChecklist } from "./visit/CheckList";
 import { TEACH } from "./words";
 
-type Fixtures = NonNullable<Schemas["TeachRequest"]["fixtures"]>;
+type Fixtures = Schemas["TeachRequest"]["fixtures"];
 
 /** Teaching: torque is off, the therapist moves the arm, and what is done with the pedal down is recorded. */
 export function TeachPanel({ patientId }: { patientId: string }) {
   const alive = useAlive();
   const teaching = useLive("teaching");
-  const who = useName();
+  // Kept here, so that they outlive the teaching that they were chosen for.
   const [name, setName] = useState("");
-  const [fixtures, setFixtures] = useState("arm_fixer_1");
+  const [chosen, setChosen] = useState("arm_fixer_1");
   const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
   return (
     <Card withBorder component="section" aria-label={TEACH.title}>
@@ -44,41 +46,7 @@ export function TeachPanel({ patientId }: { patientId: string }) {
             </Group>
           </div>
         ) : (
-          <>
-            <SegmentedControl
-              size="md"
-              aria-label={TEACH.fixtures}
-              value={fixtures}
-              onChange={setFixtures}
-              data={[
-                { value: "arm_fixer_1", label: TEACH.first },
-                { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
-              ]}
-            />
-            <FixturesPicture fixtures={fixtures.split(",") as Fixtures} />
-            <TextInput
-              size="lg"
-              label={TEACH.name}
-              placeholder={TEACH.unnamed}
-              value={name}
-              maxLength={100}
-              onChange={(event) => setName(event.currentTarget.value)}
-            />
-            <CommandButton
-              command="teach"
-              leftSection={<IconHandGrab size={26} />}
-              send={() =>
-                api.teach({
-                  patient_id: patientId,
-                  name: name.trim() || TEACH.unnamed,
-                  taught_by: who,
-                  fixtures: fixtures.split(",") as Fixtures,
-                })
-              }
-            >
-              {TEACH.start}
-            </CommandButton>
-          </>
+          <Before patientId={patientId} name={name} onName={setName} chosen={chosen} onChoose={setChosen} />
         )}
         {saved.length > 0 && (
           <List data-testid="saved">
@@ -95,6 +63,75 @@ export function TeachPanel({ patientId }: { patientId: string }) {
         )}
       </Stack>
     </Card>
+  );
+}
+
+/**
+ * What is to be taught, and what has to be in order before. Teaching moves nothing, so that the press that says that somebody has
+ * looked begins it, too; what the apparatus has not seen by itself nobody can press away.
+ */
+function Before(props: {
+  patientId: string;
+  name: string;
+  onName: (name: string) => void;
+  chosen: string;
+  onChoose: (fixtures: string) => void;
+}) {
+  const { patientId, name, onName, chosen, onChoose } = props;
+  const who = useName();
+  const queries = useQueryClient();
+  const fixtures = chosen.split(",") as Fixtures;
+  const checklist = useTeachingChecklist(patientId, fixtures);
+  const checks = checklist.data?.checks ?? [];
+  const side = checks.find((one) => one.check === "side")?.subject;
+  const toLookAt = checks.filter((one) => !one.given && !one.detected);
+  const unseen = checks.some((one) => !one.given && one.detected);
+  return (
+    <>
+      <SegmentedControl
+        size="md"
+        aria-label={TEACH.fixtures}
+        value={chosen}
+        onChange={onChoose}
+        data={[
+          { value: "arm_fixer_1", label: TEACH.first },
+          { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
+        ]}
+      />
+      <Stack gap="sm" component="section" aria-label={TEACH.before}>
+        {checks.map(
+          (one) => (!one.given || one.check === "fixtures") && <CheckLine key={one.check} check={one} />,
+        )}
+      </Stack>
+      <ProblemNote error={checklist.error} />
+      <TextInput
+        size="lg"
+        label={TEACH.name}
+        placeholder={TEACH.unnamed}
+        value={name}
+        maxLength={100}
+        onChange={(event) => onName(event.currentTarget.value)}
+      />
+      <CommandButton
+        command="teach"
+        leftSection={<IconHandGrab size={26} />}
+        disabled={checklist.data === undefined || unseen}
+        send={async () => {
+          await api.teach({
+            patient_id: patientId,
+            name: name.trim() || TEACH.unnamed,
+            taught_by: who,
+            // What was looked at was looked at for this side and these fixtures.
+            side: side === "left" ? "left" : "right",
+            fixtures,
+            looked_at: toLookAt.map((one) => one.check),
+          });
+          void queries.invalidateQueries({ queryKey: ["session"] });
+        }}
+      >
+        {toLookAt.length === 0 ? TEACH.start : TEACH.allSo(toLookAt.length)}
+      </CommandButton>
+    </>
   );
 }
 

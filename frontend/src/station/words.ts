@@ -33,6 +33,24 @@ export const STATION = say(
   },
 );
 
+/** While the database is away. */
+export const AWAY = say(
+  {
+    ofToday:
+      "The database is away. A session can begin, or goes on, for the patients who were here today; it is written there when it is back.",
+    nobody:
+      "The database is away, and nobody is kept ready here: those are the patients of today whose care goes on by a programme.",
+    contraindications: (what: string) => `Contraindications: ${what}`,
+  },
+  {
+    ofToday:
+      "データベースが応答していません。今日このステーションで扱った患者のセッションは、開始も続行もできます。データベースが戻ると書き込まれます。",
+    nobody:
+      "データベースが応答しておらず、準備済みの患者がいません。今日扱った患者のうち、治療中でプログラムのある方が対象です。",
+    contraindications: (what) => `禁忌：${what}`,
+  },
+);
+
 /** Whoever has just come to the simulated apparatus. */
 export const FIRST = say(
   {
@@ -54,9 +72,8 @@ export const FIRST_WORDS = say<Record<FirstStep, string>>(
     sign_up: "Sign a patient up: anybody, nothing here moves a real arm.",
     choose: "Choose the patient below. Where the sides differ, say that the apparatus has been turned.",
     teach:
-      "Start teaching. Then, in the panel of the simulated apparatus, have the arm guided: a hand moves it, and a foot is on the pedal meanwhile. When the hand is away again, finish teaching.",
-    begin:
-      "Begin the session, and go through its checklist. The emergency stop is tried in the panel: press it, release it, and acknowledge the stop. Then say what the pain is before.",
+      "In the panel of the simulated apparatus, try the emergency stop: press it, release it, and acknowledge the stop. Look at what the list names, and start teaching. Then have the arm guided in the panel: a hand moves it, and a foot is on the pedal meanwhile. When the hand is away again, finish teaching.",
+    begin: "Begin the session, go through its checklist, and say what the pain is before.",
     play: "Load what was taught, hold “Move to the start” until the arm moves, and play. Try “Less” and “Stop” as well.",
     look: "That was the main job. Look at teaching against playback, say what the pain is now, and sign the note.",
   },
@@ -64,9 +81,8 @@ export const FIRST_WORDS = say<Record<FirstStep, string>>(
     sign_up: "まず患者を登録します。実際の腕は動かないので、誰でもかまいません。",
     choose: "下で患者を選びます。左右が異なるときは、装置の向きを変えたことを知らせてください。",
     teach:
-      "教示を開始します。次に、模擬装置のパネルで腕を動かさせます。手が腕を動かし、その間は足がペダルを踏んでいます。手が離れたら、教示を終了してください。",
-    begin:
-      "セッションを開始し、開始前の確認を進めます。非常停止はパネルで押して解除し、停止を確認してください。その後、開始前の痛みを記録します。",
+      "模擬装置のパネルで非常停止を試します。押して解除し、停止を確認してください。一覧の項目を確認し、教示を開始します。次に、パネルで腕を動かさせます。手が腕を動かし、その間は足がペダルを踏んでいます。手が離れたら、教示を終了してください。",
+    begin: "セッションを開始し、開始前の確認を進め、開始前の痛みを記録します。",
     play: "教示した動作を読み込み、腕が動くまで「開始位置へ移動」を押し続け、再生します。「範囲を減らす」と「停止」も試してください。",
     look: "これで一通りの操作は終わりです。教示と再生を見比べ、終了後の痛みを記録して、所見に署名してください。",
   },
@@ -353,6 +369,11 @@ export const TEACH = say(
     name: "Name of the motion",
     unnamed: "Motion",
     start: "Start teaching",
+    before: "Before teaching",
+    allSo: (count: number) =>
+      count === 1
+        ? "I have looked, it is so: start teaching"
+        : `I have looked at all ${count}: start teaching`,
     saved: (name: string, lasts: string) => `Saved: ${name}, ${lasts}`,
     liftFirst: "Lift your foot off the pedal first",
     noPedal: "The pedal does not answer",
@@ -371,6 +392,9 @@ export const TEACH = say(
     name: "動作の名前",
     unnamed: "動作",
     start: "教示を開始",
+    before: "教示の前の確認",
+    allSo: (count) =>
+      count === 1 ? "見て確認した：教示を開始" : `${count}項目すべてを見て確認した：教示を開始`,
     saved: (name, lasts) => `保存済み：${name}、${lasts}`,
     liftFirst: "先にペダルから足を離してください",
     noPedal: "ペダルが応答しません",

@@ -32,11 +32,11 @@ def backup(
     from kata.access.backups.key import BackupError
     from kata.access.backups.making import make
 
+    settings = _settings(data=data, backups=to)
     # Nobody waits for it, and a cycle of the apparatus shall not.
     os.nice(_PATIENCE)
     # Told to end, it takes away what is not encrypted yet.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TOLD_TO_END))
-    settings = _settings(data=data, backups=to)
     try:
         note = make(settings, "nightly" if nightly else "asked")
     except BackupError as error:

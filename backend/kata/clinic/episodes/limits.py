@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import MotionLimit
 from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.fields import side_of
 from kata.clinic.patients import service as patients
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
@@ -94,8 +95,7 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
 def of_episode(episode: EpisodeRow) -> Allowed:
     """What a doctor allows the shoulder of this episode."""
     motions = tuple(map(MotionLimit.model_validate, episode.limits))
-    side: Side = "left" if episode.side == "left" else "right"
-    return Allowed(side, episode.limits_by, episode.max_load_level, motions)
+    return Allowed(side_of(episode.side), episode.limits_by, episode.max_load_level, motions)
 
 
 def _check_path(limits: dict[int, MotionLimit], side: Side, motion: Motion, method: Method, doctor: str) -> None:

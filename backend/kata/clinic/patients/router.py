@@ -41,7 +41,7 @@ def list_patients(
         rows, further = service.find(
             session, search=search, archived=archived, limit=limit, after=after, hidden=without
         )
-        hidden = restricted.hidden_among(session, actor, (row.id for row in rows))
+        hidden = restricted.hidden_among(session, actor, (row.id for row in rows if row.restricted))
         items = [Patient.model_validate(row) for row in rows]
         return PatientPage(items=[one.without_record() if one.id in hidden else one for one in items], next=further)
 

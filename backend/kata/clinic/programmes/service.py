@@ -1,6 +1,6 @@
 """What is done with programmes. Commits nothing: the request does."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from uuid import UUID, uuid4
 
 from sqlalchemy import func, select
@@ -32,13 +32,18 @@ def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:
     :raises ProblemError: 404.
     """
     patients.get(session, patient_id)
+    return of_patients(session, [patient_id])
+
+
+def of_patients(session: Session, patient_ids: Iterable[UUID]) -> list[ProgrammeVersionRow]:
+    """The newest version of each programme of all of these patients, in the order of :func:`of_patient`."""
     other = aliased(ProgrammeVersionRow)
     newest = select(func.max(other.number)).where(other.programme_id == ProgrammeRow.id).scalar_subquery()
     query = (
         select(ProgrammeVersionRow)
         .join(ProgrammeVersionRow.programme)
         .join(ProgrammeRow.episode)
-        .where(EpisodeRow.patient_id == patient_id, ProgrammeVersionRow.number == newest)
+        .where(EpisodeRow.patient_id.in_(patient_ids), ProgrammeVersionRow.number == newest)
         .options(contains_eager(ProgrammeVersionRow.programme).contains_eager(ProgrammeRow.episode))
         .order_by(ProgrammeRow.archived_at.is_not(None), ProgrammeRow.updated_at.desc(), ProgrammeRow.id)
     )
@@ -111,14 +116,18 @@ def add_version(
     :raises ProblemError: as :func:`changeable`, when a recording does not fit, and 409 when somebody was quicker.
     """
     row = changeable(session, programme_id)
-    newest = session.scalar(
-        select(func.max(ProgrammeVersionRow.number)).where(ProgrammeVersionRow.programme_id == row.id)
-    )
-    if newest != wanted.based_on:
+    if newest_number(session, row.id) != wanted.based_on:
         raise edited_meanwhile()
     row.updated_at = utc_now()
     _add_version(session, row, wanted.based_on + 1, wanted, durations_s)
     return row
+
+
+def newest_number(session: Session, programme_id: UUID) -> int | None:
+    """Of a programme's versions; None where there is no such programme."""
+    return session.scalar(
+        select(func.max(ProgrammeVersionRow.number)).where(ProgrammeVersionRow.programme_id == programme_id)
+    )
 
 
 def update(session: Session, programme_id: UUID, change: ProgrammeUpdate) -> ProgrammeRow:

@@ -7,6 +7,7 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.clinic.fields import side_of
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service
@@ -97,7 +98,7 @@ def get_recording_motion(database: TheDatabase, recording_id: UUID) -> MotionSho
     """What was taught, as the 3-D apparatus plays it before it is played to a patient: at most 20 samples a second."""
     with database.read() as session:
         taught = service.samples(session, recording_id)
-        return shown(Motion(taught.times_s, taught.angles_deg), service.side_of(service.get(session, recording_id)))
+        return shown(Motion(taught.times_s, taught.angles_deg), side_of(service.get(session, recording_id).side))
 
 
 def _derived(

@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic import overview
-from kata.clinic.fields import LONGEST_NAME
+from kata.clinic.fields import LONGEST_NAME, side_of
 from kata.clinic.figures import RecordingParts, Window
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
@@ -21,7 +21,6 @@ from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
-from kata.motion.axes import Side
 from kata.problems import ProblemError, check_version, not_found
 
 SHORTEST_TAKE_S: Final = 0.5
@@ -118,12 +117,7 @@ def source(session: Session, recording_id: UUID) -> Source:
     :raises ProblemError: 404.
     """
     row = get(session, recording_id)
-    return Source(stored_samples(session, recording_id), side_of(row), tuple(row.done))
-
-
-def side_of(row: RecordingRow) -> Side:
-    """The shoulder that it was taught for."""
-    return "left" if row.side == "left" else "right"
+    return Source(stored_samples(session, recording_id), side_of(row.side), tuple(row.done))
 
 
 def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | None, station: str) -> RecordingRow:

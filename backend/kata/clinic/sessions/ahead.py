@@ -1,197 +1,270 @@
-"""What the session at this station needs of the database, fetched ahead: it goes on with it while the database does not answer.
+"""What sessions at this station need of the database, fetched ahead: they begin and go on with it while the database does not answer.
 
-Only of the session that somebody was last at here; anew every few seconds, so that what it is played by is the record as it was just
-before. Who might have changed it elsewhere meanwhile is not guessed: where the record says something else by the time the run
-arrives in it, an alarm of the session says so. Nothing of a restricted patient is fetched.
+Of the patients of this day: who had a session here, and whose record somebody opened here, the last of them. Anew every few
+seconds, so that what is played is held against the record as it was just before. Who might have changed it elsewhere meanwhile is
+not guessed: :mod:`kata.clinic.sessions.arriving`. Nothing of a restricted patient is fetched.
 """
 
-import logging
+import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
-from datetime import datetime
-from typing import Any, Final, Literal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from typing import Final
 from uuid import UUID, uuid4
 
-import msgspec
-from sqlalchemy.orm import Session as DatabaseSession
-
-from kata.clinic.episodes import limits as doctor
-from kata.clinic.episodes.limits import Allowed, MotorLimits
+from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.events import service as events
-from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.fields import Side
+from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening
 from kata.clinic.programmes import planned
-from kata.clinic.recordings import service as recordings
-from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import checks, learning, plans, runs
-from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need
-from kata.clinic.sessions.schemas import Run
-from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.sessions import checks, ending, fetched, plans, runs
+from kata.clinic.sessions.arriving import Begun, Closed, Opened, Pained, Ticked, written
+from kata.clinic.sessions.checklist import Answer, Checked, CheckName
+from kata.clinic.sessions.fetched import Known, Playable
+from kata.clinic.sessions.schemas import (
+    CheckAnswer,
+    EndReason,
+    Outcome,
+    PainWhen,
+    ReadyPatient,
+    Run,
+    Session,
+    SessionPatient,
+    SessionUpdate,
+)
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.motion import edit
 from kata.motion.learning import Correction
 from kata.motion.method import Method
-from kata.problems import ProblemError
-from kata.station.schemas import PatientRef
+from kata.problems import check_version
 
-log = logging.getLogger(__name__)
-
-CHANGED_MEANWHILE: Final = "changed_meanwhile"
-Change = Literal["ended", "archived", "closed", "limits"]
-CHANGED: Final[dict[Change, str]] = {
-    "ended": "Played while the database was away; somebody had ended the session elsewhere by then.",
-    "archived": "Played while the database was away; somebody had archived the recording elsewhere by then.",
-    "closed": "Played while the database was away; somebody had closed the episode of care elsewhere by then.",
-    "limits": "Played while the database was away; somebody had changed the doctor's limits elsewhere by then.",
-}
 _EVERY_S: Final = 10.0
-
-
-class Begun(msgspec.Struct, frozen=True, tag="begun"):
-    """A run that began while the database was away; its id is made here."""
-
-    id: UUID
-    session_id: UUID
-    recording_id: UUID
-    programme_position: int | None
-    started_at: datetime
-    load_level: int
-    asked: edit.Asked
-    method: Method
-    corrected_by: UUID | None
-    allowed: str
-    """What the doctor allowed, as it was known."""
-    station: str
-
-    @property
-    def row(self) -> RunRow:
-        """As it is written down."""
-        return RunRow(
-            id=self.id,
-            session_id=self.session_id,
-            recording_id=self.recording_id,
-            programme_position=self.programme_position,
-            started_at=self.started_at,
-            ended_at=None,
-            outcome="loaded",
-            load_level=self.load_level,
-            **asdict(self.asked),
-            method=self.method,
-            corrected_by=self.corrected_by,
-        )
-
-
-class Ticked(msgspec.Struct, frozen=True, tag="ticked"):
-    """An answer of the checklist that was given while the database was away."""
-
-    session_id: UUID
-    check: CheckName
-    subject: str
-    at: datetime
-    by: str
+_MOST: Final = 20
+"""Patients."""
+_FRESH: Final = timedelta(seconds=60)
+"""What had been fetched longer than that before the database was lost is not played by."""
+_PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after")
 
 
 @dataclass(frozen=True)
-class Playable:
-    """One recording of the session."""
+class ToPlay:
+    """A run that has been found in order."""
 
-    name: str
-    side: Side
-    taught: edit.Motion
-    needs: tuple[Need, ...]
-    allowed: Allowed
-    learned: Mapping[edit.Asked, tuple[UUID, Correction]]
-    """By how it is played: what it is corrected by, and the run that has taught it."""
-
-
-@dataclass(frozen=True)
-class Known:
-    """The session as it was when the database last told of it."""
-
-    session_id: UUID
-    patient: PatientRef
-    at_s: float
-    """When that was, by the monotonic clock."""
-    recordings: Mapping[UUID, Playable]
-    items: Mapping[int, UUID]
-    """Of its programme: position to recording."""
-    timer: planned.PlanTimer | None
-    """Of its programme."""
-    answers: tuple[Answer, ...]
-    estop_tested_at: datetime | None
+    begun: Begun
+    told: tuple[Ticked, ...]
+    """What the apparatus has told for the checklist, where that is not kept yet."""
+    run: Run
+    recording: Playable
+    motion: edit.Motion
+    learned: Correction | None
+    limits: MotorLimits
+    patient: SessionPatient
 
 
 class Ahead:
-    """Holds one session, or none. May be asked from any thread."""
+    """Holds the patients of this day. May be asked from any thread."""
 
-    def __init__(self, database: Database, station: str) -> None:
-        """Nothing is fetched before :meth:`attend`."""
-        self._database = database
-        self._station = station
-        self._session_id: UUID | None = None
-        self._known: Known | None = None
+    def __init__(self, database: Database, station: str, still_comes: Callable[[], bool] = lambda: False) -> None:
+        """``still_comes``: whether something that was done here is not in the database yet. Nothing is fetched by itself."""
+        self._database, self._station, self._still_comes = database, station, still_comes
+        self._lock = threading.RLock()
+        self._opened: dict[UUID, datetime] = {}
+        """Patients by when somebody had last to do with them here; the newest last."""
+        self._attended: UUID | None = None
+        self._known: dict[UUID, Known] = {}
+        self._unsent: dict[UUID, UUID] = {}
+        """Sessions that something was done in without the database, with their patients."""
+        self._done = 0
+        """How often that was."""
+        self._estop_tested_at: datetime | None = None
         self._due_s = 0.0
 
-    def attend(self, session_id: UUID) -> None:
-        """Somebody is at this session here: it is the one to be fetched from now on."""
-        self._session_id = session_id
+    def opened(self, patient_id: UUID) -> None:
+        """Somebody who may has opened this patient's record here."""
+        with self._lock:
+            self._touch(patient_id, utc_now())
+
+    def attend(self, patient_id: UUID, session_id: UUID | None) -> None:
+        """Somebody is at this patient's session here; None: it has ended. What is known of another session of theirs is so no more."""
+        with self._lock:
+            self._attended = patient_id
+            self._touch(patient_id, utc_now())
+            known = self._known.get(patient_id)
+            if known and (known.visit.id if known.visit else None) != session_id:
+                del self._known[patient_id]
+            self._due_s = 0.0
+
+    def renew(self) -> None:
+        """Something of a session was changed in the database: it is asked at once."""
         self._due_s = 0.0
+
+    def heard(self, item: Happening | Ended) -> None:
+        """Something that the device told."""
+        if isinstance(item, Happening) and item.code == ESTOP_TESTED:
+            self._estop_tested_at = item.at
 
     def fetch(self) -> None:
         """If it is time. Asks the database, and may take seconds for recordings of an hour: for a thread of its own."""
-        session_id, now_s = self._session_id, time.monotonic()
-        if session_id is None or now_s < self._due_s:
-            return
-        self._due_s = now_s + _EVERY_S
-        before = self._known
+        with self._lock:
+            now_s = time.monotonic()
+            if now_s < self._due_s or (self._unsent and self._still_comes()):
+                return
+            self._due_s = now_s + _EVERY_S
+            before, done = dict(self._known), self._done
+        today = checks.today()
         try:
             with self._database.read() as session:
-                known = _known(session, session_id, self._station, before.recordings if before else {})
+                seen = fetched.seen_here(session, self._station, today)
+                wanted = self._wanted(seen, today)
+                known = fetched.fetch(session, self._station, wanted, before)
+                tested_at = events.estop_tested_at(session, self._station, today)
         except DatabaseAwayError:
             return
-        if self._session_id != session_id:
-            return
-        self._known = known
-        if known is None:
-            self._session_id = None
+        with self._lock:
+            if done != self._done or self._due_s < now_s:
+                # Something was done meanwhile that this does not know.
+                self._due_s = 0.0
+                return
+            self._known, self._unsent = known, {}
+            self._estop_tested_at = max(filter(None, (tested_at, self._estop_tested_at)), default=None)
 
     @property
-    def known(self) -> Known | None:
-        """What there is to go on with."""
-        known = self._known
-        return known if known and known.session_id == self._session_id else None
+    def may_load(self) -> bool:
+        """Whether a session goes on that something can be loaded in."""
+        return any(known.visit and not known.visit.ended_at for known in self._held())
 
-    def whose(self, named: Iterable[tuple[str, UUID]]) -> PatientRef | None:
-        """Whose they are, if all the records that a request names, each with what it is, are of this session; None otherwise."""
-        known = self.known
-        if known is None:
-            return None
-        mine = {("session_id", known.session_id), *(("recording_id", one) for one in known.recordings)}
-        return known.patient if mine.issuperset(named) else None
+    def ready(self) -> list[ReadyPatient]:
+        """Whom a session can begin or goes on for, in the order of their names; nobody while the database answers."""
+        if self._database.away_since is None:
+            return []
+        ready = [known.as_ready() for known in self._ready()]
+        return sorted(ready, key=lambda one: (one.patient.name, one.patient.clinic_number))
+
+    @property
+    def ready_patients(self) -> int:
+        """How many they would be, or are."""
+        return len(self._ready())
+
+    def knows(self, patient_id: UUID) -> bool:
+        """Whether it is one of them: whoever reads records may see whose session it is."""
+        return any(known.patient.id == patient_id for known in self._held())
+
+    def whose(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
+        """Whose they are, if all the records that a request names, each with what it is, are of one of these patients; None otherwise."""
+        wanted = set(named)
+        return next((known.patient.id for known in self._held() if wanted <= _of(known)), None)
+
+    def is_on_its_way(self, named: Iterable[tuple[str, UUID]]) -> bool:
+        """Whether something was done with one of these that may not be in the database yet."""
+        with self._lock:
+            return any(one in self._unsent or one in self._unsent.values() for _, one in named)
+
+    def visit(self, session_id: UUID) -> Session | None:
+        """A session as it stands here; None where it is not known."""
+        known = self._with(session_id)
+        return known.visit if known else None
+
+    def open(
+        self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
+    ) -> tuple[Session, Opened | None] | None:
+        """A session of this patient, by that id where it begins; one that is still open goes on. None where it may not begin.
+
+        What has begun is to be put into the spool.
+        """
+        with self._lock:
+            known = next((one for one in self._held() if one.patient.id == patient_id), None)
+            if known is None or self._database.away_since is None:
+                return None
+            if known.visit and not known.visit.ended_at:
+                return known.visit, None
+            programme, episode_id = known.programme, known.episode_id
+            if programme is None or episode_id is None or not self._may_begin(known):
+                return None
+            if programme.version_id != programme_version_id:
+                return None
+            at = utc_now()
+            opened = Opened(session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at)
+            visit = known.new_visit(session_id, therapist, self._station, at)
+            minutes = programme.timer_minutes
+            timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
+            self._attended = patient_id
+            self._keep(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
+            return visit, opened
+
+    def never_began(self, session_id: UUID) -> None:
+        """It could not be kept: nobody was told of it."""
+        with self._lock:
+            if known := self._with(session_id):
+                self._keep(replace(known, visit=None, timer=None))
+
+    def say(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[Pained]] | None:
+        """How much it hurts; None where the session is not known, or where more than that is to be changed.
+
+        :raises ProblemError: 409 when somebody else has changed the session.
+        """
+        with self._lock:
+            known = self._with(session_id)
+            visit = known.visit if known else None
+            said = given.model_dump(exclude_unset=True, exclude={"updated_at"})
+            if known is None or visit is None or not said or not said.keys() <= set(_PAIN):
+                return None
+            check_version(visit.updated_at, given.updated_at)
+            at = utc_now()
+            told = [
+                Pained(visit.id, when, said[when], getattr(visit, when), at, self._station)
+                for when in _PAIN
+                if when in said
+            ]
+            changed = visit.model_copy(update={**said, "updated_at": at})
+            self._keep(replace(known, visit=changed))
+            return changed, told
+
+    def end(
+        self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
+    ) -> tuple[Session, Closed | None] | None:
+        """End a session, once; None where it is not known. ``on_apparatus``: the session that something is played in just now.
+
+        :raises ProblemError: 409 while a run in it has not ended.
+        """
+        with self._lock:
+            known = self._with(session_id)
+            visit = known.visit if known else None
+            if known is None or visit is None:
+                return None
+            if visit.ended_at:
+                return visit, None
+            if on_apparatus == session_id:
+                raise ending.run_not_ended()
+            ending.check_played(visit.runs)
+            at = utc_now()
+            ended = visit.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
+            self._keep(replace(known, visit=ended))
+            return ended, Closed(session_id, reason, at, self._station)
 
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, there: checks.Apparatus
     ) -> tuple[Checked, ...] | None:
         """As :func:`kata.clinic.sessions.checks.checklist`; None where session or recording are not known."""
         found = self._find(session_id, recording_id)
-        return _checked(*found, there) if found else None
+        return self._checked(*found, there) if found else None
 
     def tick(self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str) -> Ticked | None:
         """Somebody has looked; None where session or recording are not known. To be put into the spool.
 
-        :raises ProblemError: 409 for what only the apparatus tells.
+        :raises ProblemError: 409 for what only the apparatus tells, and when the session has ended.
         """
-        found = self._find(session_id, recording_id)
-        if found is None:
-            return None
-        known, one = found
-        need = checks.to_tick(one.needs, check)
-        answer = Answer(check, need.subject, utc_now(), by)
-        self._known = replace(known, answers=(*known.answers, answer))
-        return Ticked(known.session_id, check, need.subject, answer.at, by)
+        with self._lock:
+            found = self._find(session_id, recording_id)
+            if found is None:
+                return None
+            known, visit, one = found
+            ending.check_goes_on(visit.ended_at)
+            need = checks.to_tick(one.needs, check)
+            ticked = Ticked(session_id, check, need.subject, utc_now(), by)
+            self._keep(replace(known, visit=_with_answers(visit, [ticked])))
+            return ticked
 
     def begin(
         self,
@@ -202,7 +275,7 @@ class Ahead:
         method: Method,
         programme_position: int | None,
         there: checks.Apparatus,
-    ) -> "ToPlay | None":
+    ) -> ToPlay | None:
         """A run, held against all that it would be held against with the database; None where session or recording are not known.
 
         :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
@@ -211,19 +284,22 @@ class Ahead:
         found = self._find(session_id, recording_id)
         if found is None:
             return None
-        known, one = found
+        known, visit, one = found
+        ending.check_goes_on(visit.ended_at)
         if programme_position is not None:
-            plans.check_place(known.items.items(), programme_position, recording_id)
+            items = visit.programme.items if visit.programme else ()
+            plans.check_place([(item.position, item.recording_id) for item in items], programme_position, recording_id)
             # How much was played since then nobody has counted yet: no more than the time that has gone by.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
         motion = runs.as_asked(one.taught, asked)
         limits = one.allowed.check(motion, load_level, method)
-        checks.require_all(_checked(known, one, there))
+        checked = self._checked(known, visit, one, there)
+        checks.require_all(checked)
         corrected_by, learned = one.learned.get(asked, (None, None)) if method == "learned" else (None, None)
         begun = Begun(
             id=uuid4(),
-            session_id=known.session_id,
+            session_id=session_id,
             recording_id=recording_id,
             programme_position=programme_position,
             started_at=utc_now(),
@@ -231,164 +307,102 @@ class Ahead:
             asked=asked,
             method=method,
             corrected_by=corrected_by,
-            allowed=_written(one.allowed),
+            allowed=written(one.allowed),
             station=self._station,
         )
-        return ToPlay(begun, known.patient, one, motion, learned, limits)
+        told = tuple(
+            Ticked(session_id, answer.check, answer.subject, answer.at, answer.by)
+            for answer in checks.told_only_now(checked, _answers(visit))
+        )
+        run = runs.as_run(begun.row, one.name)
+        with self._lock:
+            if now := self._with(session_id):
+                visit = now.visit or visit
+                visit = _with_answers(visit, told).model_copy(update={"runs": [*visit.runs, run]})
+                self._keep(replace(now, visit=visit))
+        return ToPlay(begun, told, run, one, motion, learned, limits, known.patient)
 
-    def _find(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Playable] | None:
-        known = self.known
-        if known is None or known.session_id != session_id or recording_id is None:
+    def played(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
+        """How a run has ended whose samples wait for the database; None: the device refused it, it never began."""
+        with self._lock:
+            for known in list(self._known.values()):
+                visit = known.visit
+                if visit is None or not any(run.id == run_id and run.outcome == "loaded" for run in visit.runs):
+                    continue
+                over = {"outcome": outcome, "ended_at": ended_at}
+                after = [
+                    run.model_copy(update=over) if run.id == run_id else run
+                    for run in visit.runs
+                    if outcome or run.id != run_id
+                ]
+                self._keep(replace(known, visit=visit.model_copy(update={"runs": after})))
+
+    def _wanted(self, seen: Mapping[UUID, datetime], today: datetime) -> list[UUID]:
+        """Those of this day, the last first; whoever is attended before all others, on the day after too."""
+        with self._lock:
+            for patient_id, at in seen.items():
+                self._touch(patient_id, max(at, self._opened.get(patient_id, at)))
+            for patient_id in [one for one, at in self._opened.items() if at < today and one != self._attended]:
+                del self._opened[patient_id]
+            return sorted(self._opened, key=lambda one: (one == self._attended, self._opened[one]), reverse=True)
+
+    def _touch(self, patient_id: UUID, at: datetime) -> None:
+        self._opened[patient_id] = at
+        while len(self._opened) > _MOST:
+            del self._opened[min((one for one in self._opened if one != self._attended), key=self._opened.__getitem__)]
+
+    def _held(self) -> list[Known]:
+        """What there is to go on with."""
+        since = (self._database.away_since or utc_now()) - _FRESH
+        with self._lock:
+            return [known for known in self._known.values() if known.at >= since]
+
+    def _ready(self) -> list[Known]:
+        return [known for known in self._held() if known.visit or self._may_begin(known)]
+
+    def _may_begin(self, known: Known) -> bool:
+        day = self._opened.get(known.patient.id)
+        return known.programme is not None and day is not None and day >= checks.today()
+
+    def _with(self, session_id: UUID) -> Known | None:
+        return next((known for known in self._held() if known.visit and known.visit.id == session_id), None)
+
+    def _find(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Session, Playable] | None:
+        known = self._with(session_id)
+        if known is None or known.visit is None or recording_id is None:
             return None
         one = known.recordings.get(recording_id)
-        return (known, one) if one else None
+        return (known, known.visit, one) if one else None
 
+    def _keep(self, known: Known) -> None:
+        """Something was done without the database."""
+        self._known[known.patient.id] = known
+        if known.visit:
+            self._unsent[known.visit.id] = known.patient.id
+        self._done += 1
+        self._due_s = 0.0
 
-@dataclass(frozen=True)
-class ToPlay:
-    """A run that has been found in order."""
-
-    begun: Begun
-    patient: PatientRef
-    recording: Playable
-    motion: edit.Motion
-    learned: Correction | None
-    limits: MotorLimits
-
-    def as_run(self) -> Run:
-        """As it goes out."""
-        return runs.as_run(self.begun.row, self.recording.name)
-
-
-def keep_begun(session: DatabaseSession, begun: Begun) -> None:
-    """Write a run down that began while the database was away, and what the record says by now that nobody could know then.
-
-    :raises ValueError: when its session or recording is not there any more.
-    """
-    visit = session.get(SessionRow, begun.session_id)
-    try:
-        recording = recordings.get(session, begun.recording_id)
-    except ProblemError as error:
-        raise ValueError(f"run {begun.id}: {error}") from error
-    if visit is None:
-        raise ValueError(f"run {begun.id}: its session is not there any more")
-    session.add(begun.row)
-    visit.run_count += 1
-    session.add_all(
-        DeviceEventRow(
-            id=uuid4(),
-            station=begun.station,
-            at=begun.started_at,
-            ended_at=None,
-            kind="alarm",
-            code=CHANGED_MEANWHILE,
-            message=CHANGED[change],
-            patient_id=visit.patient_id,
-            session_id=visit.id,
-            run_id=begun.id,
+    def _checked(self, known: Known, visit: Session, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
+        tested_at = self._estop_tested_at
+        return checks.against(
+            one.needs, _answers(visit), there, tested_at if tested_at and tested_at >= checks.today() else None
         )
-        for change in _changed(session, visit, recording, begun)
-    )
 
 
-def keep_ticked(session: DatabaseSession, ticked: Ticked) -> None:
-    """Write an answer down that was given while the database was away.
-
-    :raises ValueError: when its session is not there any more.
-    """
-    visit = session.get(SessionRow, ticked.session_id)
-    if visit is None:
-        raise ValueError(f"an answer of session {ticked.session_id}: it is not there any more")
-    checks.keep(visit, Answer(ticked.check, ticked.subject, ticked.at, ticked.by))
-
-
-def _known(session: DatabaseSession, session_id: UUID, station: str, fetched: Mapping[UUID, Playable]) -> Known | None:
-    visit = session.get(SessionRow, session_id)
-    if visit is None or visit.ended_at or visit.patient.restricted or visit.patient.archived_at:
-        return None
-    items = plans.items(visit)
-    # The programme's, and whatever else was played today.
-    wanted = dict.fromkeys([*(item.recording_id for item in items), *(run.recording_id for run in visit.runs)])
-    asked = {
-        one: {runs.asked_of(item) for item in items if item.recording_id == one and item.method == "learned"}
-        for one in wanted
-    }
-    found = {one: _playable(session, visit, one, asked[one], station, fetched.get(one)) for one in wanted}
-    return Known(
-        session_id=visit.id,
-        patient=PatientRef(id=visit.patient.id, name=visit.patient.name),
-        at_s=time.monotonic(),
-        recordings={one: playable for one, playable in found.items() if playable},
-        items={item.position: item.recording_id for item in items},
-        timer=planned.of_session(session, session_id).timer,
-        answers=tuple(checks.answers(visit)),
-        estop_tested_at=events.estop_tested_at(session, station, checks.today()),
-    )
+def _of(known: Known) -> set[tuple[str, UUID]]:
+    """All that a request can name of a patient."""
+    named = {("patient_id", known.patient.id), *(("recording_id", one) for one in known.recordings)}
+    if known.programme:
+        named.add(("programme_version_id", known.programme.version_id))
+    if known.visit:
+        named |= {("session_id", known.visit.id), *(("run_id", run.id) for run in known.visit.runs)}
+    return named
 
 
-def _playable(
-    session: DatabaseSession,
-    visit: SessionRow,
-    recording_id: UUID,
-    learning_asked: Iterable[edit.Asked],
-    station: str,
-    before: Playable | None,
-) -> Playable | None:
-    """None where it could not be played with the database either. Samples never change, nor does what a run has taught: they are
-    fetched once. ``learning_asked``: how it is played with what was learned.
-    """
-    try:
-        recording = recordings.get(session, recording_id)
-        side: Side = "left" if recording.side == "left" else "right"
-        taught = before.taught if before else runs.taught(session, recording_id)
-        allowed = doctor.allowed(session, visit.patient_id, side)
-    except ProblemError as error:
-        log.info("recording %s is not kept ready: %s", recording_id, error)
-        return None
-    if recording.archived_at:
-        return None
-    learned: dict[edit.Asked, tuple[UUID, Correction]] = {}
-    for asked in learning_asked:
-        newest = learning.newest(session, RunRow(recording_id=recording_id, **asdict(asked)), station)
-        had = before.learned.get(asked) if before else None
-        if had and had[0] == newest:
-            learned[asked] = had
-        elif newest and (correction := learning.correction(session, newest)):
-            learned[asked] = (newest, correction)
-    return Playable(
-        name=recording.name,
-        side=side,
-        taught=taught,
-        needs=checks.needs_of(recording, taught.angles_deg),
-        allowed=allowed,
-        learned=learned,
-    )
+def _answers(visit: Session) -> list[Answer]:
+    return [Answer(one.check, one.subject, one.at, one.by) for one in visit.checks]
 
 
-def _checked(known: Known, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
-    tested_at = known.estop_tested_at
-    return checks.against(
-        one.needs, known.answers, there, tested_at if tested_at and tested_at >= checks.today() else None
-    )
-
-
-def _changed(session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: Begun) -> Iterator[Change]:
-    if visit.ended_at and visit.ended_at <= begun.started_at:
-        yield "ended"
-    if recording.archived_at and recording.archived_at <= begun.started_at:
-        yield "archived"
-    try:
-        allowed = doctor.allowed(session, visit.patient_id, "left" if recording.side == "left" else "right")
-    except ProblemError:
-        yield "closed"
-    else:
-        if _written(allowed) != begun.allowed:
-            yield "limits"
-
-
-def _written(allowed: Allowed) -> str:
-    told: dict[str, Any] = {
-        "max_load_level": allowed.max_load_level,
-        "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
-    }
-    return msgspec.json.encode(told).decode()
+def _with_answers(visit: Session, ticked: Iterable[Ticked]) -> Session:
+    more = [CheckAnswer(check=one.check, subject=one.subject, at=one.at, by=one.by) for one in ticked]
+    return visit.model_copy(update={"checks": [*visit.checks, *more]})

@@ -1,7 +1,8 @@
-"""What has to be in order before a recording is played to a patient. Pure.
+"""What has to be in order before a patient's arm is taught a motion, or played one. Pure.
 
-An answer is good for what it was given for: the side, the fixtures. Where the next recording needs others, only that is asked
-again; and again when it goes back, for somebody has changed something in between.
+An answer is good for what it was given for: the side, the fixtures. Where what comes next needs others, only that is asked
+again; and again when it goes back, for somebody has changed something in between. Side, pin and belt are the same in teaching and
+playback, and so is arm fixer 1; what holds the elbow is not.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,9 @@
-"""The checklist of a session: what a recording needs, who has given it. Commits nothing: the request does."""
+"""The checklist: what a recording or a teaching needs, who has given it. Commits nothing: the request does.
 
-from collections.abc import Sequence
+A session keeps its answers. Where a motion is taught without one, they come with the request and are good for that teaching.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any, Final
@@ -10,10 +13,11 @@ import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.events import service as events
-from kata.clinic.fields import Side
+from kata.clinic.fields import Fixture, Side, side_of
+from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
-from kata.clinic.sessions import service
+from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
@@ -67,6 +71,57 @@ def today() -> datetime:
     return datetime.now().astimezone().replace(hour=0, minute=0, second=0, microsecond=0)
 
 
+@dataclass(frozen=True)
+class Teach:
+    """A motion that is to be taught: what its checklist depends on."""
+
+    patient_id: UUID
+    side: Side
+    fixtures: Collection[Fixture]
+
+
+def teaching_checklist(
+    session: DatabaseSession, teach: Teach, there: Apparatus, looked: Sequence[Answer] = ()
+) -> tuple[Checked, ...]:
+    """What has to be in order before a motion is taught: by what the patient's open session keeps, if there is one, and by
+    what somebody has ``looked`` at just now.
+    """
+    visit = service.open_of(session, teach.patient_id)
+    given = [*(answers(visit) if visit else ()), *looked]
+    return against(_teaching_needs(teach), given, there, events.estop_tested_at(session, there.station, today()))
+
+
+def require_teaching(
+    session: DatabaseSession, teach: Teach, looked_at: Collection[CheckName], by: str, there: Apparatus
+) -> None:
+    """The motion may be taught: everything is in order. What was answered is kept with the patient's open session, if there is one.
+
+    :raises ProblemError: 409 naming what is open.
+    """
+    now = utc_now()
+    looked = [Answer(need.check, need.subject, now, by) for need in _teaching_needs(teach) if need.check in looked_at]
+    checks = teaching_checklist(session, teach, there, looked)
+    require_all(checks)
+    visit = service.open_of(session, teach.patient_id)
+    if visit:
+        # Nobody else adds to its answers meanwhile.
+        visit = service.to_change(session, visit.id)
+        for answer in looked:
+            keep(visit, answer)
+        _keep_detected(visit, checks)
+
+
+def teaching_side(patient: PatientRow, side: Side | None) -> Side:
+    """Which shoulder is taught: the one that is said, or the patient's treated one.
+
+    :raises ProblemError: 409 for a patient without an episode of care.
+    """
+    treated = side or patient.affected_side
+    if treated is None:
+        raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
+    return side_of(treated)
+
+
 def tick(
     session: DatabaseSession, session_id: UUID, check: CheckName, given: CheckTick, there: Apparatus
 ) -> tuple[Checked, ...]:
@@ -76,8 +131,7 @@ def tick(
         ended.
     """
     visit = service.to_change(session, session_id)
-    if visit.ended_at:
-        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+    ending.check_goes_on(visit.ended_at)
     need = to_tick(needs(session, visit, given.recording_id), check)
     keep(visit, Answer(check, need.subject, utc_now(), given.checked_by))
     return checklist(session, session_id, given.recording_id, there)
@@ -107,14 +161,10 @@ def require(session: DatabaseSession, session_id: UUID, recording_id: UUID, ther
     """
     checks = checklist(session, session_id, recording_id, there)
     require_all(checks)
-    visit = service.get(session, session_id)
-    kept = {one.check for one in answers(visit)}
-    for one in checks:
-        if one.answer and one.need.detected and one.need.check not in kept:
-            keep(visit, one.answer)
+    _keep_detected(service.get(session, session_id), checks)
 
 
-def require_all(checks: tuple[Checked, ...]) -> None:
+def require_all(checks: Sequence[Checked]) -> None:
     """Everything is in order.
 
     :raises ProblemError: 409 naming what is open.
@@ -148,13 +198,17 @@ def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
     )
 
 
+def _teaching_needs(teach: Teach) -> tuple[Need, ...]:
+    return needed(teach.side, sorted(teach.fixtures))
+
+
 def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None) -> tuple[Need, ...]:
     """What has to be in order; without a recording, what holds for all of them.
 
     :raises ProblemError: 404; 410 when the recording's samples are damaged.
     """
     if recording_id is None:
-        side: Side = "left" if visit.episode and visit.episode.side == "left" else "right"
+        side = side_of(visit.episode.side) if visit.episode else "right"
         return tuple(need for need in needed(side, ()) if need.check != "fixtures")
     return needs_of(recordings.get(session, recording_id), recordings.samples(session, recording_id).angles_deg)
 
@@ -162,9 +216,7 @@ def needs(session: DatabaseSession, visit: SessionRow, recording_id: UUID | None
 def needs_of(recording: RecordingRow, angles_deg: Floats) -> tuple[Need, ...]:
     """What has to be in order before this one is played; its angles ``(n, 5)`` tell whether it turns the arm."""
     rotates = bool(np.ptp(angles_deg[:, 4]) >= _ROTATES_DEG)
-    return needed(
-        "left" if recording.side == "left" else "right", playback_fixtures(recording.fixtures, rotates=rotates)
-    )
+    return needed(side_of(recording.side), playback_fixtures(recording.fixtures, rotates=rotates))
 
 
 def answers(visit: SessionRow) -> list[Answer]:
@@ -177,3 +229,14 @@ def keep(visit: SessionRow, answer: Answer) -> None:
     stored: dict[str, Any] = asdict(answer) | {"at": answer.at.isoformat()}
     # Only added to: nobody's change of the session is lost by it, so that it counts as none.
     visit.checks = [*visit.checks, stored]
+
+
+def _keep_detected(visit: SessionRow, checks: Sequence[Checked]) -> None:
+    for answer in told_only_now(checks, answers(visit)):
+        keep(visit, answer)
+
+
+def told_only_now(checks: Iterable[Checked], kept: Iterable[Answer]) -> list[Answer]:
+    """What the apparatus told, once a session: that is not among what is kept."""
+    before = {one.check for one in kept}
+    return [one.answer for one in checks if one.answer and one.need.detected and one.need.check not in before]

@@ -1,9 +1,11 @@
-"""What a session's end could be called, by what happened in it. Pure."""
+"""When a session may be ended, what is refused once it is, and what its end could be called, by what happened in it. Pure."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from datetime import datetime
 from typing import Protocol
 
 from kata.clinic.sessions.schemas import EndReason, SessionItem
+from kata.problems import ProblemError
 
 
 class Played(Protocol):
@@ -16,6 +18,29 @@ class Played(Protocol):
     @property
     def programme_position(self) -> int | None:
         """Which item it was."""
+
+
+def check_goes_on(ended_at: datetime | None) -> None:
+    """A session has not ended.
+
+    :raises ProblemError: 409.
+    """
+    if ended_at:
+        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+
+
+def check_played(played: Iterable[Played]) -> None:
+    """All that was begun in a session has ended.
+
+    :raises ProblemError: 409.
+    """
+    if any(run.outcome == "loaded" for run in played):
+        raise run_not_ended()
+
+
+def run_not_ended() -> ProblemError:
+    """Something is played in the session, or may be."""
+    return ProblemError(409, "run_not_ended", "A playback in this session has not ended.", "End it first, or stop it.")
 
 
 def suggested_reason(planned: Sequence[SessionItem], runs: Sequence[Played]) -> EndReason:

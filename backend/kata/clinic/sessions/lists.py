@@ -1,7 +1,7 @@
 """Lists of sessions, newest first: found by patient, time, therapist, station and what stopped them.
 
 A list tells of a session what stands in its row, and loads no run. However many sessions there are, a page of them is read off
-an index: of what stopped them, of the patient, the therapist or the station, or else of time.
+an index: of what stopped them and whose they were, of the patient, the therapist or the station, or else of time.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from kata.clinic.fields import Moment, Schema
 from kata.clinic.pages import Keyset, Next
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.schemas import SessionPatient
-from kata.clinic.sessions.tables import STOPPED, SessionRow, SessionStopRow
+from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 
 _MOST_CHOICES: Final = 500
 
@@ -82,7 +82,7 @@ def find(
     :raises ProblemError: 422 when ``after`` is damaged.
     """
     # First only which they are, which an index tells; then their rows, a page of them.
-    order = _BY_STOP if _by_stop(wanted) else _BY_TIME
+    order = _BY_TIME if wanted.stop is None else _BY_STOP
     found = order.page(_ids(wanted), after, limit).subquery()
     columns = (
         SessionRow.id, SessionRow.started_at, SessionRow.ended_at, SessionRow.therapist, SessionRow.station,
@@ -105,37 +105,28 @@ def choices(session: DatabaseSession) -> SessionChoices:
     )
 
 
-def _by_stop(wanted: Wanted) -> bool:
-    """All that a cause has stopped are read off the causes. Of somebody's, who may have none at all, that would be all of theirs:
-    they are read off the sessions of theirs that something was stopped in.
-    """
-    return wanted.stop is not None and wanted.therapist is None and wanted.station is None
-
-
 def _ids(wanted: Wanted) -> Select[Any]:
     """Without order and end: those are the page's."""
     query: Select[Any]
-    if not _by_stop(wanted):
-        began: InstrumentedAttribute[datetime] = SessionRow.started_at
+    told: type[SessionRow] | type[SessionStopRow]
+    if wanted.stop is None:
+        told = SessionRow
         query = select(SessionRow.id)
-        if wanted.stop is not None:
-            of_it = (SessionStopRow.session_id == SessionRow.id, SessionStopRow.code == wanted.stop)
-            query = query.where(STOPPED, select(SessionStopRow.code).where(*of_it).exists())
     else:
-        began = SessionStopRow.started_at
+        told = SessionStopRow
         query = select(SessionStopRow.session_id.label("id")).where(SessionStopRow.code == wanted.stop)
         if wanted.patient_id or wanted.hidden is not None:
             query = query.join(SessionRow, SessionRow.id == SessionStopRow.session_id)
     if wanted.since:
-        query = query.where(began >= wanted.since)
+        query = query.where(told.started_at >= wanted.since)
     if wanted.until:
-        query = query.where(began < wanted.until)
+        query = query.where(told.started_at < wanted.until)
     if wanted.hidden is not None:
         query = query.where(SessionRow.patient_id.not_in(wanted.hidden))
     for column, value in (
         (SessionRow.patient_id, wanted.patient_id),
-        (SessionRow.therapist, wanted.therapist),
-        (SessionRow.station, wanted.station),
+        (told.therapist, wanted.therapist),
+        (told.station, wanted.station),
     ):
         if value is not None:
             query = query.where(column == value)

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from kata.clinic.fields import side_of
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
 from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_REVERSING
 from kata.motion.axes import BASIC_MOTIONS
@@ -49,7 +50,7 @@ def widen(
         _widen(motor, lessened_deg[:, motor.motor - 1])
     if motions:
         try:
-            poses = pose_deg(lessened_deg.astype(np.float64), "left" if side == "left" else "right")
+            poses = pose_deg(lessened_deg.astype(np.float64), side_of(side))
         except OutOfReachError:
             return
         for motion in motions:

@@ -54,6 +54,11 @@ def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id:
 
 def items(row: SessionRow) -> list[SessionItem]:
     """In their order; none where recordings are chosen one by one."""
+    return of_version(row.programme_version) if row.programme_version else []
+
+
+def of_version(version: ProgrammeVersionRow) -> list[SessionItem]:
+    """In their order."""
     return [
         SessionItem(
             position=item.position,
@@ -66,20 +71,22 @@ def items(row: SessionRow) -> list[SessionItem]:
             load_level=item.load_level,
             method=item.method,
         )
-        for item in (row.programme_version.items if row.programme_version else ())
+        for item in version.items
     ]
 
 
 def as_programme(row: SessionRow) -> SessionProgramme | None:
     """As it goes out."""
-    version = row.programme_version
-    if version is None:
-        return None
+    return programme_of(row.programme_version) if row.programme_version else None
+
+
+def programme_of(version: ProgrammeVersionRow) -> SessionProgramme:
+    """A session's, planned by this version."""
     return SessionProgramme(
         id=version.programme.id,
         name=version.programme.name,
         version_id=version.id,
         number=version.number,
         timer_minutes=version.timer_minutes,
-        items=items(row),
+        items=of_version(version),
     )

@@ -1,14 +1,16 @@
 """REST for sessions and runs."""
 
 from typing import Annotated
-from uuid import UUID
+from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
-from kata.clinic.recordings import service as recordings
+from kata.clinic.fields import Fixture, Side, side_of
+from kata.clinic.keeping import Keeping
+from kata.clinic.patients import service as patients
 from kata.clinic.recordings.shown import MotionShown, shown
 from kata.clinic.reports.words import Language
 from kata.clinic.sessions import checks, ending, runs, service, signing
@@ -20,6 +22,7 @@ from kata.clinic.sessions.schemas import (
     Checklist,
     CheckTick,
     Draft,
+    ReadyPatient,
     Run,
     RunFigures,
     Session,
@@ -43,34 +46,92 @@ def _ahead(request: Request) -> Ahead:
     return ahead
 
 
+def _keeping(request: Request) -> Keeping:
+    kept: Keeping = request.app.state.kept
+    return kept
+
+
+async def _on_apparatus(station: TheStation) -> UUID | None:
+    run = station.live().run
+    return run.session_id if run else None
+
+
 TheAhead = Annotated[Ahead, Depends(_ahead)]
+TheKeeping = Annotated[Keeping, Depends(_keeping)]
 TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
+OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
+"""The session that something is loaded or played in just now."""
+
+
+@router.get("/api/station/ready")
+def list_ready(ahead: TheAhead) -> list[ReadyPatient]:
+    """While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
+
+    Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
+    record is restricted. Nobody at all while the database answers.
+    """
+    return ahead.ready()
 
 
 @router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
-def create_session(database: TheDatabase, station: TheStation, ahead: TheAhead, wanted: SessionCreate) -> Session:
-    """Begin a session at this station. A patient has one open session at most: if there is one, it goes on."""
-    with database.write() as session:
-        row = service.begin(
-            session, wanted.patient_id, wanted.therapist, wanted.programme_version_id, station.info.name
-        )
-        begun = service.as_session(row)
-    ahead.attend(begun.id)
+def create_session(
+    database: TheDatabase, station: TheStation, ahead: TheAhead, kept: TheKeeping, wanted: SessionCreate
+) -> Session:
+    """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
+
+    While the database does not answer: for one of those of whom /api/station/ready tells, by the programme that it tells.
+    """
+    what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
+    # Made here: what the database may have written before it was lost is the same session.
+    session_id = uuid4()
+    try:
+        with database.write() as session:
+            begun = service.as_session(service.begin(session, *what, station.info.name, session_id))
+    except DatabaseAwayError:
+        found = ahead.open(session_id, *what)
+        if found is None:
+            raise
+        begun, opened = found
+        if opened and not kept.put_done(opened):
+            kept.put_not_begun("session", opened.id)
+            ahead.never_began(opened.id)
+            raise
+        return begun
+    ahead.attend(begun.patient.id, begun.id)
     return begun
 
 
 @router.get("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
-def get_session(database: TheDatabase, session_id: UUID) -> Session:
-    """One session with its runs."""
-    with database.read() as session:
-        return service.as_session(service.get(session, session_id))
+def get_session(database: TheDatabase, ahead: TheAhead, session_id: UUID) -> Session:
+    """One session with its runs; while the database does not answer, one that goes on here."""
+    try:
+        with database.read() as session:
+            return service.as_session(service.get(session, session_id))
+    except DatabaseAwayError:
+        known = ahead.visit(session_id)
+        if known is None:
+            raise
+        return known
 
 
 @router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
-def update_session(database: TheDatabase, session_id: UUID, change: SessionUpdate) -> Session:
-    """Change note, pain, therapist or programme, until it is signed."""
-    with database.write() as session:
-        return service.as_session(service.change(session, session_id, change))
+def update_session(
+    database: TheDatabase, ahead: TheAhead, kept: TheKeeping, session_id: UUID, change: SessionUpdate
+) -> Session:
+    """Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone."""
+    try:
+        with database.write() as session:
+            changed = service.as_session(service.change(session, session_id, change))
+    except DatabaseAwayError:
+        said = ahead.say(session_id, change)
+        if said is None:
+            raise
+        changed, told = said
+        for one in told:
+            kept.put_done(one)
+        return changed
+    ahead.renew()
+    return changed
 
 
 @router.get("/api/sessions/{session_id}/checklist", responses=PROBLEMS.of(404, 410, 422))
@@ -94,10 +155,10 @@ def get_checklist(
 
 @router.put("/api/sessions/{session_id}/checklist/{check}", responses=PROBLEMS.of(404, 409, 410, 422))
 def tick_check(
-    request: Request,
     database: TheDatabase,
     there: TheApparatus,
     ahead: TheAhead,
+    kept: TheKeeping,
     session_id: UUID,
     check: CheckName,
     given: CheckTick,
@@ -106,22 +167,60 @@ def tick_check(
     try:
         with database.write() as session:
             told = checks.as_checklist(checks.tick(session, session_id, check, given, there))
+            patient_id = service.get(session, session_id).patient_id
     except DatabaseAwayError:
         ticked = ahead.tick(session_id, given.recording_id, check, given.checked_by)
         known = ahead.checklist(session_id, given.recording_id, there)
         if ticked is None or known is None:
             raise
-        request.app.state.kept.put_ticked(ticked)
+        kept.put_done(ticked)
         return checks.as_checklist(known)
-    ahead.attend(session_id)
+    ahead.attend(patient_id, session_id)
     return told
 
 
+@router.get("/api/patients/{patient_id}/teaching-checklist", responses=PROBLEMS.of(404, 409, 422))
+def get_teaching_checklist(
+    database: TheDatabase,
+    there: TheApparatus,
+    patient_id: UUID,
+    fixtures: Annotated[set[Fixture], Query(min_length=1, max_length=3, description="What the arm is in.")],
+    side: Annotated[Side | None, Query(description="The side of the patient's episode unless given.")] = None,
+) -> Checklist:
+    """What has to be in order before a motion is taught, and what the patient's open session knows of it already."""
+    with database.read() as session:
+        patient = patients.get(session, patient_id)
+        teach = checks.Teach(patient.id, checks.teaching_side(patient, side), fixtures)
+        return checks.as_checklist(checks.teaching_checklist(session, teach, there))
+
+
 @router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
-def end_session(database: TheDatabase, session_id: UUID, given: SessionEnd | None = None) -> Session:
-    """End a session; ending it again changes nothing but the reason, if one is given."""
-    with database.write() as session:
-        return service.as_session(service.end(session, session_id, given.reason if given else None))
+def end_session(
+    database: TheDatabase,
+    ahead: TheAhead,
+    kept: TheKeeping,
+    played: OnApparatus,
+    session_id: UUID,
+    given: SessionEnd | None = None,
+) -> Session:
+    """End a session; ending it again changes nothing but the reason, if one is given.
+
+    While the database does not answer, a session that goes on here is ended with the reason that is given, or none.
+    """
+    reason = given.reason if given else None
+    try:
+        with database.write() as session:
+            ended = service.as_session(service.end(session, session_id, reason))
+    except DatabaseAwayError:
+        found = ahead.end(session_id, reason, played)
+        if found is None:
+            raise
+        ended, closed = found
+        if closed:
+            kept.put_done(closed)
+        return ended
+    ahead.attend(ended.patient.id, None)
+    return ended
 
 
 @router.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
@@ -166,7 +265,7 @@ def get_run_motion(database: TheDatabase, run_id: UUID) -> MotionShown:
     """
     with database.read() as session:
         row = runs.get(session, run_id)
-        return shown(runs.motion_of(session, row, once=True), recordings.side_of(row.recording))
+        return shown(runs.motion_of(session, row, once=True), side_of(row.recording.side))
 
 
 @router.get("/api/runs/{run_id}/figures", response_model=RunFigures, responses=PROBLEMS.of(404, 409, 410, 422))

@@ -2,7 +2,7 @@
 
 import logging
 from dataclasses import asdict, replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 from functools import cached_property
 from uuid import UUID, uuid4
 
@@ -11,15 +11,17 @@ from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic import overview
+from kata.clinic.fields import side_of
 from kata.clinic.figures import RunParts, Window
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
-from kata.clinic.sessions import learning, phases, plans
+from kata.clinic.sessions import ending, learning, phases, plans
 from kata.clinic.sessions.schemas import (
     Asked,
     Comparison,
     MotionTracking,
     MotorTracking,
+    Outcome,
     Run,
     RunStop,
 )
@@ -38,7 +40,6 @@ from kata.device.config import StationConfig
 from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, Journal
 from kata.device.messages import LOAD_LEVELS
 from kata.motion import edit
-from kata.motion.axes import Side
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Tracking, compare, compare_motions
@@ -67,12 +68,17 @@ def begin(
     method: Method = "smooth",
     station: str = "",
     programme_position: int | None = None,
+    *,
+    looked_at: RunRow | None = None,
 ) -> RunRow:
     """Write down that a recording is about to be played; by the learned method, with what was learned on that station.
 
+    ``looked_at``: the same run as :func:`to_begin` has told it before: it is played with the correction that was found then.
+
     :raises ProblemError: as :func:`to_begin`.
     """
-    row = to_begin(session, session_id, recording_id, load_level, asked, method, station, programme_position)
+    row = _allowed(session, session_id, recording_id, load_level, asked, method, programme_position)
+    row.corrected_by = looked_at.corrected_by if looked_at else _corrected_by(session, row, station)
     session.add(row)
     _visit(session, row).run_count += 1
     session.flush()
@@ -95,12 +101,29 @@ def to_begin(
     :raises ProblemError: 404; 409 when the session has ended, the recording is another patient's or archived, or it is not at
         that place of the session's programme.
     """
+    row = _allowed(session, session_id, recording_id, load_level, asked, method, programme_position)
+    row.corrected_by = _corrected_by(session, row, station)
+    return row
+
+
+def _corrected_by(session: DatabaseSession, row: RunRow, station: str) -> UUID | None:
+    return learning.newest(session, row, station) if row.method == "learned" else None
+
+
+def _allowed(
+    session: DatabaseSession,
+    session_id: UUID,
+    recording_id: UUID,
+    load_level: int,
+    asked: edit.Asked,
+    method: Method,
+    programme_position: int | None,
+) -> RunRow:
     visit = session.get(SessionRow, session_id)
     if visit is None:
         raise not_found("session")
     recording = recordings.get(session, recording_id)
-    if visit.ended_at:
-        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+    ending.check_goes_on(visit.ended_at)
     if recording.patient_id != visit.patient_id:
         raise ProblemError(
             409, "other_patient", "This recording was taught to another patient.", "Choose one of this patient's own."
@@ -109,12 +132,26 @@ def to_begin(
         raise ProblemError(409, "archived", "This recording is archived.", "Restore it first, or choose another.")
     if programme_position is not None:
         plans.require(visit, programme_position, recording_id)
-    row = RunRow(
-        id=uuid4(),
+    return new(uuid4(), session_id, recording_id, utc_now(), load_level, asked, method, programme_position)
+
+
+def new(
+    id_: UUID,
+    session_id: UUID,
+    recording_id: UUID,
+    started_at: datetime,
+    load_level: int,
+    asked: edit.Asked,
+    method: Method,
+    programme_position: int | None,
+) -> RunRow:
+    """One that has just been loaded, not added to any database yet."""
+    return RunRow(
+        id=id_,
         session_id=session_id,
         recording_id=recording_id,
         programme_position=programme_position,
-        started_at=utc_now(),
+        started_at=started_at,
         ended_at=None,
         outcome="loaded",
         stop_code=None,
@@ -125,9 +162,6 @@ def to_begin(
         method=method,
         samples=None,
     )
-    if method == "learned":
-        row.corrected_by = learning.newest(session, row, station)
-    return row
 
 
 class Made:
@@ -199,7 +233,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
         return row
     lasted_ns = int(journal.t_ns[-1]) - journal.started_ns if len(journal.t_ns) else 0
     row.ended_at = journal.started_at + timedelta(seconds=lasted_ns / 1e9)
-    row.outcome = journal.end.reason if journal.end else "interrupted"
+    row.outcome = outcome_of(journal)
     row.stop_code = journal.end.cause_code if journal.end else None
     row.stop_message = journal.end.cause_message if journal.end else None
     row.rate_hz = journal.rate_hz
@@ -234,6 +268,12 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
     return row
 
 
+def outcome_of(journal: Journal) -> Outcome:
+    """How the run has ended that this is the journal of."""
+    reason = journal.end.reason if journal.end else None
+    return "interrupted" if reason is None or reason == "finished" else reason
+
+
 def _keep_phases(row: RunRow, journal: Journal, made: Made) -> None:
     row.reversals = phases.reversals(journal.phase)
     if np.any(journal.phase == PHASE_LESSENED):
@@ -265,18 +305,20 @@ def _keep_stop(session: DatabaseSession, row: RunRow) -> None:
     visit = _visit(session, row)
     visit.stop_count += 1
     if row.stop_code and session.get(SessionStopRow, (visit.id, row.stop_code)) is None:
-        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, started_at=visit.started_at))
+        told = {"started_at": visit.started_at, "therapist": visit.therapist, "station": visit.station}
+        session.add(SessionStopRow(session_id=visit.id, code=row.stop_code, **told))
 
 
-def give_up_unended(session: DatabaseSession, station: str) -> int:
-    """At a station's start, with every journal of it imported: what was begun there and still has not ended has lost its journal too.
+def give_up_unended(session: DatabaseSession, station: str, before: datetime) -> int:
+    """With every journal of a station's last device process imported: what was begun there before its end, and has not ended,
+    has lost its journal too.
 
     A session may have gone on at another station, and be played there just now: :func:`keep` completes that run all the same.
 
     :returns: how many there were.
     """
     here = select(SessionRow.id).where(SessionRow.station.in_((station, "")))
-    return _give_up(session, RunRow.session_id.in_(here))
+    return _give_up(session, RunRow.session_id.in_(here) & (RunRow.started_at <= before))
 
 
 def give_up(session: DatabaseSession, run_id: UUID) -> None:
@@ -292,7 +334,7 @@ def _give_up(session: DatabaseSession, which: ColumnElement[bool]) -> int:
 
 def _compare_motions(row: RunRow, motion: edit.Motion, path_s: Floats, measured_deg: Floats) -> list[MotionTrackingRow]:
     """None where the motors stood as no scapula can stand: what is known of them is kept all the same."""
-    side: Side = "left" if row.recording.side == "left" else "right"
+    side = side_of(row.recording.side)
     try:
         compared = compare_motions(
             motion.times_s, motion.angles_deg, path_s, measured_deg, lambda angles: pose_deg(angles, side)

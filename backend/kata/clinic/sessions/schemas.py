@@ -14,6 +14,7 @@ from kata.station.schemas import LoadLevel
 
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
 """completed: as planned. shortened: by the therapist. stopped: a stop ended it."""
+PainWhen = Literal["pain_before", "pain_during", "pain_after"]
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
@@ -219,7 +220,7 @@ class CheckTick(Schema):
 
 
 class SessionCheck(Schema):
-    """One thing to be in order before something is played."""
+    """One thing to be in order before something is taught or played."""
 
     check: CheckName
     subject: str = Field(description="What an answer is good for: a side, fixtures.", examples=["arm_fixer_1"])
@@ -234,7 +235,7 @@ class Checklist(Schema):
     """What has to be in order, and what is."""
 
     checks: list[SessionCheck]
-    complete: bool = Field(description="Nothing is open: the recording may be loaded.")
+    complete: bool = Field(description="Nothing is open: it may be taught, or the recording loaded.")
 
 
 class CheckAnswer(Schema):
@@ -267,6 +268,16 @@ class SessionProgramme(Schema):
         gt=0, description="After so many minutes no further repetition or recording is begun."
     )
     items: list[SessionItem]
+
+
+class ReadyPatient(Schema):
+    """Somebody whom a session can be begun for, or goes on for, without the database."""
+
+    patient: SessionPatient
+    side: Side | None = Field(description="Of the episode of care that goes on: the shoulder that is treated.")
+    contraindications: str = Field(description="Of that episode.", examples=["No external rotation beyond 30 degrees."])
+    programme: SessionProgramme | None = Field(description="What a session is planned by; null: none can be begun.")
+    session: "Session | None" = Field(description="The one that goes on, or was ended last meanwhile.")
 
 
 class Draft(Schema):

@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Final
 from uuid import UUID, uuid4
 
-from sqlalchemy import select
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.patients import service as patients
@@ -19,6 +19,7 @@ from kata.clinic.sessions.schemas import (
 )
 from kata.clinic.sessions.tables import (
     SessionRow,
+    SessionStopRow,
 )
 from kata.database.base import utc_now
 from kata.problems import ProblemError, check_version, not_found
@@ -32,36 +33,52 @@ def begin(
     therapist: str = "",
     programme_version_id: UUID | None = None,
     station: str = "",
+    session_id: UUID | None = None,
 ) -> SessionRow:
     """Begin a session; the patient's one that is still open goes on instead, with what it does not have yet.
+
+    ``session_id``: of a new one.
 
     :raises ProblemError: 404; 409 for an archived patient, or a programme of another episode.
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
         raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
-    unended = select(SessionRow).where(SessionRow.patient_id == patient.id, SessionRow.ended_at.is_(None))
-    row = session.scalars(unended.order_by(SessionRow.started_at.desc())).first()
+    row = open_of(session, patient.id)
     if row is None:
-        now = utc_now()
-        row = SessionRow(
-            id=uuid4(),
-            patient_id=patient.id,
-            episode_id=patient.episode.id if patient.episode else None,
-            station=station,
-            started_at=now,
-            ended_at=None,
-            note="",
-            updated_at=now,
-        )
+        episode_id = patient.episode.id if patient.episode else None
+        row = new(session_id or uuid4(), patient.id, episode_id, station, utc_now())
         session.add(row)
         session.flush()
         session.refresh(row)
-    row.therapist = row.therapist or therapist
+    if therapist and not row.therapist:
+        row.therapist = therapist
+        session.execute(update(SessionStopRow).where(SessionStopRow.session_id == row.id).values(therapist=therapist))
     if programme_version_id and row.programme_version_id is None:
         plans.choose(session, row, programme_version_id)
         session.flush()
     return row
+
+
+def new(id_: UUID, patient_id: UUID, episode_id: UUID | None, station: str, started_at: datetime) -> SessionRow:
+    """One that has just begun, not added to any database yet."""
+    return SessionRow(
+        id=id_,
+        patient_id=patient_id,
+        episode_id=episode_id,
+        station=station,
+        started_at=started_at,
+        ended_at=None,
+        note="",
+        updated_at=started_at,
+    )
+
+
+def never_began(session: DatabaseSession, session_id: UUID) -> None:
+    """Take one back that could not be kept, and that nobody was told of."""
+    row = session.get(SessionRow, session_id)
+    if row and not row.runs:
+        session.delete(row)
 
 
 def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
@@ -73,6 +90,12 @@ def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
     if row is None:
         raise not_found("session")
     return row
+
+
+def open_of(session: DatabaseSession, patient_id: UUID) -> SessionRow | None:
+    """The patient's session that has not ended; None without one."""
+    unended = select(SessionRow).where(SessionRow.patient_id == patient_id, SessionRow.ended_at.is_(None))
+    return session.scalars(unended.order_by(SessionRow.started_at.desc())).first()
 
 
 def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | None = None) -> SessionRow:
@@ -98,10 +121,7 @@ def end(session: DatabaseSession, session_id: UUID, reason: EndReason | None = N
     :raises ProblemError: 404; 409 while a run in it has not ended, or when it is signed.
     """
     row = to_change(session, session_id)
-    if any(run.outcome == "loaded" for run in row.runs):
-        raise ProblemError(
-            409, "run_not_ended", "A playback in this session has not ended.", "End it first, or stop it."
-        )
+    ending.check_played(row.runs)
     row.ended_at = row.ended_at or utc_now()
     row.end_reason = reason or row.end_reason or ending.suggested_reason(plans.items(row), row.runs)
     row.updated_at = utc_now()

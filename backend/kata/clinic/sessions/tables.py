@@ -1,10 +1,10 @@
 """Tables of sessions and runs."""
 
 from datetime import datetime
-from typing import Any, Final
+from typing import Any
 from uuid import UUID
 
-from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text, text
+from sqlalchemy import JSON, ForeignKey, Index, LargeBinary, String, Text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from kata.clinic.episodes.tables import EpisodeRow
@@ -28,9 +28,6 @@ SAMPLE_COLUMNS = (
 
 A setpoint goes to its drive in counts of 0.088 deg: what is finer than a fortieth of one never got there."""
 
-STOPPED = text("stop_count > 0")
-_STOPPED: Final[dict[str, Any]] = {"sqlite_where": STOPPED, "postgresql_where": STOPPED}
-
 
 class SessionRow(Base):
     """One visit. Once it is signed only addenda are added."""
@@ -42,18 +39,6 @@ class SessionRow(Base):
         Index("ix_sessions_therapist_started_at", "therapist", "started_at", "id"),
         Index("ix_sessions_station_started_at", "station", "started_at", "id"),
         Index("ix_sessions_therapist_station_started_at", "therapist", "station", "started_at", "id"),
-        # Of the few that something was stopped in: looked for by its cause, they are found without their rows.
-        Index(
-            "ix_sessions_therapist_stopped",
-            "therapist",
-            "started_at",
-            "id",
-            "station",
-            "patient_id",
-            "stop_count",
-            **_STOPPED,
-        ),
-        Index("ix_sessions_station_stopped", "station", "started_at", "id", "patient_id", "stop_count", **_STOPPED),
     )
 
     id: Mapped[UUID] = mapped_column(primary_key=True)
@@ -100,15 +85,21 @@ class AddendumRow(Base):
 
 
 class SessionStopRow(Base):
-    """A cause that stopped something in a session: found by cause and time, without looking through all the runs."""
+    """A cause that stopped something in a session: found by cause, whose it was and time, without looking through all the runs."""
 
     __tablename__ = "session_stops"
-    __table_args__ = (Index("ix_session_stops_code_started_at", "code", "started_at", "session_id"),)
+    __table_args__ = (
+        Index("ix_session_stops_code_started_at", "code", "started_at", "session_id"),
+        Index("ix_session_stops_code_therapist_started_at", "code", "therapist", "started_at", "session_id", "station"),
+        Index("ix_session_stops_code_station_started_at", "code", "station", "started_at", "session_id"),
+    )
 
     session_id: Mapped[UUID] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
     code: Mapped[str] = mapped_column(String(32), primary_key=True)
     started_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    """The session's."""
+    therapist: Mapped[str] = mapped_column(String(100), default="")
+    station: Mapped[str] = mapped_column(String(100), default="")
+    """The session's, all three."""
 
 
 class RunRow(Base):

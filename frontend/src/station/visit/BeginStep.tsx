@@ -2,26 +2,40 @@ import { Button, Group, Select, Stack, Text } from "@mantine/core";
 import { useMutation, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { useName } from "../../access/hooks";
-import { api, type Session } from "../../api/client";
+import { api, type ReadyPatient, type Schemas, type Session } from "../../api/client";
 import { useKeepSession } from "../../shared/keepSession";
 import { ProblemNote } from "../../shared/problem";
+import { orReady, useAway } from "../../shared/ready";
 import { settingsWords } from "../../shared/settings";
 import { VISIT } from "./words";
 
 const NONE = "none";
+
+/** A programme's newest version. */
+type Choice = { id: string; name: string; number: number; items: SessionItem[] };
+type SessionItem = Omit<Schemas["SessionItem"], "recording_id">;
+
+async function choicesOf(patientId: string): Promise<Choice[]> {
+  const { items } = await api.programmes(patientId);
+  return items.filter((one) => !one.archived_at).map(({ name, current }) => ({ name, ...current }));
+}
+
+const keptChoices = ({ programme }: ReadyPatient): Choice[] =>
+  programme
+    ? [{ id: programme.version_id, name: programme.name, number: programme.number, items: programme.items }]
+    : [];
 
 /** What is planned, and by whom: begins the session, or changes what is planned in the one that goes on. */
 export function BeginStep(props: { patientId: string; session: Session | null; onDone: () => void }) {
   const { patientId, session, onDone } = props;
   const who = useName();
   const keep = useKeepSession();
+  const away = useAway();
   const programmes = useQuery({
-    queryKey: ["programmes", patientId],
-    queryFn: () => api.programmes(patientId),
+    queryKey: ["programmes", patientId, "to begin by"],
+    queryFn: () => orReady(patientId, () => choicesOf(patientId), keptChoices),
   });
-  const choices = (programmes.data?.items ?? [])
-    .filter((one) => !one.archived_at)
-    .map(({ name, current }) => ({ name, ...current }));
+  const choices = programmes.data ?? [];
   const planned = session?.programme?.version_id ?? null;
   const [given, setGiven] = useState<string | null>(null);
   // The newest programme is what a visit is for, unless somebody says otherwise.
@@ -52,7 +66,8 @@ export function BeginStep(props: { patientId: string; session: Session | null; o
           ...(planned && !version && chosen === planned && session?.programme
             ? [{ value: planned, label: VISIT.version(session.programme.name, session.programme.number) }]
             : []),
-          { value: NONE, label: VISIT.none },
+          // Without the database only what was fetched with the programme can be played.
+          ...(away && !session ? [] : [{ value: NONE, label: VISIT.none }]),
         ]}
         value={chosen}
         onChange={setGiven}

@@ -1,8 +1,9 @@
 import { Button, Card, Group, Stack, Text } from "@mantine/core";
 import { IconCircle, IconCircleCheckFilled } from "@tabler/icons-react";
 import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import type { ReactNode } from "react";
 import { useMay, useName } from "../../access/hooks";
-import { api, type Check } from "../../api/client";
+import { api, type Check, type Schemas } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
 import { told } from "../../shared/told";
@@ -19,6 +20,16 @@ export function useChecklist(sessionId: string | undefined, recordingId: string 
     queryFn: () => api.checklist(sessionId ?? "", recordingId),
     enabled: sessionId !== undefined,
     refetchInterval: (query) => (query.state.data?.complete ? false : LOOK_AGAIN_MS),
+  });
+}
+
+/** What has to be in order before this patient is taught a motion. It looks again while the apparatus has not seen all that it tells. */
+export function useTeachingChecklist(patientId: string, fixtures: Schemas["TeachRequest"]["fixtures"]) {
+  return useQuery({
+    queryKey: ["session", "teaching", patientId, fixtures],
+    queryFn: () => api.teachingChecklist(patientId, fixtures),
+    refetchInterval: (query) =>
+      query.state.data?.checks.some((check) => check.detected && !check.given) ? LOOK_AGAIN_MS : false,
   });
 }
 
@@ -50,30 +61,20 @@ export function CheckList(props: {
   return (
     <Stack gap="sm">
       {checks.map((check) => (
-        <Card key={check.check} withBorder padding="sm" data-testid={`check-${check.check}`}>
-          <Group wrap="nowrap" justify="space-between">
-            <Group wrap="nowrap">
-              {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
-              <CheckPicture check={check} />
-              <div>
-                <Text size="lg">{told(check.sentence)}</Text>
-                <Text size="sm">{answerWords(check)}</Text>
-              </div>
-            </Group>
-            {toLookAt.includes(check) && (
-              <Button
-                size="lg"
-                flex="none"
-                variant={toLookAt.length > 1 ? "default" : "filled"}
-                disabled={tick.isPending}
-                aria-label={VISIT.isSoThat(told(check.sentence))}
-                onClick={() => tick.mutate([check])}
-              >
-                {VISIT.isSo}
-              </Button>
-            )}
-          </Group>
-        </Card>
+        <CheckLine key={check.check} check={check}>
+          {toLookAt.includes(check) && (
+            <Button
+              size="lg"
+              flex="none"
+              variant={toLookAt.length > 1 ? "default" : "filled"}
+              disabled={tick.isPending}
+              aria-label={VISIT.isSoThat(told(check.sentence))}
+              onClick={() => tick.mutate([check])}
+            >
+              {VISIT.isSo}
+            </Button>
+          )}
+        </CheckLine>
       ))}
       {toLookAt.length > 1 && (
         <Group justify="flex-end">
@@ -84,6 +85,25 @@ export function CheckList(props: {
       )}
       <ProblemNote error={checklist.error ?? tick.error} />
     </Stack>
+  );
+}
+
+/** One check: what it looks like when it is in order, in words too, and who has said so. */
+export function CheckLine({ check, children }: { check: Check; children?: ReactNode }) {
+  return (
+    <Card withBorder padding="sm" data-testid={`check-${check.check}`}>
+      <Group wrap="nowrap" justify="space-between">
+        <Group wrap="nowrap">
+          {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
+          <CheckPicture check={check} />
+          <div>
+            <Text size="lg">{told(check.sentence)}</Text>
+            <Text size="sm">{answerWords(check)}</Text>
+          </div>
+        </Group>
+        {children}
+      </Group>
+    </Card>
   );
 }
 

@@ -1,0 +1,261 @@
+"""What was done in a session while the database was away, as it goes through the spool, and how it is written down when it is back.
+
+Each once, and in the order in which it was done. What the record says by then that nobody here could know is not guessed away: an
+alarm of the session says so.
+"""
+
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Any, Final, Literal
+from uuid import UUID, uuid4
+
+import msgspec
+from sqlalchemy import or_, select
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.access import chain
+from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes.limits import Allowed
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.fields import side_of
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes import service as programmes
+from kata.clinic.programmes.tables import ProgrammeVersionRow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions import checks, runs, service
+from kata.clinic.sessions.checklist import Answer, CheckName
+from kata.clinic.sessions.schemas import EndReason, PainWhen
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.motion import edit
+from kata.motion.method import Method
+from kata.problems import ProblemError
+
+CHANGED_MEANWHILE: Final = "changed_meanwhile"
+Change = Literal[
+    "ended", "archived", "closed", "limits",
+    "another", "programme", "care_closed", "patient_archived", "restricted", "ended_already",
+]  # fmt: skip
+CHANGED: Final[dict[Change, str]] = {
+    # Of a playback.
+    "ended": "Played while the database was away; somebody had ended the session elsewhere by then.",
+    "archived": "Played while the database was away; somebody had archived the recording elsewhere by then.",
+    "closed": "Played while the database was away; somebody had closed the episode of care elsewhere by then.",
+    "limits": "Played while the database was away; somebody had changed the doctor's limits elsewhere by then.",
+    # Of a session.
+    "another": "Begun while the database was away; another session of this patient was begun elsewhere.",
+    "programme": "Begun while the database was away; somebody has changed the programme elsewhere.",
+    "care_closed": "Begun while the database was away; somebody has closed the episode of care elsewhere.",
+    "patient_archived": "Begun while the database was away; somebody has archived the patient's record elsewhere.",
+    "restricted": "Begun while the database was away; somebody has restricted the patient's record elsewhere.",
+    "ended_already": "Ended while the database was away; in the record it had been ended already, and stays as it was.",
+}
+NOT_KEPT: Final[dict[PainWhen, str]] = {
+    "pain_before": "Pain before, said while the database was away: {pain}. The session says another one, from elsewhere.",
+    "pain_during": "Worst pain, said while the database was away: {pain}. The session says another one, from elsewhere.",
+    "pain_after": "Pain after, said while the database was away: {pain}. The session says another one, from elsewhere.",
+}
+
+
+class Opened(msgspec.Struct, frozen=True, tag="opened"):
+    """A session that began while the database was away; its id is made here."""
+
+    id: UUID
+    patient_id: UUID
+    episode_id: UUID
+    programme_version_id: UUID
+    therapist: str
+    station: str
+    started_at: datetime
+
+
+class Pained(msgspec.Struct, frozen=True, tag="pained"):
+    """How much it hurts, as it was said while the database was away."""
+
+    session_id: UUID
+    when: PainWhen
+    pain: int | None
+    before: int | None
+    """What the session said until then, as far as was known."""
+    at: datetime
+    station: str
+
+
+class Closed(msgspec.Struct, frozen=True, tag="closed"):
+    """A session that was ended while the database was away."""
+
+    session_id: UUID
+    reason: EndReason | None
+    at: datetime
+    station: str
+
+
+class Begun(msgspec.Struct, frozen=True, tag="begun"):
+    """A run that began while the database was away; its id is made here."""
+
+    id: UUID
+    session_id: UUID
+    recording_id: UUID
+    programme_position: int | None
+    started_at: datetime
+    load_level: int
+    asked: edit.Asked
+    method: Method
+    corrected_by: UUID | None
+    allowed: str
+    """What the doctor allowed, as it was known."""
+    station: str
+
+    @property
+    def row(self) -> RunRow:
+        """As it is written down."""
+        of = (self.id, self.session_id, self.recording_id, self.started_at)
+        row = runs.new(*of, self.load_level, self.asked, self.method, self.programme_position)
+        row.corrected_by = self.corrected_by
+        return row
+
+
+class Ticked(msgspec.Struct, frozen=True, tag="ticked"):
+    """An answer of the checklist that was given while the database was away."""
+
+    session_id: UUID
+    check: CheckName
+    subject: str
+    at: datetime
+    by: str
+
+
+Arriving = Opened | Pained | Closed | Begun | Ticked
+
+
+def keep(session: DatabaseSession, done: Arriving) -> None:
+    """Write it down, and what the record says by now that nobody could know then.
+
+    :raises ValueError: when what it belongs to is not there any more.
+    """
+    match done:
+        case Opened():
+            _keep_opened(session, done)
+        case Pained():
+            _keep_pained(session, done)
+        case Closed():
+            _keep_closed(session, done)
+        case Begun():
+            _keep_begun(session, done)
+        case Ticked():
+            checks.keep(_visit(session, done.session_id), Answer(done.check, done.subject, done.at, done.by))
+
+
+def written(allowed: Allowed) -> str:
+    """What a doctor allows, to be compared."""
+    told: dict[str, Any] = {
+        "max_load_level": allowed.max_load_level,
+        "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
+    }
+    return msgspec.json.encode(told).decode()
+
+
+def _keep_opened(session: DatabaseSession, opened: Opened) -> None:
+    # It was tried with the database first: a server that hung may still have that commit to do.
+    chain.wait_for_others(session)
+    if session.get(SessionRow, opened.id):
+        return
+    patient = session.get(PatientRow, opened.patient_id)
+    version = session.get(ProgrammeVersionRow, opened.programme_version_id)
+    if patient is None or version is None:
+        raise ValueError(f"session {opened.id}: its patient or its programme is not there any more")
+    visit = service.new(opened.id, opened.patient_id, opened.episode_id, opened.station, opened.started_at)
+    visit.therapist, visit.programme_version_id = opened.therapist, version.id
+    session.add(visit)
+    session.flush()
+    for change in _changed_of_visit(session, visit, patient, version):
+        _say(session, visit, opened.station, opened.started_at, CHANGED[change])
+
+
+def _keep_pained(session: DatabaseSession, said: Pained) -> None:
+    visit = _visit(session, said.session_id)
+    if visit.signed_at or getattr(visit, said.when) not in (said.before, said.pain):
+        sentence = NOT_KEPT[said.when].format(pain="-" if said.pain is None else said.pain)
+        _say(session, visit, said.station, said.at, sentence)
+        return
+    setattr(visit, said.when, said.pain)
+    visit.updated_at = said.at
+
+
+def _keep_closed(session: DatabaseSession, closed: Closed) -> None:
+    visit = _visit(session, closed.session_id)
+    if visit.signed_at or visit.ended_at:
+        _say(session, visit, closed.station, closed.at, CHANGED["ended_already"])
+        return
+    visit.ended_at, visit.end_reason, visit.updated_at = closed.at, closed.reason, closed.at
+
+
+def _keep_begun(session: DatabaseSession, begun: Begun) -> None:
+    visit = _visit(session, begun.session_id)
+    try:
+        recording = recordings.get(session, begun.recording_id)
+    except ProblemError as error:
+        raise ValueError(f"run {begun.id}: {error}") from error
+    session.add(begun.row)
+    visit.run_count += 1
+    for change in _changed_of_run(session, visit, recording, begun):
+        _say(session, visit, begun.station, begun.started_at, CHANGED[change], begun.id)
+
+
+def _visit(session: DatabaseSession, session_id: UUID) -> SessionRow:
+    visit = session.get(SessionRow, session_id, with_for_update=True)
+    if visit is None:
+        raise ValueError(f"session {session_id} is not there any more")
+    return visit
+
+
+def _changed_of_visit(
+    session: DatabaseSession, visit: SessionRow, patient: PatientRow, version: ProgrammeVersionRow
+) -> Iterator[Change]:
+    meanwhile = or_(SessionRow.ended_at.is_(None), SessionRow.ended_at > visit.started_at)
+    others = select(SessionRow.id).where(SessionRow.patient_id == patient.id, SessionRow.id != visit.id, meanwhile)
+    if session.scalars(others).first():
+        yield "another"
+    if version.programme.archived_at or programmes.newest_number(session, version.programme_id) != version.number:
+        yield "programme"
+    if not any(one.id == visit.episode_id and one.closed_at is None for one in patient.episodes):
+        yield "care_closed"
+    if patient.archived_at:
+        yield "patient_archived"
+    if patient.restricted:
+        yield "restricted"
+
+
+def _changed_of_run(
+    session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: Begun
+) -> Iterator[Change]:
+    if visit.ended_at and visit.ended_at <= begun.started_at:
+        yield "ended"
+    if recording.archived_at and recording.archived_at <= begun.started_at:
+        yield "archived"
+    try:
+        allowed = doctor.allowed(session, visit.patient_id, side_of(recording.side))
+    except ProblemError:
+        yield "closed"
+    else:
+        if written(allowed) != begun.allowed:
+            yield "limits"
+
+
+def _say(
+    session: DatabaseSession, visit: SessionRow, station: str, at: datetime, message: str, run_id: UUID | None = None
+) -> None:
+    session.add(
+        DeviceEventRow(
+            id=uuid4(),
+            station=station,
+            at=at,
+            ended_at=None,
+            kind="alarm",
+            code=CHANGED_MEANWHILE,
+            message=message,
+            patient_id=visit.patient_id,
+            session_id=visit.id,
+            run_id=run_id,
+        )
+    )

@@ -1,0 +1,234 @@
+"""What a session needs of the database, for some patients at once: in a dozen queries, and samples only when they are new."""
+
+import logging
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from typing import Final
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session as DatabaseSession
+from sqlalchemy.orm import selectinload
+
+from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes.limits import Allowed
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.fields import Side, side_of
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes import planned
+from kata.clinic.programmes import service as programmes
+from kata.clinic.recordings import service as recordings
+from kata.clinic.sessions import checks, learning, plans, runs, service
+from kata.clinic.sessions.checklist import Need
+from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.database.base import utc_now
+from kata.motion import edit
+from kata.motion.learning import Correction
+from kata.problems import ProblemError
+
+log = logging.getLogger(__name__)
+
+_MOST_SAMPLES: Final = 2_000_000
+"""Of all recordings together, 48 bytes each: more than five hours at 100 Hz."""
+
+
+@dataclass(frozen=True)
+class Playable:
+    """One recording."""
+
+    name: str
+    side: Side
+    taught: edit.Motion
+    needs: tuple[Need, ...]
+    allowed: Allowed
+    learned: Mapping[edit.Asked, tuple[UUID, Correction]]
+    """By how it is played: what it is corrected by, and the run that has taught it."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """One patient, as the database told when it last did."""
+
+    patient: SessionPatient
+    episode_id: UUID | None
+    """Of the care that goes on; None where none does."""
+    side: Side | None
+    contraindications: str
+    programme: SessionProgramme | None
+    """What a session is planned by that begins now: the newest of that episode."""
+    visit: Session | None
+    """The session that goes on, and what was done in it since."""
+    timer: planned.PlanTimer | None
+    """Of that session's programme."""
+    recordings: Mapping[UUID, Playable]
+    """Those of both programmes, and whatever else was played in the session."""
+    unplayable: frozenset[UUID]
+    """Those of them that could not be played with the database either."""
+    at: datetime
+    at_s: float
+    """When that was, by the monotonic clock."""
+
+    def new_visit(self, session_id: UUID, therapist: str, station: str, at: datetime) -> Session:
+        """A session that begins now, by the programme."""
+        return Session(
+            id=session_id,
+            patient=self.patient,
+            episode_id=self.episode_id,
+            side=self.side,
+            therapist=therapist,
+            station=station,
+            programme=self.programme,
+            started_at=at,
+            ended_at=None,
+            end_reason=None,
+            checks=[],
+            pain_before=None,
+            pain_during=None,
+            pain_after=None,
+            note="",
+            signed_at=None,
+            signed_by="",
+            addenda=[],
+            updated_at=at,
+            runs=[],
+        )
+
+    def as_ready(self) -> ReadyPatient:
+        """As it goes out."""
+        return ReadyPatient(
+            patient=self.patient,
+            side=self.side,
+            contraindications=self.contraindications,
+            programme=self.programme,
+            session=self.visit,
+        )
+
+
+def fetch(
+    session: DatabaseSession, station: str, wanted: Sequence[UUID], before: Mapping[UUID, Known]
+) -> dict[UUID, Known]:
+    """Those of the ``wanted`` patients whom a session goes on for, or could begin for; the first ones where the samples are too many.
+
+    None whose record is restricted or archived. ``before``: what was fetched last.
+    """
+    there = (PatientRow.id.in_(wanted), ~PatientRow.restricted, PatientRow.archived_at.is_(None))
+    of_patients = select(PatientRow).where(*there)
+    of_patients = of_patients.options(selectinload(PatientRow.episodes).lazyload(EpisodeRow.stages))
+    rows = {row.id: row for row in session.scalars(of_patients)}
+    going_on = select(SessionRow).where(SessionRow.patient_id.in_(rows), SessionRow.ended_at.is_(None))
+    visits = {row.patient_id: row for row in session.scalars(going_on.order_by(SessionRow.started_at))}
+    versions = programmes.of_patients(session, rows)
+    found: dict[UUID, Known] = {}
+    left = _MOST_SAMPLES
+    for row in (rows[one] for one in wanted if one in rows):
+        episode = row.episode if row.episode and row.episode.closed_at is None else None
+        of_episode = [
+            one
+            for one in versions
+            if episode and one.programme.episode_id == episode.id and one.programme.archived_at is None
+        ]
+        programme = plans.programme_of(of_episode[0]) if of_episode else None
+        visit = service.as_session(visits[row.id]) if row.id in visits else None
+        if visit is None and programme is None:
+            continue
+        played = [run.recording_id for run in visit.runs] if visit else []
+        items = [*(programme.items if programme else ()), *(visit.programme.items if visit and visit.programme else ())]
+        needed = dict.fromkeys([*(item.recording_id for item in items), *played])
+        size = sum(recordings.get(session, one).samples for one in needed)
+        if found and size > left:
+            continue
+        left -= size
+        at, at_s, had = utc_now(), time.monotonic(), before.get(row.id)
+        playable = _playables(session, row, station, needed, items, had)
+        found[row.id] = Known(
+            patient=SessionPatient.model_validate(row),
+            episode_id=episode.id if episode else None,
+            side=side_of(episode.side) if episode else None,
+            contraindications=episode.contraindications if episode else "",
+            programme=programme,
+            visit=visit,
+            timer=planned.of_session(session, visit.id).timer if visit and _has_timer(visit) else None,
+            recordings=playable,
+            unplayable=frozenset(needed) - frozenset(playable),
+            at=at,
+            at_s=at_s,
+        )
+    return found
+
+
+def seen_here(session: DatabaseSession, station: str, since: datetime) -> dict[UUID, datetime]:
+    """Who has or had a session at this station since then, by when it began."""
+    query = select(SessionRow.patient_id, SessionRow.started_at)
+    query = query.where(SessionRow.station == station, SessionRow.started_at >= since)
+    return {row.patient_id: row.started_at for row in session.execute(query.order_by(SessionRow.started_at))}
+
+
+def _has_timer(visit: Session) -> bool:
+    return visit.programme is not None and visit.programme.timer_minutes is not None
+
+
+def _playables(
+    session: DatabaseSession,
+    patient: PatientRow,
+    station: str,
+    needed: Iterable[UUID],
+    items: Iterable[SessionItem],
+    before: Known | None,
+) -> dict[UUID, Playable]:
+    allowed: dict[str, Allowed] = {
+        one.side: doctor.of_episode(one) for one in patient.episodes if one.closed_at is None
+    }
+    learned: dict[UUID, set[edit.Asked]] = {}
+    for item in items:
+        if item.method == "learned":
+            learned.setdefault(item.recording_id, set()).add(runs.asked_of(item))
+    found: dict[UUID, Playable] = {}
+    for one in needed:
+        had = before.recordings.get(one) if before else None
+        try:
+            playable = _playable(session, one, allowed, learned.get(one, ()), station, had)
+        except ProblemError as error:
+            if before is None or one not in before.unplayable:
+                log.info("recording %s is not kept ready: %s", one, error)
+            continue
+        if playable:
+            found[one] = playable
+    return found
+
+
+def _playable(
+    session: DatabaseSession,
+    recording_id: UUID,
+    allowed: Mapping[str, Allowed],
+    learning_asked: Iterable[edit.Asked],
+    station: str,
+    before: Playable | None,
+) -> Playable | None:
+    """None where it is archived, or no care of its shoulder goes on. Samples never change, nor does what a run has taught: they are
+    fetched once. ``learning_asked``: how it is played with what was learned.
+
+    :raises ProblemError: when the recording's samples are damaged.
+    """
+    recording = recordings.get(session, recording_id)
+    if recording.archived_at or recording.side not in allowed:
+        return None
+    taught = before.taught if before else runs.taught(session, recording_id)
+    learned: dict[edit.Asked, tuple[UUID, Correction]] = {}
+    for asked in learning_asked:
+        newest = learning.newest(session, RunRow(recording_id=recording_id, **asdict(asked)), station)
+        had = before.learned.get(asked) if before else None
+        if had and had[0] == newest:
+            learned[asked] = had
+        elif newest and (correction := learning.correction(session, newest)):
+            learned[asked] = (newest, correction)
+    return Playable(
+        name=recording.name,
+        side=side_of(recording.side),
+        taught=taught,
+        needs=checks.needs_of(recording, taught.angles_deg),
+        allowed=allowed[recording.side],
+        learned=learned,
+    )

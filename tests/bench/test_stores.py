@@ -1,0 +1,81 @@
+"""What the benchmark of history has built is used again where it is kept, and only while it is what would be built."""
+
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from kata.bench.stores import store
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.sessions.tables import SessionRow, SessionStopRow
+from kata.database.engine import Database
+from kata.database.upgrade import migrations
+from tests.upgraded import upgraded_file
+
+MINUTE_S = 60.0
+
+
+def rename_everybody(database: Database) -> None:
+    with database.write() as session:
+        for row in session.scalars(select(PatientRow)):
+            row.name = "Changed"
+
+
+def names(database: Database) -> set[str]:
+    with database.read() as session:
+        return set(session.scalars(select(PatientRow.name)))
+
+
+def test_what_is_kept_is_not_built_again(tmp_path: Path) -> None:
+    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, told):
+        rename_everybody(database)
+    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, again):
+        assert names(database) == {"Changed"}
+    assert again == told
+
+
+@pytest.mark.parametrize("other", ["schema", "hour"])
+def test_what_would_be_built_otherwise_by_now_is_built_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: str
+) -> None:
+    with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, _):
+        rename_everybody(database)
+    if other == "schema":
+        (tmp_path / "versions").mkdir()
+        for file in (migrations() / "versions").glob("*.py"):
+            (tmp_path / "versions" / file.name).write_text(file.read_text() + "# changed")
+        monkeypatch.setattr("kata.bench.stores.migrations", lambda: tmp_path)
+    with store("sqlite", 4, 8, 2 * MINUTE_S if other == "hour" else MINUTE_S, tmp_path) as (database, _, _):
+        assert "Changed" not in names(database)
+
+
+def test_what_was_not_kept_is_gone() -> None:
+    with store("sqlite", 4, 8, MINUTE_S, None) as (_, folder, _):
+        assert (folder / "kata.db").exists()
+    assert not folder.exists()
+
+
+def test_a_database_that_was_filled_quickly_is_as_one_that_was_not(tmp_path: Path) -> None:
+    with (
+        store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _),
+        database.writer.connect() as connection,
+    ):
+        made = {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
+        assert connection.exec_driver_sql("PRAGMA foreign_key_check").all() == []
+        assert connection.exec_driver_sql("PRAGMA integrity_check").scalar_one() == "ok"
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar_one() == "wal"
+        stops = connection.execute(
+            select(SessionStopRow.therapist, SessionRow.therapist).join(
+                SessionRow, SessionRow.id == SessionStopRow.session_id
+            )
+        ).all()
+    assert stops and all(told == of_session for told, of_session in stops)
+    other = Database(upgraded_file(tmp_path / "other.db"))
+    with other.writer.connect() as connection:
+        assert made == {row[0]: row[1] for row in connection.exec_driver_sql(_SCHEMA)}
+    other.close()
+
+
+_SCHEMA = (
+    "SELECT name, replace(replace(sql, '\n', ''), '\t', '') FROM sqlite_master WHERE type = 'index' AND sql IS NOT NULL"
+)
