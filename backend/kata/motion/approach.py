@@ -1,9 +1,14 @@
-"""Getting from where the arm is to where a motion begins, without a jump: one minimum-jerk movement.
+"""Getting from where the arm is to where a motion begins, without a jump: minimum-jerk movements.
 
 The paper starts playback wherever the arm is, and excepts the start from its errors (Section 4); this is what
 replaces the jump.
+
+The arm comes to a start always from the same side. Which flank of a gear's play the motor leans on, and which way friction holds
+it, is what the last movement left; a motion that begins with the one or the other differs by as much. Machine tools
+position from one side for the same reason.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,10 +16,13 @@ import numpy as np
 
 from kata.motion.linkage import Floats
 from kata.motion.path import Motion
+from kata.motion.trajectory import Trajectory
 
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
 _SHORTEST_S = 0.5
+_RUN_UP_DEG = 2.0
+"""So far every axis goes in the same direction before it is at the start: enough for friction and play of the loosest motor to turn over."""
 
 
 @dataclass(frozen=True)
@@ -47,3 +55,34 @@ class Approach:
             way * (30 * t * t * (1 - t) ** 2 / self.duration_s),
             way * (60 * t * (1 - t) * (1 - 2 * t) / self.duration_s**2),
         )
+
+
+@dataclass(frozen=True)
+class OneAfterAnother:
+    """Movements that each begin where the one before ends, with a moment's standing between."""
+
+    movements: Sequence[Approach]
+
+    @property
+    def duration_s(self) -> float:
+        """Time to the end of the last."""
+        return sum(movement.duration_s for movement in self.movements)
+
+    def motion_at(self, time_s: float) -> Motion:
+        """Angles and how they change; before the start and after the end it stands still."""
+        *earlier, last = self.movements
+        for movement in earlier:
+            if time_s < movement.duration_s:
+                return movement.motion_at(time_s)
+            time_s -= movement.duration_s
+        return last.motion_at(time_s)
+
+
+def from_its_side(here_deg: Floats, trajectory: Trajectory, speed_deg_s: float) -> OneAfterAnother:
+    """From where the arm is, ``(5,)``, to where a recording begins: every axis comes from the side to which it will leave.
+
+    That side was taught, whatever the limits are; behind the start there may be no room.
+    """
+    start = trajectory.start_deg
+    aside = start + trajectory.leaves_deg(_RUN_UP_DEG)
+    return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start, speed_deg_s)])

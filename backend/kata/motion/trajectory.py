@@ -73,6 +73,13 @@ class Trajectory:
         """Angles ``(5,)`` at its beginning."""
         return self.at(0.0)
 
+    def leaves_deg(self, by_deg: float) -> Floats:
+        """How each motor leaves the start, ``(5,)``: by so much to the side to which it first goes so far, or as far as it ever goes."""
+        grid = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
+        away = np.clip(self.along(grid) - self.start_deg, -by_deg, by_deg)
+        leaves: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
+        return leaves
+
     def at(self, time_s: float) -> Floats:
         """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
         return self.motion_at(time_s).angles_deg
