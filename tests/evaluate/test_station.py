@@ -59,3 +59,30 @@ def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
     station._world.apparatus.press_estop(True)
     with pytest.raises(EvaluationError, match="The emergency stop was pressed"):
         station.play(load(taught), short.duration_s)
+
+
+@pytest.mark.parametrize("seed", [None, 17])
+def test_a_motion_begins_alike_on_whichever_side_of_its_start_the_arm_was_laid_down(
+    short: Taught, seed: int | None
+) -> None:
+    """The play of the gears and friction are to be as they were the last time, or what was learned there is wrong here."""
+    station = VirtualStation(simulated("virtual"), seed)
+    taught = station.teach(short)
+
+    def began(aside_deg: float) -> Journal:
+        poses = np.array([short.poses_deg[0] + aside_deg] * 2)
+        station.put_back(Taught("put back", np.array([0.0, 0.5]), poses))
+        return station.play(load(taught), short.duration_s)
+
+    below, above = began(-3.0), began(3.0)
+    for run in (below, above):
+        assert run.end is not None
+        assert run.end.reason == "completed"
+    # Until every axis has left the start; four counts of an encoder.
+    grid = np.arange(0.0, 1.0, 0.01)
+    paths = [
+        np.column_stack([np.interp(grid, run.path_s[on], axis[on]) for axis in run.measured_deg.T])
+        for run in (below, above)
+        for on in [run.phase == PHASE_PLAYING]
+    ]
+    assert np.abs(paths[0] - paths[1]).max() <= 4 * 360 / 4096

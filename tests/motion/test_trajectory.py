@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.motion.approach import Approach
+from kata.motion.approach import Approach, OneAfterAnother, from_its_side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
@@ -161,3 +161,39 @@ def test_an_approach_gets_there_without_a_jump_and_within_its_speed(
         ([motion.speed_deg_s for motion in moving], [motion.acceleration_deg_s2 for motion in moving], 0.5),
     ):
         assert np.abs(np.gradient(values, times, axis=0) - rate)[1:-1].max() <= allowed
+
+
+def test_every_axis_comes_to_the_start_from_the_side_to_which_it_leaves() -> None:
+    times = np.arange(0, 4.01, 0.1)
+    rows = np.zeros((len(times), 5))
+    there_and_back = 1 - np.cos(times * np.pi / 2)
+    # Far up; far down; hardly at all; up by a little and then far down; not.
+    rows[:, 0], rows[:, 1], rows[:, 2] = 20 * there_and_back, 90 - 15 * there_and_back, 0.2 * there_and_back
+    rows[:, 3] = 0.5 * np.sin(times * np.pi) * (times < 1) - 15 * there_and_back * (times >= 2)
+    trajectory = Trajectory(times, rows)
+    start = trajectory.start_deg
+
+    for here in (start - 10, start + 10):
+        way = from_its_side(here, trajectory, 15.0)
+        path = np.array([way.motion_at(time_s).angles_deg for time_s in np.linspace(0, way.duration_s, 1000)])
+        assert path[0] == pytest.approx(here)
+        assert path[-1] == pytest.approx(start)
+        # The last half second, up to where it no longer moves.
+        came = path[-1] - path[-1000 // 8]
+        assert list(np.sign(came[[0, 1, 3]])) == [-1, 1, 1]
+        assert abs(came[2]) <= 0.45
+        assert abs(came[4]) <= 1e-9
+        # Never past the start on the other side, where nothing was taught, once it is aside.
+        aside = path[np.argmax(np.all(np.abs(path - start) <= 2.0 + 1e-9, axis=1)) :]
+        assert np.abs(aside - start).max() <= 2.0 + 1e-6
+
+
+def test_a_way_of_several_legs_is_continuous_and_stands_where_they_meet() -> None:
+    legs = [Approach(np.zeros(5), np.full(5, 10.0), 15.0), Approach(np.full(5, 10.0), np.full(5, 8.0), 15.0)]
+    way = OneAfterAnother(legs)
+    assert way.duration_s == legs[0].duration_s + legs[1].duration_s
+    for time_s in (-1.0, 0.0, legs[0].duration_s, way.duration_s, way.duration_s + 1):
+        assert way.motion_at(time_s).speed_deg_s == pytest.approx(np.zeros(5))
+    before, after = (way.motion_at(legs[0].duration_s + by) for by in (-1e-6, 1e-6))
+    assert before.angles_deg == pytest.approx(after.angles_deg, abs=1e-6)
+    assert way.motion_at(way.duration_s + 1).angles_deg == pytest.approx(np.full(5, 8.0))
