@@ -435,8 +435,8 @@ def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
     stepped.forward(1.5)
     run = stepped.snapshot.run
     assert run is not None
-    # 22 deg at 15 deg/s at most: 2.75 s of minimum jerk, half a second back to the start, and a tenth for the ramp.
-    assert run.left_s == pytest.approx(1.85, abs=0.11)
+    # 22 deg at 15 deg/s at most: 2.75 s of minimum jerk, a second back to the start, and a tenth for the ramp.
+    assert run.left_s == pytest.approx(2.35, abs=0.11)
     assert not run.at_start
     stepped.until("paused")
     assert stepped.snapshot.run is not None

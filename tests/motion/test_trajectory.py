@@ -178,8 +178,7 @@ def test_every_axis_comes_to_the_start_from_the_side_to_which_it_leaves() -> Non
         path = np.array([way.motion_at(time_s).angles_deg for time_s in np.linspace(0, way.duration_s, 1000)])
         assert path[0] == pytest.approx(here)
         assert path[-1] == pytest.approx(start)
-        # The last half second, up to where it no longer moves.
-        came = path[-1] - path[-1000 // 8]
+        came = path[-1] - way.motion_at(way.duration_s - 0.9).angles_deg
         assert list(np.sign(came[[0, 1, 3]])) == [-1, 1, 1]
         assert abs(came[2]) <= 0.45
         assert abs(came[4]) <= 1e-9

@@ -23,6 +23,8 @@ _PEAK_OVER_MEAN = 1.875
 _SHORTEST_S = 0.5
 _RUN_UP_DEG = 2.0
 """So far every axis goes in the same direction before it is at the start: enough for friction and play of the loosest motor to turn over."""
+_RUN_UP_S = 1.0
+"""Taken for it, so that it ends within an encoder's count of the start: in half of that, motor 5 stops short by up to three."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,14 @@ class Approach:
     start_deg: Floats
     goal_deg: Floats
     speed_deg_s: float
+    at_least_s: float = _SHORTEST_S
+    """Even a short way is gentle."""
 
     @cached_property
     def duration_s(self) -> float:
-        """Time from start to goal; never below half a second, so that even a short way is gentle."""
+        """Time from start to goal."""
         farthest = float(np.max(np.abs(self.goal_deg - self.start_deg)))
-        return max(_SHORTEST_S, _PEAK_OVER_MEAN * farthest / self.speed_deg_s)
+        return max(self.at_least_s, _PEAK_OVER_MEAN * farthest / self.speed_deg_s)
 
     def at(self, time_s: float) -> Floats:
         """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
@@ -85,4 +89,4 @@ def from_its_side(here_deg: Floats, trajectory: Trajectory, speed_deg_s: float) 
     """
     start = trajectory.start_deg
     aside = start + trajectory.leaves_deg(_RUN_UP_DEG)
-    return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start, speed_deg_s)])
+    return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start, speed_deg_s, _RUN_UP_S)])
