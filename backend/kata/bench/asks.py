@@ -1,12 +1,13 @@
 """What pages ask a service for, over HTTP and one after the other; how long each answer takes."""
 
 import http.client
+import itertools
 import json
 import socket
 import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -96,17 +97,15 @@ class Service:
         self._port = port
         self._cookie = cookie
 
-    def p95_ms(self, asked: Ask, history: History, times: int) -> float | None:
-        """How long 19 of 20 answers take at most; None where the service has no such thing.
+    def answers_ms(self, asked: Ask, history: History) -> Generator[float]:
+        """How long one answer after the other takes, without an end.
 
         :raises BenchError: when one is not an answer.
         """
-        if not self._has(asked):
-            return None
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=60.0)
         try:
-            took, after = [], None
-            for n in range(times + 1):
+            after = None
+            for n in itertools.count():
                 turn = n % _DEEP
                 after = None if turn == 0 else after
                 query = {name: _of(history, text, n) for name, text in asked.query.items()}
@@ -116,22 +115,34 @@ class Service:
                 connection.request("GET", path, headers={"Cookie": self._cookie})
                 answer = connection.getresponse()
                 told = answer.read()
-                took.append((time.perf_counter() - began) * 1000)
+                took_ms = (time.perf_counter() - began) * 1000
                 if answer.status != 200:
                     raise BenchError(f"{asked.name} was answered with {answer.status}: {told[:300]!r}")
                 after = json.loads(told).get("next") if asked.leafing else None
+                yield took_ms
         finally:
             connection.close()
-        # The first one opens the connection, and files.
-        return float(np.percentile(took[1:], 95))
 
-    def _has(self, asked: Ask) -> bool:
+    def has(self, asked: Ask) -> bool:
+        """It knows the path, and all of the query."""
         described: dict[str, Any] = self._app.openapi()["paths"]
         found = [path for path in described if _shape(path) == _shape(asked.path) and "get" in described[path]]
         if not found:
             return False
         known = {one["name"] for one in described[found[0]]["get"].get("parameters", []) if one["in"] == "query"}
         return set(asked.query) | ({"after"} if asked.leafing else set()) <= known
+
+
+def p95_ms(asked: Ask, of: Sequence[tuple[Service, History]], times: int) -> list[float]:
+    """How long 19 of 20 answers of each service take at most, asked in turns: whatever else the computer does, does it to all of them.
+
+    :raises BenchError: when one is not an answer.
+    """
+    with ExitStack() as asking:
+        answers = [asking.enter_context(closing(service.answers_ms(asked, history))) for service, history in of]
+        took = [[next(of_one) for of_one in answers] for _ in range(times + 1)]
+    # The first one opens the connection, and files.
+    return [float(p95) for p95 in np.percentile(took[1:], 95, axis=0)]
 
 
 @contextmanager

@@ -1,16 +1,16 @@
 """A clinic of ten years: what an hour of samples takes, and how long lists, charts and the plot of that hour do."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
 from sqlalchemy import text
 
 from kata.bench import postgresql
-from kata.bench.asks import ERROR_PLOT, LISTS, serving
+from kata.bench.asks import ERROR_PLOT, LISTS, p95_ms, serving
 from kata.bench.report import Report
 from kata.bench.stores import BACKENDS, store
-from kata.bench.synthetic import History
 from kata.database.engine import Database
 
 _FEWER: Final = 10
@@ -19,7 +19,7 @@ _FEWER: Final = 10
 def run(
     patients: int, visits: int, hour_s: float, times: int, kept: Path | None, progress: Callable[[str], None]
 ) -> Report:
-    """Build it on both databases, once a tenth of it and once all, and ask for everything ``times`` times.
+    """Build it on both databases, a tenth of it and all, and ask both in turns for everything ``times`` times.
 
     ``kept``: a folder where they stay; what it has of them is not built again.
     """
@@ -28,33 +28,30 @@ def run(
         ("Asked for", "a tenth", "all", "a tenth, PostgreSQL", "all, PostgreSQL"),
     )
     sizes = ((max(1, patients // _FEWER), max(1, visits // _FEWER)), (patients, visits))
-    took: dict[tuple[str, int], dict[str, float]] = {}
+    took: dict[tuple[str, str], list[float]] = {}
     for backend in BACKENDS:
-        for size, (people, sessions) in enumerate(sizes):
-            what = f"{sessions} sessions on {backend}"
-            try:
-                progress(f"Writing down {what}")
-                with store(backend, people, sessions, hour_s, kept) as (database, folder, history):
-                    progress(f"Asking for {what}")
-                    took[backend, size] = _asked(database, folder, history, times)
-                    if backend == "sqlite" and size == 1:
-                        report.figures["bytes_per_hour"] = _bytes(database, 3600 / hour_s)
-                        report.figures["error_plot_p95_ms"] = took[backend, size][ERROR_PLOT.name]
-            except postgresql.MissingError as error:
-                report.notes.append(f"{error} So it was not measured.")
-                break
+        try:
+            with ExitStack() as kept_open:
+                asked_of = []
+                for people, sessions in sizes:
+                    progress(f"Writing down {sessions} sessions on {backend}")
+                    database, folder, history = kept_open.enter_context(store(backend, people, sessions, hour_s, kept))
+                    asked_of.append((kept_open.enter_context(serving(database, folder)), history))
+                progress(f"Asking {backend}")
+                for ask in (*LISTS, ERROR_PLOT):
+                    if asked_of[0][0].has(ask):
+                        took[backend, ask.name] = p95_ms(ask, asked_of, times)
+                if backend == "sqlite":
+                    report.figures["bytes_per_hour"] = _bytes(database, 3600 / hour_s)
+                    report.figures["error_plot_p95_ms"] = took[backend, ERROR_PLOT.name][-1]
+        except postgresql.MissingError as error:
+            report.notes.append(f"{error} So it was not measured.")
     _tell(report, took)
     report.notes.append(
         "Over HTTP, one request at a time, from this process: the service, without its apparatus, runs in a thread beside "
         "what asks it."
     )
     return report
-
-
-def _asked(database: Database, folder: Path, history: History, times: int) -> dict[str, float]:
-    with serving(database, folder) as service:
-        found = {ask.name: service.p95_ms(ask, history, times) for ask in (*LISTS, ERROR_PLOT)}
-    return {name: p95_ms for name, p95_ms in found.items() if p95_ms is not None}
 
 
 def _bytes(database: Database, parts: float) -> float:
@@ -65,18 +62,15 @@ def _bytes(database: Database, parts: float) -> float:
         return float(blocks * parts + more)
 
 
-def _tell(report: Report, took: dict[tuple[str, int], dict[str, float]]) -> None:
-    names = [ask.name for ask in (*LISTS, ERROR_PLOT) if ask.name in took["sqlite", 1]]
-    for name in names:
-        cells = (took.get((backend, size), {}).get(name) for backend in BACKENDS for size in (0, 1))
-        report.rows.append((name, *("" if cell is None else f"{cell:.1f}" for cell in cells)))
+def _tell(report: Report, took: dict[tuple[str, str], list[float]]) -> None:
+    told = [backend for backend in BACKENDS if any(of == backend for of, _ in took)]
+    for name in dict.fromkeys(name for _, name in took):
+        cells = [f"{p95:.1f}" for backend in told for p95 in took[backend, name]]
+        report.rows.append((name, *cells))
     ratios = []
-    for backend in BACKENDS:
-        if (backend, 1) not in took:
-            continue
-        fewer, every = (
-            max(p95 for name, p95 in took[backend, size].items() if name != ERROR_PLOT.name) for size in (0, 1)
-        )
+    for backend in told:
+        lists = [p95 for (of, name), p95 in took.items() if of == backend and name != ERROR_PLOT.name]
+        fewer, every = (max(p95[size] for p95 in lists) for size in (0, 1))
         report.figures[f"lists_p95_ms_{backend}"] = every
         ratios.append(every / fewer)
     report.figures["growth_ratio_10x"] = max(ratios)
