@@ -40,6 +40,7 @@ ONLY_GROWS = {
     ),
 }
 
+SEARCHED = ("account_id", "patient_id", "action", "outcome", "station")
 STOPPED = {
     "ix_session_stops_code_therapist_started_at": ["code", "therapist", "started_at", "session_id", "station"],
     "ix_session_stops_code_station_started_at": ["code", "station", "started_at", "session_id"],
@@ -90,10 +91,9 @@ def upgrade() -> None:
         sa.Column("hash", sa.LargeBinary(length=32), nullable=False),
         sa.PrimaryKeyConstraint("number", name="pk_audit"),
     )
-    op.create_index("ix_audit_account_id_number", "audit", ["account_id", "number"], unique=False)
-    op.create_index("ix_audit_action_number", "audit", ["action", "number"], unique=False)
-    op.create_index("ix_audit_at", "audit", ["at"], unique=False)
-    op.create_index("ix_audit_patient_id_number", "audit", ["patient_id", "number"], unique=False)
+    op.create_index("ix_audit_at", "audit", ["at", "number"], unique=False)
+    for name in SEARCHED:
+        op.create_index(f"ix_audit_{name}_at", "audit", [name, "at", "number"], unique=False)
     for statement in ONLY_GROWS[op.get_bind().dialect.name]:
         op.execute(statement)
     op.create_table(
@@ -237,10 +237,9 @@ def downgrade() -> None:
     op.drop_table("account_stations")
     op.drop_index("ix_backups_at", table_name="backups")
     op.drop_table("backups")
-    op.drop_index("ix_audit_patient_id_number", table_name="audit")
+    for name in SEARCHED:
+        op.drop_index(f"ix_audit_{name}_at", table_name="audit")
     op.drop_index("ix_audit_at", table_name="audit")
-    op.drop_index("ix_audit_action_number", table_name="audit")
-    op.drop_index("ix_audit_account_id_number", table_name="audit")
     op.drop_table("audit")
     if op.get_bind().dialect.name == "postgresql":
         op.execute("DROP FUNCTION audit_kept")

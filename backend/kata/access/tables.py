@@ -115,14 +115,16 @@ class AuditRow(Base):
 
     __tablename__ = "audit"
     __table_args__ = (
-        Index("ix_audit_account_id_number", "account_id", "number"),
-        Index("ix_audit_patient_id_number", "patient_id", "number"),
-        Index("ix_audit_action_number", "action", "number"),
+        *(
+            Index(f"ix_audit_{name}_at", name, "at", "number")
+            for name in ("account_id", "patient_id", "action", "outcome", "station")
+        ),
+        Index("ix_audit_at", "at", "number"),
     )
 
     number: Mapped[int] = mapped_column(BigInteger().with_variant(Integer, "sqlite"), primary_key=True)
-    """From 1, without gaps."""
-    at: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    """From 1, without gaps. What an outage kept back got its number later than what was done after it."""
+    at: Mapped[datetime] = mapped_column(UtcDateTime)
     account_id: Mapped[UUID | None]
     """No foreign key, as below: the trail outlives what it speaks of."""
     who: Mapped[str] = mapped_column(String(100))

@@ -17,12 +17,13 @@ import numpy as np
 import uvicorn
 from fastapi import FastAPI
 
+from kata.access.chain import Entry
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
-from kata.bench.synthetic import STATIONS, STOPS, THERAPISTS, History
+from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
 from kata.clinic.sessions.ahead import Ahead
 from kata.database.base import utc_now
@@ -47,6 +48,8 @@ class Ask:
     query: dict[str, str] = field(default_factory=dict)
     leafing: bool = False
     """Page by page, by what each says of the next."""
+    administrator: bool = False
+    """Asked by one."""
 
     @property
     def name(self) -> str:
@@ -84,6 +87,22 @@ LISTS: Final = (
     Ask("/api/sessions/{session_id}"),
     Ask("/api/events"),
     Ask("/api/events", {"station": "{station}"}),
+    *(
+        Ask("/api/audit", query, administrator=True)
+        for query in (
+            {},
+            {"account_id": "{account_id}"},
+            {"patient_id": "{patient_id}"},
+            {"action": "{action}"},
+            {"action": "unheard_of"},
+            {"outcome": "refused"},
+            {"outcome": "failed"},
+            {"station": "{station}"},
+            {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"},
+            {"account_id": "{account_id}", "until": "2017-05-08T00:00:00Z"},
+        )
+    ),
+    Ask("/api/audit", leafing=True, administrator=True),
 )
 ERROR_PLOT: Final = Ask("/api/runs/{run_id}/figures")
 
@@ -91,11 +110,11 @@ ERROR_PLOT: Final = Ask("/api/runs/{run_id}/figures")
 class Service:
     """The service over a database, without its apparatus, on a port of its own."""
 
-    def __init__(self, app: FastAPI, port: int, cookie: str) -> None:
-        """``cookie``: header of who asks."""
+    def __init__(self, app: FastAPI, port: int, cookie: str, administrators: str) -> None:
+        """``cookie``: header of who asks, and of who administers."""
         self._app = app
         self._port = port
-        self._cookie = cookie
+        self._cookies = {False: cookie, True: administrators}
 
     def answers_ms(self, asked: Ask, history: History) -> Generator[float]:
         """How long one answer after the other takes, without an end.
@@ -112,7 +131,7 @@ class Service:
                 query |= {"after": after} if asked.leafing and after else {}
                 began = time.perf_counter()
                 path = f"{_of(history, asked.path, n, quoted=True)}?{urlencode(query)}"
-                connection.request("GET", path, headers={"Cookie": self._cookie})
+                connection.request("GET", path, headers={"Cookie": self._cookies[asked.administrator]})
                 answer = connection.getresponse()
                 told = answer.read()
                 took_ms = (time.perf_counter() - began) * 1000
@@ -145,6 +164,20 @@ def p95_ms(asked: Ask, of: Sequence[tuple[Service, History]], times: int) -> lis
     return [float(p95) for p95 in np.percentile(took[1:], 95, axis=0)]
 
 
+class _Unheard:
+    """In place of the audit trail: who looks at invented patients is nobody's business, and their chain is none."""
+
+    async def tell(self, _: Entry) -> None:
+        """Of a look."""
+
+    def tell_at_once(self, _: Entry) -> None:
+        """Of a command."""
+
+    def until_written(self, _: float) -> bool:
+        """Nothing waits."""
+        return True
+
+
 @contextmanager
 def serving(database: Database, folder: Path) -> Iterator[Service]:
     """Over HTTP, as a page would ask."""
@@ -152,6 +185,7 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
     app.state.ahead = Ahead(database, STATIONS[0])
+    app.state.trail = _Unheard()
     links, limits = DemonstrationLinks(allowed=False), Limits()
     app.state.access = Access(Passwords(hasher()), links, Endings(database, limits, utc_now), folder, limits=limits)
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
@@ -167,7 +201,7 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
             if time.monotonic() > limit:
                 raise BenchError("the service did not start")
             time.sleep(0.01)
-        yield Service(app, listening.getsockname()[1], sign_in_to(database))
+        yield Service(app, listening.getsockname()[1], sign_in_to(database), sign_in_to(database, "administrator"))
     finally:
         server.should_exit = True
         thread.join(_START_LIMIT_S)
@@ -200,6 +234,8 @@ def _of(history: History, text: str, n: int, *, quoted: bool = False) -> str:
         "therapist": THERAPISTS,
         "station": STATIONS,
         "stop": STOPS,
+        "account_id": ACCOUNTS,
+        "action": ACTIONS,
     }
     chosen = {name: str(of[n % len(of)]) for name, of in choices.items()}
     return text.format_map({name: quote(value) for name, value in chosen.items()} if quoted else chosen)

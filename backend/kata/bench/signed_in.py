@@ -4,6 +4,7 @@ from typing import Final
 from uuid import uuid4
 
 from kata.access import sign_in
+from kata.access.actor import Role
 from kata.access.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -12,19 +13,20 @@ ACTIVE: Final = {"X-Kata-Active": "1"}
 """Goes with every request: a benchmark of hours never leaves its place."""
 
 
-def sign_in_to(database: Database) -> str:
-    """Make the account; the ``Cookie`` header of somebody who is signed in to it."""
+def sign_in_to(database: Database, role: Role = "therapist") -> str:
+    """Make an account of this role; the ``Cookie`` header of somebody who is signed in to it, with its second factor given."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:
         account = AccountRow(
             id=account_id,
             username=f"benchmark-{account_id.hex[:8]}",
             name="Benchmark",
-            role="therapist",
+            role=role,
+            totp_confirmed_at=now,
             created_at=now,
             updated_at=now,
         )
         session.add(account)
         session.flush()
-        secret = sign_in.begin(session, account, "password", now, "127.0.0.1", "kata bench")
+        secret = sign_in.begin(session, account, "totp", now, "127.0.0.1", "kata bench")
     return f"{sign_in.COOKIE}={secret}"

@@ -1,4 +1,4 @@
-"""Ten years of a clinic that never was: patients, episodes, assessments, sessions, runs, and one run that lasts an hour.
+"""Ten years of a clinic that never was: patients, episodes, assessments, sessions, runs, their audit trail, and one run of an hour.
 
 How closely each motor followed is written down for the patients that are asked for: of all it would be ten million rows, which
 are only ever read by their run.
@@ -14,6 +14,7 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session
 
+from kata.access.tables import AuditRow
 from kata.bench.loading import Load, Rows, loading
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
@@ -32,6 +33,8 @@ from kata.motion.axes import AXES
 THERAPISTS: Final = ("Sato", "Suzuki", "Takahashi", "Tanaka", "Watanabe", "Ito")
 STATIONS: Final = ("Station 1", "Station 2", "Station 3")
 STOPS: Final = ("estop_pressed", "pedal_released", "following_error", "service_silent")
+ACTIONS: Final = ("get_patient", "get_session", "update_session", "play", "stop", "list_patients")
+ACCOUNTS: Final = tuple(UUID(int=(10 << 64) + n) for n in range(len(THERAPISTS)))
 _FAMILIES: Final = (
     ("Yamada", "ヤマダ"),
     ("Kobayashi", "コバヤシ"),
@@ -44,6 +47,8 @@ _FIRST: Final = datetime(2016, 1, 4, 9, 0, tzinfo=UTC)
 _DAYS: Final = 3650
 _RUNS: Final = 2
 _STOPPED: Final = 0.03
+_REFUSED: Final = 0.005
+"""Of what somebody tried; nothing failed."""
 _ASSESSMENTS: Final = 6
 _ROM: Final = (("flexion", 120.0), ("abduction", 100.0), ("external_rotation", 40.0))
 _BATCH: Final = 20_000
@@ -60,6 +65,7 @@ _ANGLE_NOISE_DEG: Final = 0.01
 _JITTER_S: Final = 3e-5
 _LOADED: Final[tuple[Any, ...]] = (
     PatientRow, EpisodeRow, TeachingRow, RecordingRow, AssessmentRow, RomRow, SessionRow, RunRow, SessionStopRow, MotorTrackingRow,
+    AuditRow,
 )  # fmt: skip
 _Rows = dict[Any, Rows]
 
@@ -98,6 +104,7 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
                 # A patient's sessions follow each other day by day from the begin of the episode.
                 person = people[n // each]
                 _visit(rows, n, person, n % each, person.number in shown, chance)
+                rows[AuditRow].append(_act(n, visits, chance.choice(people), chance))
             _put(load, rows)
     with database.write() as session:
         hour = _hour(session, people[0], hour_s)
@@ -199,6 +206,17 @@ def _visit(rows: _Rows, n: int, person: _Person, nth: int, compared: bool, chanc
                 "worst_peak_deg": 3.0 + chance.random(), "reversals": 0,
             }
         )  # fmt: skip
+
+
+def _act(n: int, of: int, person: _Person, chance: random.Random) -> dict[str, Any]:
+    """One row of the trail, through the ten years in the order of its time. Its link is none: nobody checks this chain."""
+    who = chance.randrange(len(THERAPISTS))
+    return {
+        "number": n + 1, "at": _moment(_FIRST + timedelta(days=_DAYS) * (n / of)), "account_id": ACCOUNTS[who].hex,
+        "who": THERAPISTS[who], "role": "therapist", "address": "192.0.2.1", "action": chance.choice(ACTIONS),
+        "outcome": "refused" if chance.random() < _REFUSED else "done", "patient_id": person.id.hex, "subject": "",
+        "station": chance.choice(STATIONS), "detail": "{}", "anchor": "", "anchored": 0, "hash": bytes(32),
+    }  # fmt: skip
 
 
 def _no_rows() -> _Rows:

@@ -36,7 +36,7 @@ _DOOR: Final = "at_the_door"
 """The action of what was refused before anybody knew what it was."""
 _STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
 """What the beginning of a WebSocket's answer comes to."""
-_NEWEST_FIRST: Final = Keyset(tuple[int], AuditRow.number, descending=True)
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, int], AuditRow.at, AuditRow.number, descending=True)
 
 
 class Audited:
@@ -47,13 +47,10 @@ class Audited:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on; at the beginning of the answer, note what it is."""
-        trail: Trail | None = None
-        if scope["type"] in ("http", "websocket"):
-            # What is served without a database to write to is a benchmark.
-            trail = getattr(scope["app"].state, "trail", None)
-        if trail is None:
+        if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        trail: Trail = scope["app"].state.trail
         ACTING.set(None)
         DOING.set(None)
         begun = False
@@ -164,7 +161,7 @@ def list_audit(
         query = query.where(AuditRow.at < until)
     with database.read() as session:
         rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
-        shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.number,))
+        shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
         return AuditPage(items=[_entry(row) for row in shown], next=further)
 
 
