@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
@@ -10,6 +12,7 @@ import pytest
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from kata.access.audit import entry
 from kata.access.sign_in import COOKIE
 from kata.access.verify import verify
 from kata.settings import Settings
@@ -168,6 +171,22 @@ def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestC
     assert trail(client, account_id=str(uuid4())) == []
     assert client.get("/api/audit", params={"outcome": "anything"}).status_code == 422
     assert client.get("/api/audit", params={"after": "there"}).status_code == 422
+
+
+def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: TestClient) -> None:
+    begun = replace(entry("unnamed", "done"), station="Drill")
+    for minutes in (0, -30, 30, -60):
+        one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
+        client.app.state.trail.tell_at_once(one)  # type: ignore[attr-defined]
+    found = trail(client, station="Drill")
+    assert [row["subject"] for row in found] == ["30", "0", "-30", "-60"]
+    numbers = [row["number"] for row in found]
+    assert numbers != sorted(numbers, reverse=True)
+    since, until = found[2]["at"], found[0]["at"]
+    assert trail(client, station="Drill", since=since, until=until) == found[1:3]
+    first = client.get("/api/audit", params={"station": "Drill", "limit": 3}).json()
+    rest = client.get("/api/audit", params={"station": "Drill", "after": first["next"]}).json()
+    assert first["items"] + rest["items"] == found
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
