@@ -418,11 +418,12 @@ class Machine:
         here = np.array(facts.measured_deg)
         run.begin(here)
         speed_deg_s = self._config.approach_speed_deg_s
-        # The paper goes to the start when it plays; until then the arm is held.
-        held = approach.Approach(here, here, speed_deg_s)
-        self._movement = Movement(
-            held if run.as_in_paper else approach.from_its_side(here, run.trajectory, speed_deg_s)
-        )
+        if run.as_in_paper:
+            # The paper goes to the start when it plays; until then the arm is held.
+            self._movement = Movement(approach.Approach(here, here, speed_deg_s))
+        else:
+            leaves = run.trajectory.leaves_deg(approach.RUN_UP_DEG)
+            self._movement = Movement(approach.from_its_side(here, run.trajectory.start_deg, leaves, speed_deg_s))
         self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")
