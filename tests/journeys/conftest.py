@@ -79,6 +79,16 @@ def clinic(tmp_path: Path) -> Iterator[Clinic]:
     started.close()
 
 
+@pytest.fixture
+def demonstration(tmp_path: Path) -> Iterator[Clinic]:
+    """A dozen invented patients with months of history."""
+    told = [sys.executable, "-m", "kata", "seed", "--data", str(tmp_path)]
+    subprocess.run(told, check=True, capture_output=True)
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
 @pytest.fixture(scope="session")
 def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]:
     return {**browser_context_args, "viewport": {"width": 1280, "height": 900}, "locale": "en-GB"}

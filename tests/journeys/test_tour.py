@@ -1,10 +1,5 @@
 """The pictures of docs/tour.md, taken anew of a demonstration clinic: a session from the patient's page to its error plots."""
 
-import subprocess
-import sys
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -16,14 +11,6 @@ from tests.journeys.test_main_job import LONG_MS, load_and_play, try_estop
 PICTURES = ROOT / "docs" / "tour"
 DRAWN_MS = 1000
 DESKTOP, TABLET = {"width": 1280, "height": 800}, {"width": 800, "height": 1180}
-
-
-@pytest.fixture
-def clinic(tmp_path: Path) -> Iterator[Clinic]:
-    subprocess.run([sys.executable, "-m", "kata", "seed", "--data", str(tmp_path)], check=True, capture_output=True)
-    started = Clinic(tmp_path)
-    yield started
-    started.close()
 
 
 def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str) -> Page:
@@ -45,7 +32,8 @@ def take(page: Page, name: str, top: Locator | None = None) -> None:
 
 @pytest.mark.campaign
 @pytest.mark.timeout(600)
-def test_take_the_pictures_of_the_tour(browser: Browser, clinic: Clinic) -> None:
+def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) -> None:
+    clinic = demonstration
     PICTURES.mkdir(exist_ok=True)
     page = page_of(browser, clinic, DESKTOP, "light")
     page.goto(f"{clinic.url}/patients")

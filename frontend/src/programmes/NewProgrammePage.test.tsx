@@ -68,3 +68,12 @@ it("is not written where no episode is open", async () => {
   show([]);
   expect(await screen.findByText(/No episode of care is open/)).toBeTruthy();
 });
+
+it("begins with the highest resistance level that the doctor allows", async () => {
+  show([{ ...LEFT, max_load_level: 12 } as Episode]);
+  fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
+  await add("Lift left · 0:30");
+  fireEvent.click(screen.getByText("Save the programme"));
+  await waitFor(() => expect(onSaved).toHaveBeenCalled());
+  expect(create.mock.calls[0]?.[1].items[0]).toMatchObject({ load_level: 12 });
+});

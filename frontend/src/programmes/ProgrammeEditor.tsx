@@ -22,8 +22,8 @@ const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
 /** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
 export function ProgrammeEditor(props: {
   patientId: string;
-  /** Whose programme it is, and of which shoulder. */
-  episode: { id: string; side: "left" | "right" };
+  /** Whose programme it is, of which shoulder, and the highest level that its doctor allows, where that is known. */
+  episode: { id: string; side: "left" | "right"; highest: number | null };
   start: Draft;
   saveLabel: string;
   onSave: (wanted: Wanted) => Promise<unknown>;
@@ -64,7 +64,7 @@ export function ProgrammeEditor(props: {
       <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
       <AddRecording
         patientId={patientId}
-        side={episode.side}
+        episode={episode}
         draft={draft}
         onChange={setDraft}
         onAdded={setSet}
@@ -159,19 +159,21 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
 
 function AddRecording(props: {
   patientId: string;
-  side: "left" | "right";
+  episode: { side: "left" | "right"; highest: number | null };
   draft: Draft;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
 }) {
-  const { draft } = props;
+  const { draft, episode } = props;
   const recordings = useRecordings(props.patientId);
   const [next, setNext] = useState(1);
-  const fitting = (recordings.data?.items ?? []).filter((one) => !one.archived_at && one.side === props.side);
+  const fitting = (recordings.data?.items ?? []).filter(
+    (one) => !one.archived_at && one.side === episode.side,
+  );
   const add = (id: string | null) => {
     const recording = fitting.find((one) => one.id === id);
     if (!recording) return;
-    props.onChange(added(draft, recording, `added ${next}`));
+    props.onChange(added(draft, recording, `added ${next}`, episode.highest));
     props.onAdded(`added ${next}`);
     setNext(next + 1);
   };

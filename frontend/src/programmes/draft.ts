@@ -22,11 +22,14 @@ export function draftOf(version: ProgrammeVersion): Draft {
   };
 }
 
-/** Last, with the settings of the one before it: what fits one motion is nearer than what was taught. */
-export function added(draft: Draft, recording: Recording, key: string): Draft {
+/**
+ * Last, with the settings of the one before it: what fits one motion is nearer than what was taught. The first one has the highest level
+ * that the doctor allows.
+ */
+export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
     ...AS_TAUGHT,
-    load_level: LOAD_LEVELS,
+    load_level: highest ?? LOAD_LEVELS,
   };
   const settings = { speed_percent, repetitions, pause_s, range_percent, method, load_level };
   const item = { ...settings, key, recording_id: recording.id, recording_name: recording.name };
