@@ -7,11 +7,14 @@ is seconds of imports.
 
 def main() -> None:
     """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
-    from pydantic import ValidationError
+    from kata.staying import staying
 
-    from kata.cli import app
-    from kata.settings import Settings, complaint
-    from kata.terminal import fail
+    with staying():
+        from pydantic import ValidationError
+
+        from kata.cli import app
+        from kata.settings import Settings, complaint
+        from kata.terminal import fail
 
     try:
         app()

@@ -15,6 +15,7 @@ from kata.access.backups.commands import backup, restore
 from kata.bench.commands import app as bench
 from kata.evaluate.commands import evaluate
 from kata.settings import Settings
+from kata.staying import staying
 from kata.terminal import console, fail
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -53,7 +54,8 @@ def serve(
     settings = _settings(station=station, host=host, port=port, data=data, rate_hz=rate_hz, simulate=simulate or None)
     if not settings.simulate and not settings.station:
         fail("Which apparatus? Give its configuration with --station FILE.toml, or try --simulate.")
-    from kata import serving
+    with staying():
+        from kata import serving
 
     try:
         serving.serve(settings, reload=reload)

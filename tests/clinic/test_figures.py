@@ -2,7 +2,10 @@
 
 import base64
 import json
+import threading
+import time
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -143,3 +146,12 @@ def test_plotly_takes_what_is_made_by_hand() -> None:
     made += [motor["figure"] for motor in json.loads(figures.run(run_parts((1.0, 2.0))))["motors"]]
     for one in made:
         assert len(go.Figure(one).data) == len(one["data"])
+
+
+def test_a_worker_that_is_still_warming_up_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "_warm_up", partial(time.sleep, 600))
+    worker = figures.FigureWorker()
+    ending = threading.Thread(target=worker.close, daemon=True)
+    ending.start()
+    ending.join(20)
+    assert not ending.is_alive()

@@ -184,6 +184,21 @@ def test_everything_arrives_once_and_in_order_over_failures_and_starts(clinic: C
     assert clinic.arrived() == expected
 
 
+def test_its_end_waits_for_no_next_look(clinic: Clinic, tmp_path: Path) -> None:
+    spool = filled(tmp_path / "spool", "a")
+    looked = threading.Semaphore(0)
+    delivery = Delivery(
+        spool, clinic.database, "Station 1", clinic.take, clinic.folder, again_s=600, each_round=looked.release
+    )
+    assert looked.acquire(timeout=20)
+    ending = threading.Thread(target=delivery.close, args=(5,), daemon=True)
+    ending.start()
+    ending.join(20)
+    assert not ending.is_alive()
+    spool.close()
+    assert clinic.arrived() == ["a"]
+
+
 def _crashed(*_: object) -> None:
     raise RuntimeError("crashed")
 

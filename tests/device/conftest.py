@@ -1,6 +1,5 @@
 """Shared by the device's tests."""
 
-import gc
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +8,6 @@ import pytest
 from kata.device.messages import Approach, Load, Play
 from kata.motion.trajectory import Trajectory
 from tests.device.stepped import REST_DEG, Stepped
-
-
-def pytest_collection_finish() -> None:
-    """A loop collects garbage before it begins, here a thousand times: what the tests themselves are made of is none."""
-    gc.freeze()
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import cache
@@ -72,7 +72,8 @@ class FigureWorker:
     """One process of its own that turns samples into figures, and into other samples."""
 
     def __init__(self) -> None:
-        self._pool = self._new_pool()
+        self._closed = False
+        self._pool, self._warm = self._new_pool()
 
     def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
         """Run something on stored samples and what else it wants; waits for it, so call it from a worker thread.
@@ -90,26 +91,33 @@ class FigureWorker:
                 "Restore them from a backup.",
             ) from error
         except BrokenProcessPool:
+            if self._closed:
+                raise
             # The worker was killed, for want of memory perhaps. Once more, with a new one.
             self._pool.shutdown(wait=False)
-            self._pool = self._new_pool()
+            self._pool, self._warm = self._new_pool()
             return self._pool.submit(what, *parts).result()
 
     def close(self) -> None:
-        """End the worker."""
+        """End the worker. One that is still warming up, which on a busy computer takes many seconds, is not waited for."""
+        self._closed = True
+        if not self._warm.done():
+            for worker in list(self._pool._processes.values()):
+                worker.terminate()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     @staticmethod
-    def _new_pool() -> ProcessPoolExecutor:
+    def _new_pool() -> tuple[ProcessPoolExecutor, Future[None]]:
+        """And when it is warm."""
         spawning = multiprocessing.get_context("spawn")
         pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
         # Ctrl-C in a terminal reaches every process of the group; ending the worker is ours. It inherits the mask.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            pool.submit(_warm_up)
+            warm = pool.submit(_warm_up)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        return pool
+        return pool, warm
 
 
 def pieces(figure: str) -> Iterator[bytes]:

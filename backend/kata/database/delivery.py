@@ -93,6 +93,7 @@ class Delivery:
         with self._changed:
             self._closing, self._gives_up_s = True, time.monotonic() + limit_s
             self._changed.notify_all()
+        self._spool.let_go()
         self._thread.join()
         if left := self.waiting:
             log.warning("%d records of the spool are left for the next start", left)

@@ -113,6 +113,7 @@ class Spool:
         self._full_since: datetime | None = None
         self._dropped = 0
         self._closing = False
+        self._let_go = False
         self._file = -1
         self.id, self.last = self._found()
         self.found = self.last
@@ -142,10 +143,16 @@ class Spool:
             self._changed.notify_all()
 
     def until_more(self, number: int, limit_s: float) -> bool:
-        """Whether there is a record behind this number on disk within so many seconds."""
+        """Whether there is a record behind this number on disk within so many seconds; nobody waits after :meth:`let_go`."""
         with self._changed:
-            self._changed.wait_for(lambda: self.last > number or self._closing, limit_s)
+            self._changed.wait_for(lambda: self.last > number or self._let_go or self._closing, limit_s)
             return self.last > number
+
+    def let_go(self) -> None:
+        """Whoever waits for more is to look after its own end."""
+        with self._changed:
+            self._let_go = True
+            self._changed.notify_all()
 
     def until_written(self, limit_s: float) -> bool:
         """Whether all that was put so far is on disk within so many seconds."""
