@@ -29,7 +29,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 	@$(BIN)/kata seed --data .data
 
 # Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy, measuring
-# included. The journeys go one by one: two services, two apparatus and two browsers at once are more than two processors serve in time.
+# included. The journeys go one by one: two at once, on a computer with other work, have had drives that seemed silent.
 # Their browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
 TIMED := tests/whole $(addprefix tests/web/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
