@@ -29,14 +29,14 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 	@$(BIN)/kata seed --data .data
 
 # Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy, measuring
-# included. The device's tests with their coverage, and the journeys, are as fast one by one. The journeys' browser keeps an event
-# loop running in its process, where no other test could start one.
+# included. The journeys go one by one: two at once, on a computer with other work, have had drives that seemed silent.
+# Their browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
 TIMED := tests/whole $(addprefix tests/web/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
-	@$(BIN)/python -m pytest tests/device --cov
+	@$(TWO_BY_TWO) tests/device --cov
 	@$(TWO_BY_TWO) $(addprefix --ignore=,tests/device tests/journeys $(MEASURED) $(TIMED))
 	@$(TWO_BY_TWO) $(MEASURED)
 	@$(TWO_BY_TWO) $(TIMED)
