@@ -6,7 +6,9 @@ const CHECKS = ["side", "fixtures", "belt"].map((check) => ({ check })) as Sessi
 const begun = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
 const checked = { ...begun, checks: CHECKS };
 const asked = { ...checked, pain_before: 4 };
-const played = { ...asked, runs: [{}] as Session["runs"] };
+const run = (ended_at: string | null) => [{ ended_at }] as Session["runs"];
+const playing = { ...asked, runs: run(null) };
+const played = { ...asked, runs: run("2026-11-22T08:50:00Z") };
 
 describe("whoever comes to the simulated apparatus for the first time", () => {
   it.each<[FirstStep, number, boolean, number, Parameters<typeof firstStep>[0]["session"]]>([
@@ -19,6 +21,7 @@ describe("whoever comes to the simulated apparatus for the first time", () => {
     ["begin", 1, true, 1, begun],
     ["begin", 1, true, 1, checked],
     ["play", 1, true, 1, asked],
+    ["play", 1, true, 1, playing],
     ["look", 1, true, 1, played],
     ["look", 1, true, 1, { ...played, ended_at: "2026-11-22T09:00:00Z" }],
     // The next one of the same patient's begins anew.

@@ -16,7 +16,7 @@ type Known = {
 export function firstStep({ patients, chosen, recordings, session }: Known): FirstStep {
   if (patients === 0) return "sign_up";
   if (!chosen) return "choose";
-  if (session && session.runs.length > 0) return "look";
+  if (session?.runs.some((run) => run.ended_at)) return "look";
   if (recordings === 0) return "teach";
   return session && stepOf(session) === "play" ? "play" : "begin";
 }
