@@ -100,6 +100,12 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, rows.first.get_by_role("link").first)
     expect(page.get_by_role("heading", name=re.compile("^Session of"))).to_be_visible(timeout=LONG_MS)
 
+    beside = page.get_by_role("region", name="Beside another session")
+    choose(page, beside.get_by_role("combobox", name="Which session"), "2026")
+    expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
+    expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
+    page.screenshot(path=artefacts / "office-beside.png", full_page=True)
+
     # Administer: an account, and who did all this.
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("button", name="New account"))

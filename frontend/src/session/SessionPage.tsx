@@ -17,6 +17,7 @@ import { useTitle } from "../shared/title";
 import { told } from "../shared/told";
 import { FORMAT } from "../shared/words";
 import { Alarms } from "./Alarms";
+import { Beside } from "./Beside";
 import { Facts } from "./Facts";
 import { RunFigures } from "./RunFigures";
 import { COMPARED, OUTCOMES, SESSION } from "./words";
@@ -60,6 +61,7 @@ export function SessionPage() {
         <PlannedAndDone sessionId={it.id} />
         <NoteCard key={it.id} session={it} />
         <Alarms sessionId={it.id} />
+        <Beside key={`beside ${it.id}`} session={it} />
         {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
         {it.runs.map((run, place) => (
           <RunCard key={run.id} run={run} number={place + 1} />

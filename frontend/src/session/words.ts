@@ -91,6 +91,53 @@ export const COMPARED = say(
   },
 );
 
+/** Two sessions of one patient. */
+export const BESIDE = say(
+  {
+    title: "Beside another session",
+    which: "Which session",
+    none: "Any of this patient's",
+    older: "Older sessions",
+    caption:
+      "Of a recording that was played several times, its last playback; of its motors, the one that did worst.",
+    what: "What",
+    here: (at: string) => `${at} (this one)`,
+    change: "Change",
+    pain: "Pain, 0 to 10",
+    before: "Before",
+    during: "During",
+    after: "After",
+    repetitions: "Repetitions done",
+    range: "Range, %",
+    level: "Resistance level",
+    takenBack: "Taken back by resistance",
+    rmse: "RMSE, deg",
+    peak: "Largest error, deg",
+    reached: (motion: string) => `Reached in ${motion}, deg`,
+  },
+  {
+    title: "別のセッションと並べる",
+    which: "セッション",
+    none: "この患者のセッションから選択",
+    older: "さらに前のセッション",
+    caption: "同じ記録動作を何度か再生した場合は最後の再生、モータは最も悪かったもの。",
+    what: "項目",
+    here: (at) => `${at}（このセッション）`,
+    change: "変化",
+    pain: "痛み（0〜10）",
+    before: "開始前",
+    during: "実施中",
+    after: "終了後",
+    repetitions: "実施した反復",
+    range: "範囲（%）",
+    level: "負荷レベル",
+    takenBack: "抵抗による引き戻し",
+    rmse: "RMSE（°）",
+    peak: "最大誤差（°）",
+    reached: (motion) => `${motion}の到達範囲（°）`,
+  },
+);
+
 /** A session in short. */
 export const FACTS = say(
   {

@@ -1,0 +1,91 @@
+import { Button, Card, Group, Select, Stack, Table, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Session } from "../api/client";
+import { formatMoment } from "../shared/format";
+import { usePages } from "../shared/pages";
+import { ProblemNote } from "../shared/problem";
+import { beside } from "./beside";
+import { BESIDE } from "./words";
+
+/** This session laid beside any other one of the same patient's. */
+export function Beside({ session }: { session: Session }) {
+  const patientId = session.patient.id;
+  const [chosen, setChosen] = useState<string | null>(null);
+  const sessions = usePages(["sessions", patientId], (after) => api.patientSessions(patientId, after));
+  const other = useQuery({
+    queryKey: ["session", chosen],
+    queryFn: () => api.session(chosen ?? ""),
+    enabled: chosen !== null,
+  });
+  const others = (sessions.items ?? []).filter((one) => one.id !== session.id);
+  if (others.length === 0) return null;
+  return (
+    <Card withBorder component="section" aria-label={BESIDE.title}>
+      <Stack>
+        <Title order={2} size="h3">
+          {BESIDE.title}
+        </Title>
+        <Group align="end">
+          <Select
+            label={BESIDE.which}
+            placeholder={BESIDE.none}
+            size="md"
+            w={320}
+            clearable
+            data={others.map((one) => ({ value: one.id, label: formatMoment(one.started_at) }))}
+            value={chosen}
+            onChange={setChosen}
+          />
+          {sessions.hasNextPage && (
+            <Button
+              size="md"
+              variant="default"
+              loading={sessions.isFetchingNextPage}
+              onClick={() => void sessions.fetchNextPage()}
+            >
+              {BESIDE.older}
+            </Button>
+          )}
+        </Group>
+        <ProblemNote error={sessions.error ?? other.error} />
+        {chosen && other.data && <Both other={other.data} here={session} />}
+      </Stack>
+    </Card>
+  );
+}
+
+function Both({ other, here }: { other: Session; here: Session }) {
+  return (
+    <Table.ScrollContainer minWidth={640}>
+      <Table withTableBorder verticalSpacing="xs" data-testid="beside">
+        <Table.Caption>{BESIDE.caption}</Table.Caption>
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th>{BESIDE.what}</Table.Th>
+            <Table.Th ta="right">{formatMoment(other.started_at)}</Table.Th>
+            <Table.Th ta="right">{BESIDE.here(formatMoment(here.started_at))}</Table.Th>
+            <Table.Th ta="right">{BESIDE.change}</Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        {beside(other, here).map((part) => (
+          <Table.Tbody key={part.key}>
+            <Table.Tr>
+              <Table.Th colSpan={4} scope="rowgroup">
+                {part.title}
+              </Table.Th>
+            </Table.Tr>
+            {part.lines.map((line) => (
+              <Table.Tr key={line.what}>
+                <Table.Td>{line.what}</Table.Td>
+                <Table.Td ta="right">{line.other}</Table.Td>
+                <Table.Td ta="right">{line.here}</Table.Td>
+                <Table.Td ta="right">{line.change}</Table.Td>
+              </Table.Tr>
+            ))}
+          </Table.Tbody>
+        ))}
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
