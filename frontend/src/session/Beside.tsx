@@ -6,6 +6,7 @@ import { formatMoment } from "../shared/format";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { beside } from "./beside";
+import { Head, Row } from "./rows";
 import { BESIDE } from "./words";
 
 /** This session laid beside any other one of the same patient's. */
@@ -60,14 +61,10 @@ function Both({ other, here }: { other: Session; here: Session }) {
     <Table.ScrollContainer minWidth={640}>
       <Table withTableBorder verticalSpacing="xs" data-testid="beside">
         <Table.Caption>{BESIDE.caption}</Table.Caption>
-        <Table.Thead>
-          <Table.Tr>
-            <Table.Th>{BESIDE.what}</Table.Th>
-            <Table.Th ta="right">{formatMoment(other.started_at)}</Table.Th>
-            <Table.Th ta="right">{BESIDE.here(formatMoment(here.started_at))}</Table.Th>
-            <Table.Th ta="right">{BESIDE.change}</Table.Th>
-          </Table.Tr>
-        </Table.Thead>
+        <Head
+          first={BESIDE.what}
+          others={[formatMoment(other.started_at), BESIDE.here(formatMoment(here.started_at)), BESIDE.change]}
+        />
         {beside(other, here).map((part) => (
           <Table.Tbody key={part.key}>
             <Table.Tr>
@@ -76,12 +73,7 @@ function Both({ other, here }: { other: Session; here: Session }) {
               </Table.Th>
             </Table.Tr>
             {part.lines.map((line) => (
-              <Table.Tr key={line.what}>
-                <Table.Td>{line.what}</Table.Td>
-                <Table.Td ta="right">{line.other}</Table.Td>
-                <Table.Td ta="right">{line.here}</Table.Td>
-                <Table.Td ta="right">{line.change}</Table.Td>
-              </Table.Tr>
+              <Row key={line.what} first={line.what} others={[line.other, line.here, line.change]} />
             ))}
           </Table.Tbody>
         ))}

@@ -20,6 +20,7 @@ import { Alarms } from "./Alarms";
 import { Beside } from "./Beside";
 import { Facts } from "./Facts";
 import { RunFigures } from "./RunFigures";
+import { Head, Row } from "./rows";
 import { COMPARED, OUTCOMES, SESSION } from "./words";
 
 /** One visit: what was played, and how closely the playback followed the teaching. */
@@ -195,33 +196,4 @@ function errorCells(it: Comparison["motors"][number] | Comparison["motions"][num
     formatRange(it.taught_min_deg, it.taught_max_deg),
     formatRange(it.played_min_deg, it.played_max_deg),
   ];
-}
-
-function Head({ first, others }: { first: string; others: string[] }) {
-  return (
-    <Table.Thead>
-      <Table.Tr>
-        <Table.Th>{first}</Table.Th>
-        {others.map((name) => (
-          <Table.Th key={name} ta="right">
-            {name}
-          </Table.Th>
-        ))}
-      </Table.Tr>
-    </Table.Thead>
-  );
-}
-
-function Row({ first, others }: { first: string; others: string[] }) {
-  return (
-    <Table.Tr>
-      <Table.Td>{first}</Table.Td>
-      {others.map((text, place) => (
-        // biome-ignore lint/suspicious/noArrayIndexKey: a cell is its column.
-        <Table.Td key={place} ta="right">
-          {text}
-        </Table.Td>
-      ))}
-    </Table.Tr>
-  );
 }

@@ -1,0 +1,32 @@
+import { Table } from "@mantine/core";
+
+/** Names of the columns; all but the first hold figures. */
+export function Head({ first, others }: { first: string; others: string[] }) {
+  return (
+    <Table.Thead>
+      <Table.Tr>
+        <Table.Th>{first}</Table.Th>
+        {others.map((name) => (
+          <Table.Th key={name} ta="right">
+            {name}
+          </Table.Th>
+        ))}
+      </Table.Tr>
+    </Table.Thead>
+  );
+}
+
+/** What the figures are of, and they. */
+export function Row({ first, others }: { first: string; others: string[] }) {
+  return (
+    <Table.Tr>
+      <Table.Td>{first}</Table.Td>
+      {others.map((text, place) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: a cell is its column.
+        <Table.Td key={place} ta="right">
+          {text}
+        </Table.Td>
+      ))}
+    </Table.Tr>
+  );
+}
