@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kata.motion.approach import RUN_UP_DEG, Approach, OneAfterAnother, from_its_side
+from kata.motion.approach import Approach, OneAfterAnother, from_its_side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import AxisLimits, Held, Trajectory, TrajectoryError
@@ -174,7 +174,7 @@ def test_every_axis_comes_to_the_start_from_the_side_to_which_it_leaves() -> Non
     start = trajectory.start_deg
 
     for here in (start - 10, start + 10):
-        way = from_its_side(here, start, trajectory.leaves_deg(RUN_UP_DEG), 15.0)
+        way = from_its_side(here, start, trajectory.leaves_deg, 15.0)
         path = np.array([way.motion_at(time_s).angles_deg for time_s in np.linspace(0, way.duration_s, 1000)])
         assert path[0] == pytest.approx(here)
         assert path[-1] == pytest.approx(start)

@@ -99,7 +99,7 @@ class FigureWorker:
             return self._pool.submit(what, *parts).result()
 
     def close(self) -> None:
-        """End the worker. One that is still warming up, which on a busy computer takes many seconds, is not waited for."""
+        """End the worker. One that is still warming up is not waited for."""
         self._closed = True
         if not self._warm.done():
             for worker in list(self._pool._processes.values()):

@@ -422,8 +422,8 @@ class Machine:
             # The paper goes to the start when it plays; until then the arm is held.
             self._movement = Movement(approach.Approach(here, here, speed_deg_s))
         else:
-            leaves = run.trajectory.leaves_deg(approach.RUN_UP_DEG)
-            self._movement = Movement(approach.from_its_side(here, run.trajectory.start_deg, leaves, speed_deg_s))
+            start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
+            self._movement = Movement(approach.from_its_side(here, start, leaves, speed_deg_s))
         self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")

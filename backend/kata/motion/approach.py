@@ -11,7 +11,6 @@ position from one side for the same reason.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 
@@ -21,10 +20,8 @@ from kata.motion.path import Motion
 _PEAK_OVER_MEAN = 1.875
 """Peak speed of a minimum-jerk movement over its mean speed (10 t^3 - 15 t^4 + 6 t^5 at t = 1/2)."""
 _SHORTEST_S = 0.5
-RUN_UP_DEG: Final = 2.0
-"""So far every axis goes in the same direction before it is at the start: enough for friction and play of the loosest motor to turn over."""
 _RUN_UP_S = 1.0
-"""Taken for it, so that it ends within an encoder's count of the start: in half of that, motor 5 stops short by up to three."""
+"""Taken for the last way to the start, so that it ends within an encoder's count of the start: in half of that, motor 5 stops short by up to three."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ def from_its_side(here_deg: Floats, start_deg: Floats, leaves_deg: Floats, speed
 
     That side was taught, whatever the limits are; behind the start there may be no room.
 
-    :param leaves_deg: how each axis leaves the start within :data:`RUN_UP_DEG`, as the trajectory has it.
+    :param leaves_deg: how each axis leaves the start, as the trajectory has it.
     """
     aside = start_deg + leaves_deg
     return OneAfterAnother([Approach(here_deg, aside, speed_deg_s), Approach(aside, start_deg, speed_deg_s, _RUN_UP_S)])

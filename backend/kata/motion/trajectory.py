@@ -14,6 +14,9 @@ from kata.motion.smoothing import rmse, smoothed_recording
 
 HOLD_S: Final = 0.1
 """How long a sample is held in the paper's way of playing: 10 Hz (Section 4)."""
+RUN_UP_DEG: Final = 2.0
+"""So far every motor goes in the same direction before it is at the start (:mod:`kata.motion.approach`): enough for friction and play of
+the loosest one to turn over."""
 _SPEED_WINDOW_S: Final = 0.1
 """Speed is judged over this long: between neighbouring samples an encoder's single count is already 9 deg/s."""
 _LONGEST_GAP_S: Final = 1.0
@@ -73,13 +76,6 @@ class Trajectory:
         """Angles ``(5,)`` at its beginning."""
         return self.at(0.0)
 
-    def leaves_deg(self, by_deg: float) -> Floats:
-        """How each motor leaves the start, ``(5,)``: by so much to the side to which it first goes so far, or as far as it ever goes."""
-        grid = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
-        away = np.clip(self.along(grid) - self.start_deg, -by_deg, by_deg)
-        leaves: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
-        return leaves
-
     def at(self, time_s: float) -> Floats:
         """Angles ``(5,)`` in degrees at ``time_s``; before the start and after the end it stands still."""
         return self.motion_at(time_s).angles_deg
@@ -138,6 +134,10 @@ class Trajectory:
         """``(5,)``: of what each motor goes through, to the sample."""
         self.reach_deg: Floats = high - low
         """``(5,)``"""
+        away = np.clip(angles_deg - angles_deg[0], -RUN_UP_DEG, RUN_UP_DEG)
+        self.leaves_deg: Floats = away[np.argmax(np.abs(away), axis=0), np.arange(N_AXES)]
+        """``(5,)``: how each motor leaves the start, by so much to the side to which it first goes so far, or as far as it ever
+        goes. Known from the beginning: of an hour, a control loop has no time to look for it."""
 
     def _extremes(self) -> tuple[Floats, Floats]:
         """Times and angles, ``(m, 5)`` each, among which are each axis' highest and lowest: a cubic has two such places a piece."""

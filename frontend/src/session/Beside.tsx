@@ -13,7 +13,7 @@ import { BESIDE } from "./words";
 export function Beside({ session }: { session: Session }) {
   const patientId = session.patient.id;
   const [chosen, setChosen] = useState<string | null>(null);
-  const sessions = usePages(["sessions", patientId], (after) => api.patientSessions(patientId, after));
+  const sessions = usePages(["sessions", "of", patientId], (after) => api.patientSessions(patientId, after));
   const other = useQuery({
     queryKey: ["session", chosen],
     queryFn: () => api.session(chosen ?? ""),
