@@ -71,6 +71,17 @@ def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, m
     assert told.message == "1 ms"
 
 
+def test_huge_pages_for_everybody_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen = tmp_path / "enabled"
+    monkeypatch.setattr(doctor, "_HUGE_PAGES", chosen)
+    assert not [
+        one for one in examine(Settings(data=tmp_path, database_url="", station=None)) if one.name == "Huge pages"
+    ]
+    for words, state in (("[always] madvise never", "warning"), ("always [madvise] never", "ok")):
+        chosen.write_text(words)
+        assert found("Huge pages", tmp_path).state == state
+
+
 def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     assert "made at the first start" in found("Database", tmp_path).message
     database = Database(upgraded_file(tmp_path / "kata.db"))

@@ -13,9 +13,12 @@ def main() -> None:
         from pydantic import ValidationError
 
         from kata.cli import app
+        from kata.device import realtime
         from kata.settings import Settings, complaint
         from kata.terminal import fail
 
+    # Not the service's alone: also a benchmark or an evaluation beside it is not to make an apparatus late.
+    realtime.refuse_huge_pages()
     try:
         app()
     except ValidationError as error:

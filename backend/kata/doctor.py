@@ -45,6 +45,7 @@ _LATENCY_MS: Final = 1
 _OLDEST: Final = timedelta(days=2)
 _BY_ID: Final = Path("/dev/serial/by-id")
 _TTYS: Final = Path("/sys/class/tty")
+_HUGE_PAGES: Final = Path("/sys/kernel/mm/transparent_hugepage/enabled")
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ def examine(settings: Settings) -> list[Finding]:
         _python,
         _sqlite,
         _processor,
+        _huge_pages,
         _real_time,
         _station,
         _data,
@@ -116,6 +118,21 @@ def _processor(settings: Settings) -> Iterator[Finding]:
             f"Linux {platform.release()} does not say that it can be preempted.",
             "A kernel with PREEMPT_DYNAMIC or PREEMPT_RT keeps cycles punctual.",
         )
+
+
+def _huge_pages(settings: Settings) -> Iterator[Finding]:
+    """Kata's own programs have none made; where the kernel does it for everybody, a browser beside them is enough."""
+    if not _HUGE_PAGES.exists():
+        return
+    if "[always]" not in _HUGE_PAGES.read_text():
+        yield Finding("Huge pages", "ok", "Made only where a program asks for them.")
+        return
+    yield Finding(
+        "Huge pages",
+        "warning",
+        "The kernel gathers every program's memory into huge pages, which can keep the control loop off its core for milliseconds.",
+        "On the kernel's command line: transparent_hugepage=madvise",
+    )
 
 
 def _real_time(settings: Settings) -> Iterator[Finding]:

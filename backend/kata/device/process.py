@@ -10,17 +10,22 @@ import time
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from kata.device import realtime
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
 from kata.device.journal import Files, FolderInUseError, claimed
 from kata.device.loop import ControlLoop
+from kata.motion.axes import N_AXES
+from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
 
 _CLAIM_LIMIT_S: Final = 10.0
 """For the process before this one to come to its end."""
+_FEW: Final = 8
 
 
 def main() -> int:
@@ -59,6 +64,7 @@ def _run(config: StationConfig, exchange: Exchange, *, wants_real_time: bool) ->
     signal.signal(signal.SIGTERM, end)
     # Ctrl-C in a terminal reaches the whole group; ending is the service's to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _work_one_out()
     realtime.settle()
     memory_locked = wants_real_time and realtime.lock_memory()
     # The I/O thread inherits it.
@@ -68,6 +74,13 @@ def _run(config: StationConfig, exchange: Exchange, *, wants_real_time: bool) ->
     control.start()
     control.join()
     exchange.finish()
+
+
+def _work_one_out() -> None:
+    """A recording of some samples, for nothing: the first one makes the linear algebra take 32 MB for itself, which with locked memory is
+    20 ms in which the control thread does not get the interpreter.
+    """
+    Trajectory(np.arange(_FEW) / _FEW, np.zeros((_FEW, N_AXES)))
 
 
 def _control(config: StationConfig, exchange: Exchange, scheduled: bool, memory_locked: bool) -> None:
