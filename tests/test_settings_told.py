@@ -1,6 +1,7 @@
 """What is wrong with the settings is said in a sentence for each, by every command alike."""
 
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,8 @@ from typer.main import get_command
 
 from kata.__main__ import main
 from kata.cli import app
+from kata.settings import Settings
+from tests.conftest import ROOT
 
 GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "accounts link": (),
@@ -95,3 +98,13 @@ def test_settings_that_do_not_fit_together_and_several_wrong_ones_are_told_too(
     told = capsys.readouterr().err
     assert told.count("must be") == 2
     assert "secret" not in told
+
+
+def test_each_setting_that_the_program_its_pages_and_its_documents_name_is_one() -> None:
+    known = {f"KATA_{name.upper()}" for name in Settings.model_fields}
+    files = [ROOT / "README.md"]
+    for folder, kind in (("backend/kata", "*.py"), ("frontend/src", "*.ts*"), ("docs", "*.md")):
+        files += (ROOT / folder).rglob(kind)
+    named = {name: file.name for file in files for name in re.findall("KATA_[A-Z0-9_]+", file.read_text())}
+    assert len(named) > 20
+    assert {name: file for name, file in named.items() if name not in known} == {}
