@@ -87,7 +87,7 @@ export function NewProgramme(props: {
         <ProgrammeEditor
           key={episode.id}
           patientId={patientId}
-          episode={{ id: episode.id, side: episode.side, highest: episode.max_load_level }}
+          episode={{ id: episode.id, side: episode.side }}
           start={EMPTY}
           saveLabel={NEW.save}
           onSave={save}

@@ -6,7 +6,7 @@ import { useName } from "../access/hooks";
 import { api, ProblemError } from "../api/client";
 import { formatSpan } from "../shared/format";
 import { LoadLevel } from "../shared/LoadLevel";
-import { useRecordings } from "../shared/ofPatient";
+import { useHighestLevel, useRecordings } from "../shared/ofPatient";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { Stepper, type Steps } from "../shared/Stepper";
@@ -15,6 +15,7 @@ import { EditableItems } from "./EditableItems";
 import { timerWords } from "./told";
 import { EDITOR } from "./words";
 
+type Treated = { id: string; side: "left" | "right" };
 type Field = Steps & typeof EDITOR.timer;
 const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
 const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
@@ -22,8 +23,8 @@ const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
 /** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
 export function ProgrammeEditor(props: {
   patientId: string;
-  /** Whose programme it is, of which shoulder, and the highest level that its doctor allows, where that is known. */
-  episode: { id: string; side: "left" | "right"; highest: number | null };
+  /** Whose programme it is, and of which shoulder. */
+  episode: Treated;
   start: Draft;
   saveLabel: string;
   onSave: (wanted: Wanted) => Promise<unknown>;
@@ -159,13 +160,14 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
 
 function AddRecording(props: {
   patientId: string;
-  episode: { side: "left" | "right"; highest: number | null };
+  episode: Treated;
   draft: Draft;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
 }) {
   const { draft, episode } = props;
   const recordings = useRecordings(props.patientId);
+  const highest = useHighestLevel(props.patientId, episode.id);
   const [next, setNext] = useState(1);
   const fitting = (recordings.data?.items ?? []).filter(
     (one) => !one.archived_at && one.side === episode.side,
@@ -173,7 +175,7 @@ function AddRecording(props: {
   const add = (id: string | null) => {
     const recording = fitting.find((one) => one.id === id);
     if (!recording) return;
-    props.onChange(added(draft, recording, `added ${next}`, episode.highest));
+    props.onChange(added(draft, recording, `added ${next}`, highest));
     props.onAdded(`added ${next}`);
     setNext(next + 1);
   };

@@ -150,7 +150,7 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
       )}
       <ProgrammeEditor
         patientId={programme.patient.id}
-        episode={{ id: programme.episode_id, side: programme.side, highest: null }}
+        episode={{ id: programme.episode_id, side: programme.side }}
         start={start}
         saveLabel={VERSIONS.saveAs(basedOn + 1)}
         onSave={save}

@@ -1,5 +1,5 @@
 import type { ProgrammeVersion, Recording, Schemas } from "../api/client";
-import { LOAD_LEVELS } from "../shared/levels";
+import { firstLevel } from "../shared/levels";
 import { AS_TAUGHT } from "../shared/settings";
 import type { ItemSettings } from "./told";
 
@@ -29,7 +29,7 @@ export function draftOf(version: ProgrammeVersion): Draft {
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
     ...AS_TAUGHT,
-    load_level: highest ?? LOAD_LEVELS,
+    load_level: firstLevel(null, highest),
   };
   const settings = { speed_percent, repetitions, pause_s, range_percent, method, load_level };
   const item = { ...settings, key, recording_id: recording.id, recording_name: recording.name };

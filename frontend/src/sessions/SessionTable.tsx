@@ -1,6 +1,6 @@
 import { Table, Text } from "@mantine/core";
 import type { Schemas } from "../api/client";
-import { formatMoment } from "../shared/format";
+import { formatAfter, formatMoment } from "../shared/format";
 import { PageLink } from "../shared/links";
 import { SESSIONS } from "./words";
 
@@ -49,8 +49,12 @@ export function SessionTable(props: {
             <Table.Td>{session.station || "–"}</Table.Td>
             <Table.Td ta="right">{session.runs}</Table.Td>
             <Table.Td ta="right">{session.stops}</Table.Td>
-            <Table.Td>{session.ended_at ? formatMoment(session.ended_at) : SESSIONS.open}</Table.Td>
-            <Table.Td>{session.signed_at ? formatMoment(session.signed_at) : SESSIONS.notYet}</Table.Td>
+            <Table.Td>
+              {session.ended_at ? formatAfter(session.ended_at, session.started_at) : SESSIONS.open}
+            </Table.Td>
+            <Table.Td>
+              {session.signed_at ? formatAfter(session.signed_at, session.started_at) : SESSIONS.notYet}
+            </Table.Td>
           </Table.Tr>
         ))}
       </Table.Tbody>

@@ -13,6 +13,9 @@ export const formatMoment = (iso: string) => {
   const moment = new Date(iso);
   return FORMAT.moment(day.format(moment), time.format(moment));
 };
+/** A moment behind another: its time alone, where it was the same day. */
+export const formatAfter = (iso: string, since: string) =>
+  formatDayOf(iso) === formatDayOf(since) ? time.format(new Date(iso)) : formatMoment(iso);
 export const formatClock = (moment: number | Date) => clock.format(moment);
 
 /** 75.2 as 1:16: what is left is rounded up, so that 0:00 means over. */

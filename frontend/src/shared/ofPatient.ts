@@ -17,6 +17,12 @@ export function useRecordings(patientId: string | null) {
   });
 }
 
+/** The highest resistance level that the doctor allows in an episode of care; null where none is known. */
+export function useHighestLevel(patientId: string, episodeId: string | null): number | null {
+  const episodes = useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
+  return episodes.data?.items.find((one) => one.id === episodeId)?.max_load_level ?? null;
+}
+
 /** A patient's newest session, or what is wanted of it; null where there was none. */
 export function useNewestSession<Wanted = Session | null>(
   patientId: string | null,

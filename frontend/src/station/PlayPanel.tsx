@@ -13,9 +13,9 @@ import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
 import { formatSpan } from "../shared/format";
 import { LoadLevel, lastLevel, useLastRuns } from "../shared/LoadLevel";
-import { LOAD_LEVELS } from "../shared/levels";
+import { firstLevel, LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
-import { useRecordings } from "../shared/ofPatient";
+import { useHighestLevel, useRecordings } from "../shared/ofPatient";
 import { PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
@@ -61,6 +61,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const recordings = useRecordings(patientId);
   const last = useLastRuns(patientId);
   const levelOfLast = lastLevel(last.data ?? []);
+  const highest = useHighestLevel(patientId, session.episode_id);
   const planned = session.programme?.items ?? [];
   const next = nextItem(planned, session.runs);
   const [chosen, setChosen] = useState<string | null>(wanted);
@@ -77,7 +78,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const value = choices.some((one) => one.value === chosen) ? chosen : standing;
   const item = planned.find((one) => `${PLANNED}${one.position}` === value) ?? null;
   const recordingId = item?.recording_id ?? value;
-  const shownLevel = level ?? item?.load_level ?? levelOfLast ?? LOAD_LEVELS;
+  const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
   // By recording: what is slow enough for one motion says nothing about another.
   const [settings, setSettings] = useState<Record<string, Settings>>({});
   const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
