@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from tests.journeys.conftest import Clinic
+from tests.journeys.keyboard import choose, press, write
 from tests.journeys.test_main_job import LONG_MS, sign_up, teach
 
 PASSWORD = "seven slow swans at dawn"
@@ -189,13 +190,12 @@ def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
     sign_up(page, "Yamada Hanako")
     record = page.url
     code = made(page, "Ito Mai", "ito", "Therapist")
+    # All of it by keyboard alone.
     page.goto(record)
-    page.get_by_role("button", name="Restrict to a care team").click()
+    press(page, page.get_by_role("button", name="Restrict to a care team"))
     dialog = page.get_by_role("dialog", name="Who sees this record")
-    dialog.get_by_role("combobox", name="Care team").click()
-    page.get_by_role("option", name="Test administrator").click()
-    page.keyboard.press("Tab")
-    dialog.get_by_role("button", name="Save").click()
+    choose(page, dialog.get_by_role("combobox", name="Care team"), "Test administrator", several=True)
+    press(page, dialog.get_by_role("button", name="Save"))
     expect(page.get_by_test_id("record-access")).to_contain_text("Test administrator")
 
     hers = another.new_page()
@@ -203,18 +203,18 @@ def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
     expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
     hers.goto(record)
     expect(hers.get_by_role("heading", name="This record is restricted")).to_be_visible()
-    hers.get_by_label("Why it has to be opened now").fill("Acute pain, her therapist is away.")
+    write(hers, hers.get_by_label("Why it has to be opened now"), "Acute pain, her therapist is away.")
     hers.screenshot(path=artefacts / "break-glass.png")
-    hers.get_by_role("button", name="Open it in an emergency").click()
+    press(hers, hers.get_by_role("button", name="Open it in an emergency"))
     expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
     expect(hers.get_by_test_id("glass")).to_contain_text("in an emergency")
     hers.screenshot(path=artefacts / "glass.png")
 
-    page.get_by_role("link", name="Administration").click()
-    page.get_by_role("link", name="Emergency access").click()
+    press(page, page.get_by_role("link", name="Administration"))
+    press(page, page.get_by_role("link", name="Emergency access"))
     opened = page.get_by_test_id("opened")
     expect(opened).to_contain_text("Acute pain, her therapist is away.")
-    opened.get_by_role("button", name="I have looked at it").click()
+    press(page, opened.get_by_role("button", name="I have looked at it"))
     expect(opened).to_contain_text("Looked at by Test administrator")
     page.screenshot(path=artefacts / "emergency-access.png")
 
@@ -241,10 +241,10 @@ def test_one_operates_and_the_other_watches_until_taking_over(
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
 
 
-def test_a_backup_is_made_and_its_trial_told(page: Page, artefacts: Path) -> None:
-    page.get_by_role("link", name="Administration").click()
-    page.get_by_role("link", name="Backups").click()
+def test_a_backup_is_made_by_keyboard_and_its_trial_told(page: Page, artefacts: Path) -> None:
+    press(page, page.get_by_role("link", name="Administration"))
+    press(page, page.get_by_role("link", name="Backups"))
     expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")
-    page.get_by_role("button", name="Back up now").click()
+    press(page, page.get_by_role("button", name="Back up now"))
     expect(page.get_by_test_id("last-good")).to_contain_text("came back whole and equal", timeout=LONG_MS)
     page.screenshot(path=artefacts / "backups.png")

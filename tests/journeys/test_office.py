@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Page, expect
 
 from kata.access.sign_in import COOKIE
 from tests.journeys.conftest import Clinic
-from tests.journeys.keyboard import press, reach, write
+from tests.journeys.keyboard import choose, press, reach, write
 from tests.journeys.test_main_job import LONG_MS
 
 PATIENT = "Ishii Nao"
@@ -26,19 +26,6 @@ def page(page: Page, demonstration: Clinic) -> Page:
 @pytest.fixture
 def clinic(demonstration: Clinic) -> Clinic:
     return demonstration
-
-
-def choose(page: Page, target: Locator, option: str) -> None:
-    """In a list that opens: written or gone to, whichever the list takes."""
-    press(page, target, "ArrowDown")
-    wanted = page.get_by_role("option", name=option).first
-    expect(wanted).to_be_visible(timeout=LONG_MS)
-    for _ in range(30):
-        if wanted.get_attribute("data-combobox-selected") == "true":
-            break
-        page.keyboard.press("ArrowDown")
-    page.keyboard.press("Enter")
-    expect(wanted).to_be_hidden()
 
 
 def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Path) -> None:
@@ -105,6 +92,21 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
     expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
     page.screenshot(path=artefacts / "office-beside.png", full_page=True)
+
+    # Take the record along as a file, and have another one erased, which an administrator decides.
+    press(page, page.get_by_role("link", name=PATIENT).first)
+    with page.expect_download() as taken:
+        press(page, page.get_by_role("link", name="Everything (ZIP)"))
+    assert taken.value.suggested_filename.endswith(".zip")
+    press(page, page.get_by_role("button", name="Patient asks for erasure"))
+    asking = page.get_by_role("dialog")
+    write(page, asking.get_by_role("textbox", name="How and why it was asked for"), "By letter, has moved away.")
+    press(page, asking.get_by_role("button", name="Note the request"))
+    press(page, page.get_by_role("button", name="Decide on the erasure"))
+    deciding = page.get_by_role("dialog")
+    write(page, deciding.get_by_role("textbox", name="Explanation"), "Records are kept for five years.")
+    press(page, deciding.get_by_role("button", name="Refuse, keep the record"))
+    expect(page.get_by_test_id("erasure")).to_contain_text("Refused by", timeout=LONG_MS)
 
     # Administer: an account, and who did all this.
     press(page, page.get_by_role("link", name="Administration"))
