@@ -5,6 +5,7 @@ import {
   createRouter,
   type ErrorComponentProps,
   lazyRouteComponent,
+  redirect,
 } from "@tanstack/react-router";
 import { Gate } from "./access/Gate";
 import { LinkPage } from "./access/LinkPage";
@@ -110,6 +111,13 @@ const administration = createRoute({
   path: "/administration",
   component: lazyRouteComponent(() => import("./administration/AdministrationPage"), "AdministrationPage"),
 });
+const firstOfAdministration = createRoute({
+  getParentRoute: () => administration,
+  path: "/",
+  beforeLoad: () => {
+    throw redirect({ to: "/administration/accounts" });
+  },
+});
 const accounts = createRoute({
   getParentRoute: () => administration,
   path: "/accounts",
@@ -150,7 +158,7 @@ export const router = createRouter({
     openId,
     setUp,
     setPassword,
-    administration.addChildren([accounts, audit, emergencyAccess, backups]),
+    administration.addChildren([firstOfAdministration, accounts, audit, emergencyAccess, backups]),
   ]),
   defaultNotFoundComponent: NotFound,
   // A page is on its way before somebody has pressed its link.

@@ -136,12 +136,12 @@ def show_all(page: Page) -> None:
     page.wait_for_load_state("networkidle")
     while more.count():
         with page.expect_response(lambda answer: "/api/" in answer.url and "after=" in answer.url):
-            more.dispatch_event("click")
+            more.first.dispatch_event("click")
         expect(page.locator("button[data-loading]")).to_have_count(0, timeout=_LIMIT_MS)
 
 
 ONE_AT_A_TIME: Final = {
-    "assessments.note", "recordings.station", "recordings.taught_by", "sessions.signed_by", "runs.stop_message",
+    "assessments.note", "programme_versions.note", "recordings.station", "recordings.taught_by", "sessions.signed_by", "runs.stop_message",
     "session_stops.code",
 }  # fmt: skip
 """What stands on the page of one record alone, and of which ten have been looked at."""
@@ -176,11 +176,12 @@ def test_every_column_of_text_holds_them(poisoned: Poisoned) -> None:
     }
 
 
-@pytest.mark.campaign  # Not seen to pass yet: its list of texts that are the program's own is to be brought up to date.
-def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned) -> None:
+def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned, texts: list[str]) -> None:
     document = json.loads((ROOT / "frontend/openapi.json").read_text())
     schemas = document["components"]["schemas"]
-    planted = {text for texts in poisoned.poison.planted.values() for text in texts} | set(poisoned.poison.together)
+    planted = {text for column in poisoned.poison.planted.values() for text in column} | set(poisoned.poison.together)
+    # Who has ticked, what was done: within a column of something else, so without the column's mark.
+    planted |= set(texts)
     told: set[str] = set()
     held: set[str] = set()
     taken: set[str] = set()
@@ -193,8 +194,10 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned) -> None
                 if code.startswith("2") and schema:
                     told.update(text_fields(schema, schemas))
         schema = methods.get("get", {}).get("responses", {}).get("200", {}).get("content", {}).get("application/json")
-        if schema and path.startswith("/api/") and methods["get"]["operationId"] not in _SLOW:
-            answer = poisoned.ask(_filled(path, poisoned.poison.ids), **_query(methods["get"], poisoned.poison.ids))
+        if schema and path.startswith("/api/") and methods["get"]["operationId"] not in _NOT_ASKED:
+            answer = poisoned.ask(
+                _filled(path, poisoned.poison.ids), **_query(methods["get"], poisoned.poison.ids | _CHOICES)
+            )
             held.update(name for name, text in texts_in(answer, schema["schema"], schemas) if text in planted)
     told.discard("")
     assert told - held == MADE_BY_KATA, "an answer has a text that nobody has tried it in, nor said to be nobody's"
@@ -202,11 +205,12 @@ def test_every_text_that_the_api_knows_has_held_them(poisoned: Poisoned) -> None
     assert {name for name in taken if name.partition(".")[2] not in kept} == NOT_KEPT
 
 
-_SLOW: Final = {"get_patient_fhir"}
-"""Everything of a patient; tests/clinic/test_fhir.py has it judged."""
+_CHOICES: Final = {"fixtures": "arm_fixer_1", "station": "Station 1"}
+_NOT_ASKED: Final = {"get_patient_fhir", "list_ready"}
+"""Everything of a patient, which tests/clinic/test_fhir.py has judged; and who may be treated at a station, of which this user has none."""
 NOT_KEPT: Final = {
-    "", "Again.password", "ChangePassword.old_password", "ChangePassword.password", "Confirm.code", "GuideRequest.motion_id",
-    "LinkSignIn.secret", "SetPassword.code", "SetPassword.password", "SetUp.password", "SetUp.secret", "SignIn.code",
+    "", "AccountUpdate.openid", "Again.password", "BeginOpenId.to", "CameBack.iss", "CameBack.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
+    "LinkSignIn.secret", "SetPassword.password", "SetUp.password", "SetUp.secret",
     "SignIn.password", "Unlock.password",
 }  # fmt: skip
 """Texts that are asked for and told to nobody: secrets; and files, which are numbers."""
@@ -214,7 +218,7 @@ MADE_BY_KATA: Final = {
     # Where a list goes on, what a file is called, where it lies.
     "AssessmentPage.next", "AuditPage.next", "DeviceEventPage.next", "EpisodeAssessments.next", "PatientPage.next", "SessionPage.next", "BackupList.folder", "BackupList.key_file",
     # Words and sentences of the program's own, in which nobody's text stands.
-    "AuditEntry.role", "CheckAnswer.subject", "Ready.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
+    "AuditEntry.role", "CheckAnswer.subject", "Recording.done", "RecordingDetail.done", "Ready.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
     "ProgressColumn.name", "ProgressTable.rows", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
     "SpadiItem.text", "SpadiItem.text_ja", "StopCauseLive.code", "StopCauseLive.message", "StopCauseLive.next_step",
     "RunLive.changes", "RunLive.resistance", "Draft.text",
@@ -223,9 +227,12 @@ MADE_BY_KATA: Final = {
     # Of the apparatus, its configuration, and the files that are beside it.
     "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "Motion.id", "Motion.name",
     "UnderstoodMotion.left_alone", "ImportedPatients.left_out",
-    "Account.openid", "Away.address", "Came.to", "Me.openid", "StationShown.name", "StationVersion.config", "StationVersion.software",
+    "Account.openid", "Away.address", "Came.to", "Me.openid", "StationVersion.config", "StationVersion.software",
     "WaysIn.openid",
+    # Names of accounts and patients, which are tried wherever else they stand: there is no care team here.
+    "TeamMember.name",
     # Only while somebody is at it.
+    "PatientRef.name",
     "StationTold.operator", "StationTold.recording_name", "StationTold.station",
     "LeaseLive.holder", "LeaseLive.taken_from", "RunLive.recording_name",
     # Only while the database is away.
@@ -258,7 +265,7 @@ def test_the_watch_sees_what_it_is_to_see(page: Page, poisoned: Poisoned, told: 
     assert "a script has run" in told
 
 
-@pytest.mark.campaign  # Seen to pass for one record of the ten so far: 0 scripts, 0 reports.
+@pytest.mark.campaign
 @pytest.mark.timeout(900)
 def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, told: list[str]) -> None:
     seen = Seen(poisoned.poison.planted)
@@ -286,7 +293,7 @@ def test_five_hundred_hostile_texts_run_nowhere(page: Page, poisoned: Poisoned, 
             page.wait_for_load_state("networkidle")
             if path.startswith("/patients/"):
                 page.get_by_role("button", name=re.compile("All assessments")).dispatch_event("click")
-                page.wait_for_load_state("networkidle")
+                show_all(page)
             seen.look_at(page)
     assert told == []
     left = {column: len(texts) for column, texts in seen.left.items() if len(texts) > _UNLIKE}

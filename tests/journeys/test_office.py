@@ -125,6 +125,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, page.get_by_role("button", name="I have handed it over"))
     expect(page.get_by_role("row", name="Ito Mai")).to_contain_text("Viewer")
     press(page, page.get_by_role("link", name="Audit trail"))
+    expect(page.get_by_role("link", name="Administration")).to_have_attribute("aria-current", "page")
     choose(page, page.get_by_role("combobox", name="Outcome"), "Done")
     expect(page.get_by_role("row").nth(1)).to_be_visible(timeout=LONG_MS)
     page.screenshot(path=artefacts / "office-audit.png")

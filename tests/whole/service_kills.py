@@ -58,7 +58,8 @@ class KilledClinic:
             _wait_for(url, service)
             before = sum(self._notes.values())
             began, over = Event(), Event()
-            writers = [Thread(target=self._write, args=(url, f"{port}-{n}", began, over)) for n in range(_WRITERS)]
+            # A port may come again: who writes is told apart by what has been acknowledged so far.
+            writers = [Thread(target=self._write, args=(url, f"{before}-{n}", began, over)) for n in range(_WRITERS)]
             for writer in writers:
                 writer.start()
             assert began.wait(_START_LIMIT_S)

@@ -15,7 +15,7 @@ const PAGES = [
   { to: "/stations", label: SHELL.stations, needs: "see_station" },
   { to: "/patients", label: SHELL.patients, needs: "read_records" },
   { to: "/sessions", label: SHELL.sessions, needs: "read_records" },
-  { to: "/administration/accounts", label: SHELL.administration, needs: "administer" },
+  { to: "/administration", label: SHELL.administration, needs: "administer" },
 ] as const;
 
 /** What stands on every page: where one is, who one is, what the apparatus does, and Stop. */
