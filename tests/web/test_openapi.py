@@ -1,10 +1,13 @@
 """The OpenAPI document: valid, complete, and the one that the page's client was generated from."""
 
 import json
-from typing import Any
+import re
+from collections.abc import Iterator
+from typing import Any, get_args
 
 import pytest
 from openapi_spec_validator import validate
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from kata.settings import Settings
 from kata.web.app import create_app
@@ -54,3 +57,33 @@ def test_the_live_messages_are_described(document: dict[str, Any]) -> None:
     for kind in ("Snapshot", "Change", "Event", "Saved"):
         properties = schemas[f"{kind}Message"]["properties"]
         assert {"sequence", "estop", "mode"} <= set(properties)
+
+
+def subclasses(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for one in model.__subclasses__():
+        yield one
+        yield from subclasses(one)
+
+
+def test_what_is_true_or_false_is_said_so_by_whoever_asks(document: dict[str, Any]) -> None:
+    """0 and "no" are neither: the document says boolean."""
+    bodies = json.dumps([one.get("requestBody") for path in document["paths"].values() for one in path.values()])
+    asked = set(re.findall(r"#/components/schemas/(\w+)", bodies))
+    taken = [
+        f"{model.__name__}.{name}"
+        for model in subclasses(BaseModel)
+        if model.__name__ in asked and model.__module__.startswith("kata.")
+        for name, field in model.model_fields.items()
+        if bool in (field.annotation, *get_args(field.annotation))
+        if takes(field.rebuild_annotation(), True)
+        and any(takes(field.rebuild_annotation(), other) for other in (0, "no"))
+    ]
+    assert taken == []
+
+
+def takes(annotation: Any, value: object) -> bool:
+    try:
+        TypeAdapter(annotation).validate_python(value)
+    except ValidationError:
+        return False
+    return True

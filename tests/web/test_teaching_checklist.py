@@ -98,5 +98,8 @@ def test_what_the_arm_is_in_has_to_be_said(client: TestClient, patient: dict[str
     problem(client.post("/api/station/teach", json=wanted), 422, "invalid")
     told = problem(client.post("/api/station/teach", json=wanted | {"fixtures": []}), 422, "invalid")
     assert [error["pointer"] for error in told["errors"]] == ["#/fixtures"]
-    asked = client.get(f"/api/patients/{patient['id']}/teaching-checklist")
+    checklist = f"/api/patients/{patient['id']}/teaching-checklist"
+    twice = client.get(checklist, params={"fixtures": ["arm_fixer_1", "arm_fixer_1"]}).json()["checks"]
+    assert [one["subject"] for one in twice if one["check"] == "fixtures"] == ["arm_fixer_1"]
+    asked = client.get(checklist)
     problem(asked, 422, "invalid")

@@ -4,7 +4,7 @@ from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Request
-from pydantic import Field, StringConstraints
+from pydantic import Field, StrictBool, StringConstraints
 
 from kata.access import accounts, sign_in
 from kata.access.actor import Role
@@ -39,7 +39,7 @@ class AccountUpdate(Schema):
     name: Name | None = None
     role: Role | None = Field(None, description="Another role signs every browser of the account out.")
     stations: Stations | None = Field(None, description="Other stations sign every browser of the account out.")
-    disabled: bool | None = Field(
+    disabled: StrictBool | None = Field(
         None, description="True shuts it and signs every browser of it out, false opens it again."
     )
     openid: Subject | None = Field(
@@ -75,7 +75,7 @@ class AccountList(Schema):
 class Reset(Schema):
     """What is good no longer."""
 
-    second_factor: bool = Field(False, description="Also the second factor, where that was lost.")
+    second_factor: StrictBool = Field(False, description="Also the second factor, where that was lost.")
 
 
 class OneTimeCode(Schema):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from uuid import uuid4
 
 from fastapi import APIRouter, Body, Depends, Query, Request
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.fields import Name, Schema
@@ -51,13 +51,13 @@ class SimulatorState(Schema):
 class PedalRequest(Schema):
     """Put the foot down or lift it."""
 
-    down: bool
+    down: StrictBool
 
 
 class EstopRequest(Schema):
     """Press the switch or release it."""
 
-    pressed: bool
+    pressed: StrictBool
 
 
 class GuideRequest(Schema):

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
-from pydantic import Field
+from pydantic import Field, StrictBool
 from sqlalchemy.orm import Session
 
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
@@ -120,7 +120,7 @@ class LoadRequest(Asked):
 class LeaseRequest(Schema):
     """Operate the apparatus from this browser."""
 
-    take_over: bool = Field(False, description="Also when somebody operates it at another browser, who is told.")
+    take_over: StrictBool = Field(False, description="Also when somebody operates it at another browser, who is told.")
 
 
 @router.get("")

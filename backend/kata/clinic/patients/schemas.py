@@ -4,7 +4,7 @@ from datetime import date
 from typing import Annotated, Literal
 from uuid import UUID
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StrictBool, StringConstraints
 
 from kata.clinic.fields import NO_NUL, Moment, Name, Note, PastDay, Schema, Side
 from kata.clinic.pages import Next
@@ -36,7 +36,7 @@ class PatientUpdate(Schema):
     sex: Sex | None = None
     dominant_side: Side | None = None
     notes: Note | None = None
-    archived: bool | None = Field(None, description="True archives, false restores.")
+    archived: StrictBool | None = Field(None, description="True archives, false restores.")
     updated_at: Moment | None = None
 
 

@@ -3,7 +3,7 @@
 from typing import Annotated
 from uuid import UUID
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
 from kata.clinic.sessions.schemas import Asked
@@ -78,7 +78,7 @@ class ProgrammeUpdate(Schema):
     """Any part of what is no prescription. ``updated_at`` is the one the editor saw; if it has changed since, nothing is saved."""
 
     name: Name | None = None
-    archived: bool | None = Field(None, description="True archives, false restores.")
+    archived: StrictBool | None = Field(None, description="True archives, false restores.")
     updated_at: Moment | None = None
 
 

@@ -3,7 +3,7 @@
 from typing import Annotated, Any
 from uuid import UUID
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from kata.clinic.fields import Fixture, Moment, Motor, Name, Note, Schema, Side
 
@@ -73,7 +73,7 @@ class RecordingUpdate(Schema):
 
     name: Name | None = None
     note: Note | None = None
-    archived: bool | None = Field(None, description="True archives, false restores.")
+    archived: StrictBool | None = Field(None, description="True archives, false restores.")
     updated_at: Moment | None = None
 
 

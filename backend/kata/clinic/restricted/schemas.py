@@ -3,7 +3,7 @@
 from typing import Annotated
 from uuid import UUID
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StrictBool, StringConstraints
 
 from kata.clinic.fields import NO_NUL, Moment, Schema
 
@@ -31,7 +31,7 @@ class RecordAccess(Schema):
 class RecordAccessChange(Schema):
     """Restrict a record to a care team, or open it again."""
 
-    restricted: bool
+    restricted: StrictBool
     account_ids: set[UUID] = Field(default_factory=set, max_length=200, description="The whole care team.")
 
 

@@ -184,13 +184,13 @@ def get_teaching_checklist(
     database: TheDatabase,
     there: TheApparatus,
     patient_id: UUID,
-    fixtures: Annotated[set[Fixture], Query(min_length=1, max_length=3, description="What the arm is in.")],
+    fixtures: Annotated[list[Fixture], Query(min_length=1, max_length=3, description="What the arm is in.")],
     side: Annotated[Side | None, Query(description="The side of the patient's episode unless given.")] = None,
 ) -> Checklist:
     """What has to be in order before a motion is taught, and what the patient's open session knows of it already."""
     with database.read() as session:
         patient = patients.get(session, patient_id)
-        teach = checks.Teach(patient.id, checks.teaching_side(patient, side), fixtures)
+        teach = checks.Teach(patient.id, checks.teaching_side(patient, side), set(fixtures))
         return checks.as_checklist(checks.teaching_checklist(session, teach, there))
 
 
