@@ -19,6 +19,8 @@ from tests.conftest import ROOT, free_port
 from tests.signed_in import signed_in_at
 
 START_LIMIT_S = 60.0
+LONG_MS = 60_000
+"""For what takes its time on a busy computer; never how long it should take."""
 
 
 class Clinic:

@@ -6,7 +6,8 @@ from typing import Final
 
 from playwright.sync_api import Locator, Page, expect
 
-_LIMIT_MS: Final = 60_000
+from tests.journeys.conftest import LONG_MS
+
 _OPTIONS: Final = 30
 _STOPS: Final = 150
 """More than any page has places for the focus: once around, and it would have been met."""
@@ -36,7 +37,7 @@ def choose(page: Page, target: Locator, option: str, *, several: bool = False) -
     """In a list that opens. ``several``: more than one may be chosen, and it stays open until one goes on."""
     press(page, target, "ArrowDown")
     wanted = page.get_by_role("option", name=option).first
-    expect(wanted).to_be_visible(timeout=_LIMIT_MS)
+    expect(wanted).to_be_visible(timeout=LONG_MS)
     # A list that has opened works out a moment later, in timers, at which option it stands: sooner than any hand, Enter says
     # nothing to it.
     page.evaluate("() => new Promise(done => setTimeout(done))")

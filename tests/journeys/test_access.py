@@ -9,9 +9,9 @@ import pyotp
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 from tests.journeys.keyboard import choose, press, write
-from tests.journeys.test_main_job import LONG_MS, sign_up, teach
+from tests.journeys.test_main_job import sign_up, teach
 
 PASSWORD = "seven slow swans at dawn"
 OTHER_PASSWORD = "eleven quiet herons by noon"

@@ -13,9 +13,8 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
 from tests.conftest import ROOT
-from tests.journeys.conftest import START_LIMIT_S, Clinic
+from tests.journeys.conftest import LONG_MS, START_LIMIT_S, Clinic
 
-LONG_MS = 60_000
 AXE = ROOT / "tests/judges/node_modules/axe-core/axe.min.js"
 TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]

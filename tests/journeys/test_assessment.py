@@ -6,7 +6,8 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.journeys.test_main_job import LONG_MS, sign_up
+from tests.journeys.conftest import LONG_MS
+from tests.journeys.test_main_job import sign_up
 
 FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
 

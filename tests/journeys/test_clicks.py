@@ -10,7 +10,8 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.journeys.test_main_job import HOLD_MS, LONG_MS, sign_up, stand_for_left, try_estop
+from tests.journeys.conftest import LONG_MS
+from tests.journeys.test_main_job import HOLD_MS, sign_up, stand_for_left, try_estop
 
 APPROACH: Final = 6
 TEACH: Final = 5

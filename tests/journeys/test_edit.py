@@ -4,7 +4,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.journeys.test_main_job import LONG_MS, sign_up, teach
+from tests.journeys.conftest import LONG_MS
+from tests.journeys.test_main_job import sign_up, teach
 
 
 def test_a_recording_is_made_into_another_and_looked_at_first(page: Page, artefacts: Path) -> None:

@@ -13,8 +13,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.journeys.conftest import START_LIMIT_S, Clinic
-from tests.journeys.test_accessible import LONG_MS, addresses, wrong
+from tests.journeys.conftest import LONG_MS, START_LIMIT_S, Clinic
+from tests.journeys.test_accessible import addresses, wrong
 
 IDLE: Final = "待機中・トルク切"
 OURS: Final = frozenset(

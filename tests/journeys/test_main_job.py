@@ -10,9 +10,8 @@ from urllib.parse import urlsplit
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 
-LONG_MS = 60_000
 LOST_LIMIT_S = 2.0
 HOLD_MS = 1500
 """The apparatus is asked to move the arm by holding the button for a second."""

@@ -7,9 +7,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from kata.access.sign_in import COOKIE
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 from tests.journeys.keyboard import choose, press, reach, write
-from tests.journeys.test_main_job import LONG_MS
 
 PATIENT = "Ishii Nao"
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.journeys.test_main_job import LONG_MS, begin_session, load_and_play, sign_up, teach
+from tests.journeys.conftest import LONG_MS
+from tests.journeys.test_main_job import begin_session, load_and_play, sign_up, teach
 
 
 def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: Path) -> None:

@@ -8,9 +8,9 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from kata.access.sign_in import COOKIE
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 from tests.journeys.test_access import PASSWORD, made, menu
-from tests.journeys.test_main_job import LONG_MS, sign_up
+from tests.journeys.test_main_job import sign_up
 
 NAME: Final = "Yamada Hanako"
 NOBODYS: Final = {"kata-scheme", "kata.language", "kata.first-steps-hidden", "kata.report-language"}

@@ -15,8 +15,7 @@ from kata.access.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.station.overview import PlaybackProgress, StationTold, encoded
 from kata.station.schemas import PatientRef
-from tests.journeys.conftest import Clinic
-from tests.journeys.test_main_job import LONG_MS
+from tests.journeys.conftest import LONG_MS, Clinic
 from tests.signed_in import signed_in
 
 NAME: Final = "Yamada Hanako"

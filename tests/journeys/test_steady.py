@@ -13,14 +13,13 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LIMIT: Final = 0.1
 """Cumulative Layout Shift that web.dev calls good: how much of what is in sight moves, times how far."""
 SIZES: Final = {"phone": (412, 823), "tablet, upright": (800, 1280), "tablet": (1280, 800), "desktop": (1350, 940)}
 ATTEMPTS: Final = 20
-LONG_MS: Final = 60_000
 
 # As web.dev defines it: the worst five seconds of shifts that follow each other within one, without those that somebody asked for.
 NOTED: Final = """() => {

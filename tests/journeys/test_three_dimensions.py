@@ -4,7 +4,8 @@ from typing import Final
 
 from playwright.sync_api import Page, expect
 
-LONG_MS: Final = 60_000
+from tests.journeys.conftest import LONG_MS
+
 NEXT_PICTURE: Final = """async (before) => {
     for (;;) {
         await new Promise(requestAnimationFrame);

@@ -5,8 +5,8 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.access.sign_in import COOKIE
 from tests.conftest import ROOT
-from tests.journeys.conftest import Clinic
-from tests.journeys.test_main_job import LONG_MS, load_and_play, try_estop
+from tests.journeys.conftest import LONG_MS, Clinic
+from tests.journeys.test_main_job import load_and_play, try_estop
 
 PICTURES = ROOT / "docs" / "tour"
 DRAWN_MS = 1000

@@ -6,11 +6,10 @@ import time
 
 from playwright.sync_api import Page, expect
 
-from tests.journeys.conftest import Clinic
+from tests.journeys.conftest import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0
-LONG_MS = 60_000
 
 
 def watch(page: Page) -> None:

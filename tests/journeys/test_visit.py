@@ -5,8 +5,9 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
+from tests.journeys.conftest import LONG_MS
 from tests.journeys.keyboard import held, press, reach, write
-from tests.journeys.test_main_job import LONG_MS, stand_for_left, try_estop
+from tests.journeys.test_main_job import stand_for_left, try_estop
 
 MOTION = "1 Abduction / adduction of the scapula"
 

@@ -1,10 +1,11 @@
 import { Badge, Button, Card, Group, Modal, Stack, Text, Textarea, Title } from "@mantine/core";
-import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { useState } from "react";
 import { useMay } from "../access/hooks";
 import { api, type Episode, type Patient } from "../api/client";
 import { ReportLinks } from "../reports/ReportLinks";
 import { formatDay, formatMoment } from "../shared/format";
+import { useEpisodes } from "../shared/ofPatient";
 import { ProblemNote } from "../shared/problem";
 import { EpisodeForm } from "./EpisodeForm";
 import { Stages } from "./Stages";
@@ -15,11 +16,10 @@ export function Episodes({ patient }: { patient: Patient }) {
   const writes = useMay("write_records");
   const queries = useQueryClient();
   const [opening, setOpening] = useState<Episode["side"] | null>(null);
-  const key = ["episodes", patient.id];
-  const episodes = useQuery({ queryKey: key, queryFn: () => api.episodes(patient.id) });
+  const episodes = useEpisodes(patient.id);
   const saved = () => {
     setOpening(null);
-    void queries.invalidateQueries({ queryKey: key });
+    void queries.invalidateQueries({ queryKey: ["episodes", patient.id] });
     // Which shoulder is treated stands in the patient's record.
     void queries.invalidateQueries({ queryKey: ["patient", patient.id] });
     void queries.invalidateQueries({ queryKey: ["patients"] });

@@ -5,6 +5,7 @@ import { useState } from "react";
 import { api, type Programme } from "../api/client";
 import { Around } from "../shared/Around";
 import { PageLink } from "../shared/links";
+import { useEpisodes } from "../shared/ofPatient";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
 import { EMPTY, type Wanted } from "./draft";
@@ -50,10 +51,7 @@ export function NewProgramme(props: {
   const { patientId } = props;
   const [name, setName] = useState("");
   const [chosen, setChosen] = useState<string | null>(null);
-  const episodes = useQuery({
-    queryKey: ["episodes", patientId],
-    queryFn: () => api.episodes(patientId),
-  });
+  const episodes = useEpisodes(patientId);
   const open = (episodes.data?.items ?? []).filter((one) => !one.closed_at);
   const episode = open.length === 1 ? open[0] : open.find((one) => one.id === chosen);
   const save = async (wanted: Wanted) =>

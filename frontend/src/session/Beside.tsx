@@ -1,8 +1,9 @@
-import { Button, Card, Group, Select, Stack, Table, Title } from "@mantine/core";
+import { Card, Group, Select, Stack, Table, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api, type Session } from "../api/client";
 import { formatMoment } from "../shared/format";
+import { More } from "../shared/More";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
 import { beside } from "./beside";
@@ -31,23 +32,13 @@ export function Beside({ session }: { session: Session }) {
           <Select
             label={BESIDE.which}
             placeholder={BESIDE.none}
-            size="md"
             w={320}
             clearable
             data={others.map((one) => ({ value: one.id, label: formatMoment(one.started_at) }))}
             value={chosen}
             onChange={setChosen}
           />
-          {sessions.hasNextPage && (
-            <Button
-              size="md"
-              variant="default"
-              loading={sessions.isFetchingNextPage}
-              onClick={() => void sessions.fetchNextPage()}
-            >
-              {BESIDE.older}
-            </Button>
-          )}
+          <More list={sessions} words={BESIDE.older} />
         </Group>
         <ProblemNote error={sessions.error ?? other.error} />
         {chosen && other.data && <Both other={other.data} here={session} />}

@@ -4,12 +4,12 @@ import { LISTS } from "./words";
 /** What a list that grows can be asked for: TanStack's infinite query is one. */
 type Growing = { hasNextPage: boolean; isFetchingNextPage: boolean; fetchNextPage: () => unknown };
 
-/** More of a list, where there is more. */
-export function More({ list }: { list: Growing }) {
+/** More of a list, where there is more; `words` where it is not what is in sight that grows. */
+export function More({ list, words = LISTS.more }: { list: Growing; words?: string }) {
   if (!list.hasNextPage) return null;
   return (
     <Button variant="default" loading={list.isFetchingNextPage} onClick={() => void list.fetchNextPage()}>
-      {LISTS.more}
+      {words}
     </Button>
   );
 }

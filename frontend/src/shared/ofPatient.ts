@@ -17,9 +17,14 @@ export function useRecordings(patientId: string | null) {
   });
 }
 
+/** The episodes of a patient's care, closed ones too. */
+export function useEpisodes(patientId: string) {
+  return useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
+}
+
 /** The highest resistance level that the doctor allows in an episode of care; null where none is known. */
 export function useHighestLevel(patientId: string, episodeId: string | null): number | null {
-  const episodes = useQuery({ queryKey: ["episodes", patientId], queryFn: () => api.episodes(patientId) });
+  const episodes = useEpisodes(patientId);
   return episodes.data?.items.find((one) => one.id === episodeId)?.max_load_level ?? null;
 }
 
