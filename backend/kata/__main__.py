@@ -7,8 +7,12 @@ is seconds of imports.
 
 def main() -> None:
     """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
+    from kata import turns
     from kata.staying import staying
 
+    # Before anything has threads of its own. Not the service's alone: also a benchmark or an evaluation beside it is not to
+    # make an apparatus late.
+    turns.ask_for(turns.LONG_NS)
     with staying():
         from pydantic import ValidationError
 
@@ -17,7 +21,6 @@ def main() -> None:
         from kata.settings import Settings, complaint
         from kata.terminal import fail
 
-    # Not the service's alone: also a benchmark or an evaluation beside it is not to make an apparatus late.
     realtime.refuse_huge_pages()
     try:
         app()

@@ -1,10 +1,15 @@
 """What keeps the device process punctual, looked at from outside."""
 
+import platform
+import re
 import subprocess
 import sys
 from contextlib import closing
 from pathlib import Path
 
+import pytest
+
+from kata import turns
 from kata.device.messages import Load
 from kata.motion.taught import Taught
 from tests.conftest import ROOT
@@ -20,8 +25,27 @@ sys.argv = ["kata", "--help"]
 try:
     main()
 except SystemExit:
-    print(open("/proc/self/status").read())
+    print(open("/proc/self/status").read(), open("/proc/self/sched").read())
 """
+_SETTLED = """
+from kata import turns
+from kata.device.realtime import settle
+turns.ask_for(turns.LONG_NS)
+settle()
+print(open("/proc/self/sched").read())
+"""
+_SIMULATED = """
+import os, sys
+from kata.simulator.process import main
+def refused(*_):
+    raise PermissionError
+os.sched_setscheduler = refused
+sys.argv[1:] = ["--control", sys.argv[1], "--still"]
+main()
+print(open("/proc/self/sched").read())
+"""
+_TURNS_HEEDED = (6, 12)
+"""The kernel from which on it is heeded how long a turn was asked for."""
 
 
 def pages_asked_for(pid: int) -> int:
@@ -46,5 +70,39 @@ def test_the_device_process_has_no_huge_pages_made(tmp_path: Path) -> None:
 
 
 def test_a_command_and_what_it_starts_have_no_huge_pages_made() -> None:
-    done = subprocess.run([sys.executable, "-c", _HELP], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "THP_enabled:\t0" in done.stdout
+    assert "THP_enabled:\t0" in helped()
+
+
+@pytest.fixture
+def kernel_that_heeds_turns() -> None:
+    version = tuple(int(number) for number in platform.release().split(".")[:2])
+    if version < _TURNS_HEEDED or not Path("/proc/self/sched").exists():
+        pytest.skip("this kernel gives everybody turns of its own length, or does not tell")
+
+
+@pytest.mark.usefixtures("kernel_that_heeds_turns")
+def test_only_what_has_to_be_in_time_has_short_turns_of_the_processor(tmp_path: Path) -> None:
+    """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
+    assert turn_ns(helped()) == turns.LONG_NS
+    assert turn_ns(said(_SETTLED)) == turns.SHORT_NS
+    assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == turns.SHORT_NS
+
+
+def helped() -> str:
+    """What the kernel says of a command at its end."""
+    return said(_HELP)
+
+
+def said(program: str, *arguments: str) -> str:
+    """What a Python of its own prints, with nothing to read."""
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(
+        command, cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def turn_ns(sched: str) -> int:
+    """As the kernel tells it."""
+    told = re.search(r"se\.slice +: +(\d+)", sched)
+    assert told
+    return int(told[1])

@@ -12,6 +12,8 @@ import resource
 import sys
 from typing import Final
 
+from kata import turns
+
 log = logging.getLogger(__name__)
 
 _SWITCH_INTERVAL_S: Final = 50e-6
@@ -37,6 +39,7 @@ def settle() -> None:
     connections leaves no reference cycle behind, and the loop collects while it is not connected, when no cycle is due.
     """
     refuse_huge_pages()
+    turns.ask_for(turns.SHORT_NS)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     gc.freeze()
