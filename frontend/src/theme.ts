@@ -16,6 +16,8 @@ export const theme = createTheme({
     Button: { defaultProps: { size: "md" } },
     TextInput: { defaultProps: { size: "md" } },
     Select: { defaultProps: { size: "md" } },
+    // A closed list is not there: it would be laid out, and its place worked out anew at each change of the page.
+    Combobox: { defaultProps: { keepMounted: false } },
     // It names the button itself, in English only.
     PasswordInput: { defaultProps: { visibilityToggleButtonProps: { "aria-label": FIELDS.showPassword } } },
     Textarea: { defaultProps: { size: "md" } },

@@ -1,6 +1,6 @@
 import { Text } from "@mantine/core";
 import { Outlet, useRouterState } from "@tanstack/react-router";
-import { lazy, type ReactNode, Suspense, useState } from "react";
+import { lazy, type ReactNode, Suspense, useDeferredValue, useState } from "react";
 import { Door } from "./Door";
 import { DOOR } from "./doorWords";
 import { useStanding } from "./hooks";
@@ -26,13 +26,7 @@ export function Gate({ children }: { children: ReactNode }) {
   if (path === OPENID_PATH) return <Outlet />;
   if (standing.is === "locked") return <LockScreen me={standing.me} />;
   if (BEFORE.includes(path)) return <Outlet />;
-  if (standing.is === "unknown") {
-    return (
-      <Door title={DOOR.oneMoment}>
-        <Text role="status">{DOOR.asking}</Text>
-      </Door>
-    );
-  }
+  if (standing.is === "unknown") return <OneMoment />;
   if (standing.is === "out") return <SignInPage why={standing.why} />;
   // Until they have seen their recovery codes, which are shown only once.
   if (standing.me.enrolling && enrolling !== standing.me.account_id) setEnrolling(standing.me.account_id);
@@ -43,5 +37,18 @@ export function Gate({ children }: { children: ReactNode }) {
       </Suspense>
     );
   }
-  return children;
+  return <Within>{children}</Within>;
+}
+
+/** In slices: all of a page at once is a quarter of a second in which a slow tablet hears no finger. */
+function Within({ children }: { children: ReactNode }) {
+  return useDeferredValue(true, false) ? children : <OneMoment />;
+}
+
+function OneMoment() {
+  return (
+    <Door title={DOOR.oneMoment}>
+      <Text role="status">{DOOR.asking}</Text>
+    </Door>
+  );
 }

@@ -1,7 +1,7 @@
 import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
-import { useEffect, useState } from "react";
+import { startTransition, useEffect, useState } from "react";
 import { useMay, useMe, useOperates, worksAt } from "../access/hooks";
 import { api, type Patient } from "../api/client";
 import { LiveApparatus } from "../apparatus3d/lazily";
@@ -25,10 +25,12 @@ import { STATION } from "./words";
 function useWork() {
   const [work, setWork] = useState<typeof import("./work") | null>(null);
   useEffect(() => {
-    import("./work").then(setWork, (error: unknown) =>
-      setWork(() => {
-        throw error;
-      }),
+    import("./work").then(
+      (loaded) => startTransition(() => setWork(loaded)),
+      (error: unknown) =>
+        setWork(() => {
+          throw error;
+        }),
     );
   }, []);
   return work;
