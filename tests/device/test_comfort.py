@@ -1,12 +1,14 @@
 """Less range while a recording plays, and its slow way back."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.comfort import BACK_DEG, LEAST, Comfort
+from kata.device.comfort import BACK_DEG, LEAST, STEP, Comfort
 from kata.device.messages import Approach, Less, Pause, Play, Return
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
@@ -107,6 +109,21 @@ def test_less_and_less_ends_at_a_fifth_of_the_range() -> None:
     less.less()
     reached(less, 10.0)
     assert less.share == pytest.approx(LEAST)
+
+
+@pytest.mark.parametrize(
+    ("left_of_a_step", "taken_too"), [(0.4, True), (0.5, False), (0.6, False)], ids=["less", "half", "more"]
+)
+def test_a_step_takes_with_it_what_would_be_left_for_less_than_half_of_one(
+    left_of_a_step: float, taken_too: bool
+) -> None:
+    left = LEAST + left_of_a_step * STEP
+    # So that exactly this is left, in the computer's own numbers.
+    share = left + STEP if left + STEP - STEP == left else math.nextafter(left + STEP, 1.0)
+    assert share - STEP == left
+    less = replace(comfort(), share=share)
+    less.less()
+    assert less.at_least is taken_too
 
 
 def test_the_middle_of_a_motors_way_is_not_moved_and_a_motor_that_stands_stays() -> None:

@@ -1,8 +1,10 @@
-import { Skeleton, Stack, Text, Title } from "@mantine/core";
+import { Group, Skeleton, Stack, Text, Title } from "@mantine/core";
 import { useQuery } from "@tanstack/react-query";
 import { useParams, useSearch } from "@tanstack/react-router";
 import { api, type Chart } from "../api/client";
+import { CARE } from "../episodes/words";
 import { PageLink } from "../shared/links";
+import { useEpisodes } from "../shared/ofPatient";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import { useTitle } from "../shared/title";
@@ -14,20 +16,11 @@ import { CHARTS, PROGRESS } from "./words";
 export function ProgressPage() {
   const { episodeId } = useParams({ from: "/episodes/$episodeId/progress" });
   const { patient: patientId } = useSearch({ from: "/episodes/$episodeId/progress" });
-  const patient = useQuery({
-    queryKey: ["patient", patientId],
-    queryFn: () => api.patient(patientId ?? ""),
-    enabled: patientId !== undefined,
-  });
   useTitle(PROGRESS.title);
   return (
     <Stack gap="xl">
       <div>
-        {patient.data && (
-          <PageLink to="/patients/$patientId" params={{ patientId: patient.data.id }}>
-            {patient.data.name}
-          </PageLink>
-        )}
+        {patientId !== undefined && <Whose patientId={patientId} episodeId={episodeId} />}
         <Title order={1} size="h2">
           {PROGRESS.title}
         </Title>
@@ -37,6 +30,21 @@ export function ProgressPage() {
         <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
       ))}
     </Stack>
+  );
+}
+
+/** Nothing where the address names somebody whose episode it is not. */
+export function Whose({ patientId, episodeId }: { patientId: string; episodeId: string }) {
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const episode = useEpisodes(patientId).data?.items.find((one) => one.id === episodeId);
+  if (!patient.data || !episode) return null;
+  return (
+    <Group gap="lg">
+      <PageLink to="/patients/$patientId" params={{ patientId }}>
+        {patient.data.name}
+      </PageLink>
+      <Text>{CARE.shoulder(episode.side)}</Text>
+    </Group>
   );
 }
 

@@ -108,7 +108,7 @@ export const MADE = say(
 
 export const RANGES = say(
   { motor: "Motor", from: "From, deg", to: "To, deg", fastest: "Fastest, deg/s" },
-  { motor: "モータ", from: "下限（°）", to: "上限（°）", fastest: "最高速度（°/s）" },
+  { motor: "モータ", from: "最小（°）", to: "最大（°）", fastest: "最高速度（°/s）" },
 );
 
 /** What stands on every page. */
