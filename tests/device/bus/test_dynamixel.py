@@ -6,10 +6,14 @@ from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import FastParser, StatusParser, encode
+from kata.device.bus.line import Line
+from kata.device.bus.port import BusError
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction
 from tests.device.bus.conformance import Conformance
 from tests.device.world import World
+
+_INSTRUCTION_AT = 7
 
 
 class TestDynamixel(Conformance):
@@ -65,6 +69,44 @@ def test_whatever_comes_the_parsers_raise_nothing(chunks: list[bytes]) -> None:
     for chunk in chunks:
         list(status.feed(chunk))
         list(fast.feed(chunk))
+
+
+class _Twice:
+    """A line over which the answer to a ping comes twice, so many times."""
+
+    def __init__(self, line: Line, times: int) -> None:
+        self._line = line
+        self._left = times
+        self._pinged = False
+
+    def now_ns(self) -> int:
+        return self._line.now_ns()
+
+    def send(self, data: bytes) -> None:
+        self._pinged = data[_INSTRUCTION_AT] == protocol.PING
+        self._line.send(data)
+
+    def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
+        data = self._line.receive(earliest_ns, deadline_ns)
+        if not (data and self._pinged and self._left):
+            return data
+        self._left -= 1
+        return data * 2
+
+    def close(self) -> None:
+        self._line.close()
+
+
+def test_an_answer_to_whoever_asked_before_is_no_second_drive() -> None:
+    world = World()
+    make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1)).open()
+
+
+def test_two_drives_that_answer_one_after_the_other_are_found() -> None:
+    world = World()
+    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=2))
+    with pytest.raises(BusError, match="two drives answer to id 1, motor 1's"):
+        bus.open()
 
 
 _ANSWER = st.tuples(st.integers(0, 252), st.integers(0, 255), st.binary(max_size=20))

@@ -403,20 +403,26 @@ class DynamixelBus:
 
     def _meet(self, motor: int, drive_id: int) -> None:
         """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
-        request = encode(drive_id, _PING)
+        answers, damaged = self._ping(drive_id)
+        if answers > 1:
+            # One may have been on its way still to whoever asked before; two drives answer twice again.
+            answers, damaged = self._ping(drive_id)
+        if answers > 1:
+            raise BusError(f"two drives answer to id {drive_id}, motor {motor}'s")
+        if not answers:
+            why = "answers, but damaged: do two drives share its id?" if damaged else "does not answer"
+            raise BusError(f"motor {motor} (id {drive_id}) {why}")
+
+    def _ping(self, drive_id: int) -> tuple[int, bool]:
+        """How many sound answers come, and whether anything else does."""
         line = self._the_line()
-        out_ns = self._send(request)
+        out_ns = self._send(encode(drive_id, _PING))
         parser = StatusParser()
         deadline_ns = out_ns + self._span_ns([_OVERHEAD + 3] * 2) + self._slack_ns
         answers = 0
         while data := line.receive(out_ns, deadline_ns):
             answers += sum(1 for answered, _, _ in parser.feed(data) if answered == drive_id)
-        if answers > 1:
-            raise BusError(f"two drives answer to id {drive_id}, motor {motor}'s")
-        if not answers:
-            damaged = parser.skipped + parser.pending > 0
-            why = "answers, but damaged: do two drives share its id?" if damaged else "does not answer"
-            raise BusError(f"motor {motor} (id {drive_id}) {why}")
+        return answers, parser.skipped + parser.pending > 0
 
     def _keep(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         """Write a register that lives in EEPROM, but only when it differs: its cells wear."""
