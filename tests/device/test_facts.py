@@ -171,6 +171,24 @@ def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watche
     assert watched.hear(30, watched.reading(30)).complete
 
 
+def test_unsound_answers_and_absent_ones_are_counted_from_the_first_cycle_on(watched: Watched) -> None:
+    reading = watched.reading(0)
+    silent, unsound = (
+        msgspec.structs.replace(reading, drives=(None, *reading.drives[1:]), **{kind: frozenset([0])})
+        for kind in ("silent", "garbled")
+    )
+    assert [watched.hear(0, said).garbled[0] for said in (unsound, silent, silent)] == [True, True, False]
+
+
+def test_what_a_glance_has_seen_is_as_good_as_what_a_cycle_has(watched: Watched) -> None:
+    watched.hear(0, watched.reading(0))
+    unheard = msgspec.structs.replace(watched.reading(40), inputs=None)
+    assert watched.hear(40, unheard).estop == "unknown"
+    for opened, estop in ((False, "closed"), (True, "open")):
+        watched.observer.glance(InputReading(START_NS + 35 * MS, estop_open=opened, pedal_down=False))
+        assert watched.hear(40, unheard).estop == estop
+
+
 def test_answers_are_damaged_where_something_unsound_comes_at_least_as_often_as_nothing(watched: Watched) -> None:
     good = watched.reading(0)
     unasked = msgspec.structs.replace(good, drives=(None, *good.drives[1:]))
