@@ -86,6 +86,14 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     press(page, rows.first.get_by_role("link").first)
     expect(page.get_by_role("heading", name=re.compile("^Session of"))).to_be_visible(timeout=LONG_MS)
 
+    # A part of its figures, from a little later on, and all of them again.
+    part = page.get_by_role("group", name="Part that the figures show").first
+    with page.expect_response(lambda answer: "/figures?start_s=" in answer.url):
+        press(page, part.get_by_role("slider", name="From"), "ArrowRight")
+    expect(part.get_by_test_id("window")).not_to_contain_text("Shown: 0.0")
+    press(page, part.get_by_role("button", name="All of it"))
+    expect(part.get_by_test_id("window")).to_contain_text("Shown: 0.0")
+
     beside = page.get_by_role("region", name="Beside another session")
     choose(page, beside.get_by_role("combobox", name="Which session"), "2026")
     expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)

@@ -1,20 +1,25 @@
 import { SimpleGrid, Skeleton, Title } from "@mantine/core";
+import { useDebouncedValue } from "@mantine/hooks";
 import { keepPreviousData, useQuery } from "@tanstack/react-query";
 import { useState } from "react";
 import { api } from "../api/client";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
 import type { PlotWindow } from "../shared/window";
+import { WindowSlider } from "./WindowSlider";
 import { COMPARED } from "./words";
 
 const MOTORS = [1, 2, 3, 4, 5];
+const SETTLED_MS = 300;
 
-/** The paper's figure of each motor. Looking closer at one shows the same seconds of the others. */
-export function RunFigures({ runId }: { runId: string }) {
+/** The paper's figure of each motor. Looking closer at one shows the same seconds of the others. `length_s`: null where unknown. */
+export function RunFigures({ runId, length_s }: { runId: string; length_s: number | null }) {
   const [window, setWindow] = useState<PlotWindow | null>(null);
+  // Not for each step on the way.
+  const [asked] = useDebouncedValue(window, SETTLED_MS);
   const figures = useQuery({
-    queryKey: ["run-figures", runId, window],
-    queryFn: () => api.runFigures(runId, window),
+    queryKey: ["run-figures", runId, asked],
+    queryFn: () => api.runFigures(runId, asked),
     placeholderData: keepPreviousData,
     staleTime: Number.POSITIVE_INFINITY,
     meta: { late: true },
@@ -22,6 +27,7 @@ export function RunFigures({ runId }: { runId: string }) {
   return (
     <>
       <ProblemNote error={figures.error} />
+      {length_s !== null && <WindowSlider length_s={length_s} window={window} onChange={setWindow} />}
       <SimpleGrid cols={{ base: 1, lg: 2 }}>
         {figures.isPending && MOTORS.map((motor) => <Skeleton key={motor} h={370} />)}
         {figures.data?.motors.map(({ motor, figure }) => (

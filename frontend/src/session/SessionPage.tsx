@@ -108,7 +108,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
             </Group>
             <Errors run={run} comparison={run.comparison} />
             <Motions motions={run.comparison.motions} />
-            <RunFigures runId={run.id} />
+            <RunFigures runId={run.id} length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null} />
           </>
         ) : (
           <Text>{SESSION.nothingToCompare}</Text>

@@ -73,6 +73,12 @@ export const COMPARED = say(
     heads: ["Peak, deg", "at, s", "RMSE, deg", "Start, deg", "Lag, ms", "Taught, deg", "Reached, deg"],
     motorHeads: ["Torque peak, Nm", "Smoothness taught", "played"],
     motionHeads: ["Apparatus, deg", "Healthy shoulder, deg"],
+    part: "Part that the figures show",
+    shown: (from: string, to: string) => `Shown: ${from} to ${to} s`,
+    from: "From",
+    to: "To",
+    seconds: (seconds: string) => `${seconds} s`,
+    all: "All of it",
   },
   {
     caption: (samples) =>
@@ -88,6 +94,12 @@ export const COMPARED = say(
     heads: ["最大（°）", "時刻（秒）", "RMSE（°）", "開始時（°）", "遅れ（ms）", "教示（°）", "到達（°）"],
     motorHeads: ["最大トルク（Nm）", "滑らかさ（教示）", "滑らかさ（再生）"],
     motionHeads: ["装置（°）", "健常肩（°）"],
+    part: "グラフの表示範囲",
+    shown: (from, to) => `表示：${from}〜${to}秒`,
+    from: "開始",
+    to: "終了",
+    seconds: (seconds) => `${seconds}秒`,
+    all: "全体",
   },
 );
 
