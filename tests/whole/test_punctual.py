@@ -21,11 +21,11 @@ _PAGES = 4096
 _HELP = """
 import sys
 from kata.__main__ import main
-sys.argv = ["kata", "--help"]
+file, sys.argv = sys.argv[1], ["kata", "--help"]
 try:
     main()
 except SystemExit:
-    print(open("/proc/self/status").read(), open("/proc/self/sched").read())
+    print(open(file).read())
 """
 _SETTLED = """
 from kata import turns
@@ -70,7 +70,7 @@ def test_the_device_process_has_no_huge_pages_made(tmp_path: Path) -> None:
 
 
 def test_a_command_and_what_it_starts_have_no_huge_pages_made() -> None:
-    assert "THP_enabled:\t0" in helped()
+    assert "THP_enabled:\t0" in said(_HELP, "/proc/self/status")
 
 
 @pytest.fixture
@@ -83,14 +83,9 @@ def kernel_that_heeds_turns() -> None:
 @pytest.mark.usefixtures("kernel_that_heeds_turns")
 def test_only_what_has_to_be_in_time_has_short_turns_of_the_processor(tmp_path: Path) -> None:
     """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
-    assert turn_ns(helped()) == turns.LONG_NS
+    assert turn_ns(said(_HELP, "/proc/self/sched")) == turns.LONG_NS
     assert turn_ns(said(_SETTLED)) == turns.SHORT_NS
     assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == turns.SHORT_NS
-
-
-def helped() -> str:
-    """What the kernel says of a command at its end."""
-    return said(_HELP)
 
 
 def said(program: str, *arguments: str) -> str:
