@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import uvicorn
 
+from kata import memory
 from kata.access import set_up
 from kata.access.anchor import AnchorError
 from kata.access.backups.folder import UnfinishedRestoreError
@@ -88,6 +89,7 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
 
 async def _serve(settings: Settings) -> None:
     """With the lifespan in our own hands, its errors are ours to put into words."""
+    memory.give_back()
     application = create_app(settings)
     listening = _listen(settings)
     try:
