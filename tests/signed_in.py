@@ -9,6 +9,7 @@ from kata.access.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
+from tests.upgraded import upgraded_file
 
 
 def signed_in(database: Database, role: Role = "administrator", *, stations: tuple[str, ...] = ()) -> str:
@@ -38,7 +39,10 @@ def signed_in_at(folder: Path, role: Role = "administrator", *, database_url: st
 
     ``database_url``: of its database, unless that is a file in the folder.
     """
-    database = Database(database_url or f"sqlite:///{folder / 'kata.db'}")
+    file = folder / "kata.db"
+    if not database_url and not file.exists():
+        upgraded_file(file)
+    database = Database(database_url or f"sqlite:///{file}")
     try:
         upgrade(database)
         return signed_in(database, role)

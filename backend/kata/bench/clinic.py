@@ -8,11 +8,13 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
+from uuid import UUID
 
 import msgspec
 
@@ -146,25 +148,21 @@ class Clinic:
 
         :raises BenchError: when the service cannot answer.
         """
-        try:
-            self._ask("POST", f"/api/station/{name}", body)
-        except HTTPError as error:
-            told = json.loads(error.read())
-            if error.code != 409:
-                raise BenchError(f"{name}: {told.get('detail', error)}") from error
-            return str(told["code"])
-        return None
+        return self._post(f"/api/station/{name}", body)
 
     def insist(self, name: str, within_s: float = 5.0, **body: object) -> None:
         """Ask for it until it is accepted.
 
         :raises BenchError: when it is not in time.
         """
-        limit = time.monotonic() + within_s
-        while refusal := self.command(name, **body):
-            if time.monotonic() > limit:
-                raise BenchError(f"{name} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
-            time.sleep(_LOOK_AGAIN_S)
+        self._insist(f"/api/station/{name}", body, within_s)
+
+    def begin_another(self, records: Prepared) -> Prepared:
+        """The patient's session ends, as soon as what was played in it is kept, and the next one begins."""
+        here = f"/api/sessions/{records.session_id}"
+        self._insist(f"{here}/end", {}, _ANSWER_LIMIT_S)
+        patient_id = self._ask("GET", here)["patient"]["id"]
+        return replace(records, session_id=UUID(self._ask("POST", "/api/sessions", {"patient_id": patient_id})["id"]))
 
     def approach(self, records: Prepared) -> None:
         """From idle: load the recording and go to its start, which switches torque on."""
@@ -199,6 +197,23 @@ class Clinic:
         while "estop" in self._still_open(checklist):
             if time.monotonic() > limit:
                 raise BenchError("that the emergency stop was tried is not written down")
+            time.sleep(_LOOK_AGAIN_S)
+
+    def _post(self, path: str, body: object) -> str | None:
+        try:
+            self._ask("POST", path, body)
+        except HTTPError as error:
+            told = json.loads(error.read())
+            if error.code != 409:
+                raise BenchError(f"{path}: {told.get('detail', error)}") from error
+            return str(told["code"])
+        return None
+
+    def _insist(self, path: str, body: object, within_s: float) -> None:
+        limit = time.monotonic() + within_s
+        while refusal := self._post(path, body):
+            if time.monotonic() > limit:
+                raise BenchError(f"{path} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
             time.sleep(_LOOK_AGAIN_S)
 
     def _still_open(self, checklist: str) -> list[str]:

@@ -14,6 +14,8 @@ from kata.bench.report import Report
 
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 60.0
+_RUNS_A_SESSION: Final = 5
+"""What is asked about a session grows with what was played in it; a clinic's day is many sessions, and none of a hundred runs."""
 _LOOK_S: Final = 5.0
 _SETTLED_S: Final = 600.0
 """Until then memory may grow: caches fill, modules are imported when they are first needed."""
@@ -66,6 +68,7 @@ def _watch(clinic: Clinic, records: Prepared, seconds: float, progress: Callable
     assert first is not None
     began = time.monotonic()
     looks: list[Look] = []
+    played = 0
     while not looks or looks[-1].at_s < seconds:
         live = clinic.live()
         if live.stop or live.loop is None:
@@ -73,7 +76,10 @@ def _watch(clinic: Clinic, records: Prepared, seconds: float, progress: Callable
                 f"the apparatus has stopped after {(time.monotonic() - began) / 60:.1f} min; {causes(live)}"
             )
         if live.mode == "idle":
+            if played and played % _RUNS_A_SESSION == 0:
+                records = clinic.begin_another(records)
             clinic.play(records)
+            played += 1
         at_s = time.monotonic() - began
         looks.append(Look(at_s, live.loop.overruns - first.overruns, rss_mb(service), rss_mb(device)))
         progress(f"{at_s / 60:.1f} of {seconds / 60:g} min")
