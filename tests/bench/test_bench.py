@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from kata.bench import bus, sign_in
-from kata.bench.clinic import prepared
+from kata.bench.clinic import Clinic, prepared
 from kata.bench.loop import Cell, cells
 from kata.bench.peers import there
 from kata.bench.report import Report
@@ -85,7 +85,18 @@ def test_a_library_that_is_not_installed_is_said_to_be_missing(monkeypatch: pyte
 
 def test_soak(tmp_path: Path) -> None:
     told = bench("soak", "--minutes", "0.02", out=tmp_path / "soak.json")
-    assert set(told["figures"]) == {"soak_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
+    wanted = {"soak_missed", "soak_witness_missed", "soak_service_growth_mb", "soak_device_growth_mb"}
+    assert set(told["figures"]) == wanted
+
+
+def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
+    records = prepared(tmp_path, play_s=1.0, plot_s=1.0)
+    with Clinic(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as clinic:
+        clinic.play(records)
+        clinic.until(lambda live: live.mode == "idle", 60)
+        after = clinic.begin_another(records)
+        assert after.session_id != records.session_id
+        clinic.play(after)
 
 
 def test_pages(tmp_path: Path) -> None:
