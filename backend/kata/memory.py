@@ -3,7 +3,7 @@
 For a playback that is brought into the database, or a plot, megabytes are needed for a moment, in whichever thread has the time. By
 default each thread gets an arena of its own, up to eight a core, and the size from which a block is a mapping of its own grows with the
 blocks that are freed; so such megabytes stay with the process, in pieces here and there: after five minutes of short playbacks 13.5 MB
-of them and still growing, with this 1 MB.
+of them and still growing, with this 1 to 2.
 """
 
 import ctypes
