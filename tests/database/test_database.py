@@ -1,5 +1,6 @@
 """Engine, column types and upgrade."""
 
+import gc
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
@@ -241,6 +242,19 @@ class TestSqlite:
         for engine in (database.reader, database.writer):
             with engine.connect() as connection:
                 assert connection.exec_driver_sql(f"PRAGMA {pragma}").scalar() == value
+
+    def test_keeps_little_for_itself(self, database: Database) -> None:
+        def prepared() -> int:
+            gc.collect()
+            return sum(type(one).__name__ == "Statement" for one in gc.get_objects())
+
+        with database.writer.connect() as connection:
+            assert connection.exec_driver_sql("PRAGMA cache_size").scalar() == -512
+        with database.reader.connect() as connection:
+            before = prepared()
+            for number in range(100):
+                connection.exec_driver_sql(f"SELECT {number}")
+            assert prepared() - before <= 32
 
     def test_readers_cannot_write_and_do_not_checkpoint(self, database: Database) -> None:
         with Session(database.reader) as session:
