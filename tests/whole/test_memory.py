@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -9,8 +10,11 @@ from kata import memory
 
 _GIVES_BACK = """
 import ctypes
+import socket
 import sys
 import threading
+from contextlib import suppress
+from pathlib import Path
 from kata import memory
 
 class Allocated(ctypes.Structure):
@@ -25,6 +29,13 @@ libc.malloc_info.argtypes = [ctypes.c_int, ctypes.c_void_p]
 libc.fflush.argtypes = [ctypes.c_void_p]
 if sys.argv[1] == "asked":
     memory.give_back()
+if sys.argv[1] == "served":
+    from kata import serving
+    from kata.settings import Settings
+    # It has nowhere to listen, and so ends at once.
+    with socket.create_server(("127.0.0.1", 0)) as taken, suppress(SystemExit):
+        served = Settings(simulate=True, data=Path(sys.argv[2]), port=taken.getsockname()[1])
+        serving.serve(served, reload=False)
 
 libc.free(libc.malloc(16 << 20))
 before = libc.mallinfo2().hblks
@@ -47,12 +58,23 @@ libc.fflush(output)
 """
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the GNU C library's allocator")
-@pytest.mark.parametrize(("asked", "mappings", "arenas"), [("asked", 1, memory.ARENAS), ("not", 0, 7)])
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the GNU C library's allocator")
+
+
+def lines(folder: Path, how: str) -> list[str]:
+    """How many mappings a block adds once a larger one was freed; then the arenas, among other things."""
+    command = [sys.executable, "-c", _GIVES_BACK, how, str(folder)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+@pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, memory.ARENAS), ("not", 0, 7)])
 def test_a_large_block_is_gone_when_it_is_freed_and_threads_share_arenas(
-    asked: str, mappings: int, arenas: int
+    tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:
-    command = [sys.executable, "-c", _GIVES_BACK, asked]
-    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    assert int(lines[0]) == mappings
-    assert sum(line.startswith("<heap nr=") for line in lines) == arenas
+    told = lines(tmp_path, how)
+    assert int(told[0]) == mappings
+    assert sum(line.startswith("<heap nr=") for line in told) == arenas
+
+
+def test_the_service_asks_for_it(tmp_path: Path) -> None:
+    assert int(lines(tmp_path, "served")[0]) == 1
