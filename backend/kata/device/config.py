@@ -31,6 +31,9 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """One motor: its address on the bus, how its encoder is mounted, and what it may do."""
 
     id: int
+    model: int = 1120
+    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XH540-W270). Another one is refused: torque constant and
+    gains belong to the model."""
     zero_count: int | None = None
     """What the drive says at motor angle 0, in its own counts; unless given 2048 for Dynamixel (4096 a turn), 0 for Modbus."""
     direction: int = 1
@@ -66,6 +69,12 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     drive_id: int = 1
     estop_port: int = 1
+    """The normally closed contact."""
+    estop_second_port: int | None = None
+    """A normally open contact of the same switch. The two must always differ (antivalent contacts): a lost port mode, a short circuit or
+    a welded contact is then noticed. Recommended; None: the switch has one contact."""
+    contacts_disagree_ms: int = 100
+    """Both contacts may say the same for this long, while the switch moves."""
     pedal_port: int = 2
     max_age_cycles: int = 2
     """What an input said counts for this long; after that the emergency stop counts as pressed, the pedal as up."""

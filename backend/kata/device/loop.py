@@ -289,7 +289,9 @@ class ControlLoop:
         return Snapshot(
             t_ns=facts.t_ns,
             mode=machine.mode,
-            torque_on=machine.torque_on or any(facts.torque_reported),
+            torque="on" if machine.torque_on or any(facts.torque_reported) else "off",
+            stops=0,
+            verified_since_ns=None,
             estop=estop,
             pedal=machine.pedal(facts),
             axes=tuple(self._axis(n, facts) for n in range(len(self._config.axes))),
@@ -322,5 +324,6 @@ class ControlLoop:
             measured_deg=facts.measured_deg[n] if known else None,
             speed_deg_s=facts.speed_deg_s[n],
             torque_nm=facts.torque_nm[n],
+            torque="unknown",
             age_ms=facts.drive_age_ms[n] if known else None,
         )

@@ -25,11 +25,26 @@ EstopState = Literal["closed", "pressed", "released", "unknown"]
 """closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
 reply from the input for longer than the station's ``silence_ms``, or none yet; counts as pressed."""
 
+TorqueState = Literal["on", "off", "unknown"]
+"""What is known of a drive's torque. off: the drive itself has said so since torque was last switched and the port was opened. unknown:
+nothing recent enough says either; the drive may hold the arm. Of all drives together: on if one has torque, else unknown if one may."""
+
 PedalState = Literal["up", "down", "stuck", "unknown"]
 """stuck: was down when teaching began and has not been up since; records nothing."""
 
 CommandName = Literal[
-    "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return", "stop", "acknowledge"
+    "teach",
+    "finish_teaching",
+    "load",
+    "unload",
+    "approach",
+    "play",
+    "pause",
+    "less",
+    "return",
+    "stop",
+    "release_torque",
+    "acknowledge",
 ]
 LOAD_LEVELS: Final = 25
 
@@ -44,6 +59,7 @@ COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
     "less",
     "return",
     "stop",
+    "release_torque",
     "acknowledge",
 )
 
@@ -61,6 +77,18 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
 
 
 # -- commands -----------------------------------------------------------------------------------------------------
+
+
+class _Guarded(_Message, frozen=True, kw_only=True):
+    """Base of every command that can start motion, release an arm or reset a stop: it is void after a Stop and after a while.
+
+    The defaults are refused: a sender that knows nothing of stops starts nothing.
+    """
+
+    stops: int = -1
+    """:attr:`Snapshot.stops` as the sender last saw it. Another value is refused: a stop has come in between."""
+    expires_ns: int = 0
+    """``time.monotonic_ns`` after which the command is refused; service and device process read the same clock."""
 
 
 class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
@@ -99,17 +127,19 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     correction_step_s: float = 0.0
     repetition_s: float = 0.0
     """After so much of the recording the same comes again; 0: it is played once."""
+    max_speed_deg_s: float | None = None
+    """The patient's speed limit for every axis, approach and return included; None: the station's limits alone."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
     """Forget the loaded recording: the run ends unplayed. From ready."""
 
 
-class Approach(_Message, frozen=True, kw_only=True, tag="approach"):
+class Approach(_Guarded, frozen=True, kw_only=True, tag="approach"):
     """Torque on, slowly to the recording's start, hold there (paused at 0 s). From ready."""
 
 
-class Play(_Message, frozen=True, kw_only=True, tag="play"):
+class Play(_Guarded, frozen=True, kw_only=True, tag="play"):
     """Play on from where the path stands. From paused."""
 
 
@@ -121,7 +151,7 @@ class Less(_Message, frozen=True, kw_only=True, tag="less"):
     """A step less range, towards the middle; it comes back slowly. From playing, and from paused for when it goes on."""
 
 
-class Return(_Message, frozen=True, kw_only=True, tag="return"):
+class Return(_Guarded, frozen=True, kw_only=True, tag="return"):
     """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
 
@@ -135,11 +165,18 @@ class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
     because: StopCode = "operator_stop"
 
 
-class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):
+class ReleaseTorque(_Guarded, frozen=True, kw_only=True, tag="release_torque"):
+    """The arm is supported: switch off the torque that the drives had when the port was opened. From stopped."""
+
+
+class Acknowledge(_Guarded, frozen=True, kw_only=True, tag="acknowledge"):
     """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
 
 
-Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Less | Return | Stop | Acknowledge
+Guarded = Approach | Play | Return | ReleaseTorque | Acknowledge
+"""Commands that carry the stop counter and an expiry."""
+
+Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Less | Return | Stop | ReleaseTorque | Acknowledge
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
@@ -174,6 +211,7 @@ class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
     measured_deg: float | None
     speed_deg_s: float
     torque_nm: float
+    torque: TorqueState
     age_ms: float | None
     """Since the drive last answered; None when it never has."""
 
@@ -256,7 +294,13 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
 
     t_ns: int
     mode: Mode
-    torque_on: bool
+    torque: TorqueState
+    """Of all drives together."""
+    stops: int
+    """Stops so far: each Stop command and each latched stop counts one. Guarded commands carry it."""
+    verified_since_ns: int | None
+    """``time.monotonic_ns`` since which the port has been open and every drive has had its configuration without a break; None while
+    it is not so. An emergency stop test from before counts no more."""
     estop: EstopState
     pedal: PedalState
     axes: tuple[AxisState, ...]
@@ -292,7 +336,7 @@ FromDevice = Reply | Snapshot | Event | JournalClosed
 
 _LENGTH: Final = struct.Struct("<I")
 _LONGEST: Final = 64 * 1024 * 1024
-"""Room for a recording of more than ten hours at 100 Hz."""
+"""Room for a recording of 3.8 hours at 100 Hz (48 bytes a sample)."""
 
 
 def frame(message: ToDevice | FromDevice) -> bytes:

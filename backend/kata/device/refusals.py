@@ -21,6 +21,7 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "pause": ("playing",),
     "less": ("playing", "paused"),
     "return": ("paused",),
+    "release_torque": ("stopped",),
     "acknowledge": ("stopped",),
 }
 """Stop is allowed in every mode."""

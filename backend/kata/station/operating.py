@@ -83,7 +83,7 @@ class Operating:
     def look(self, snapshot: Snapshot) -> None:
         """Do what is due for want of the browser that operates; to be called with every snapshot."""
         holder = self._lease.holder
-        due = self._lease.due(self._now(), snapshot.mode, torque_on=snapshot.torque_on)
+        due = self._lease.due(self._now(), snapshot.mode, torque_on=snapshot.torque != "off")
         if holder is None or due is None or (self._doing and not self._doing.done()):
             return
         # Both take their time: once is enough, until it turns out that it was not.

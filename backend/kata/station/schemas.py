@@ -6,7 +6,7 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState
+from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
 from kata.motion.axes import Side
 
 DeviceState = Literal["starting", "running", "restarting"]
@@ -57,6 +57,7 @@ class AxisLive(_Schema):
     measured_deg: float | None = Field(description="Degrees; null while the drive never answered.")
     speed_deg_s: float = Field(description="Degrees a second.")
     torque_nm: float = Field(description="Newton metres, from the drive's current.")
+    torque: TorqueState
     age_ms: float | None = Field(ge=0, description="Since the drive last answered, when the snapshot was made.")
 
 
@@ -193,9 +194,9 @@ class Live(_Schema):
     )
     side: Side = Field(description="The shoulder that the apparatus stands for.")
     mode: Mode
-    torque_on: bool
+    torque: TorqueState = Field(description="Of all drives together: on if one has torque, else unknown if one may have.")
     estop: EstopState
-    pedal: PedalState
+    pedal: PedalState, TorqueState
     axes: list[AxisLive]
     stop: StopLive | None
     run: RunLive | None

@@ -209,7 +209,7 @@ class Station:
     @property
     def may_have_torque(self) -> bool:
         """Torque is on, or a command on its way may switch it on."""
-        return bool(self._asked) or (self._snapshot is not None and self._snapshot.torque_on)
+        return bool(self._asked) or (self._snapshot is not None and self._snapshot.torque != "off")
 
     # -- telemetry ------------------------------------------------------------------------------------------------
 
@@ -337,7 +337,7 @@ class Station:
     @staticmethod
     def _holds(snapshot: Snapshot) -> bool:
         """Only a stop whose every cause is of category 2 leaves the motors holding the arm."""
-        return snapshot.torque_on and snapshot.stop is not None and all(c.category == 2 for c in snapshot.stop.causes)
+        return snapshot.torque != "off" and snapshot.stop is not None and all(c.category == 2 for c in snapshot.stop.causes)
 
     @staticmethod
     def _unknown(snapshot: Snapshot | None) -> dict[str, Any]:
@@ -345,7 +345,9 @@ class Station:
         refusal = msgspec.to_builtins(_OFFLINE)
         return {
             "mode": "offline",
-            "torque_on": False,
+            "torque": "unknown",
+            "stops": 0,
+            "verified_since_ns": None,
             "estop": "unknown",
             "pedal": "unknown",
             "axes": msgspec.to_builtins(snapshot.axes) if snapshot else [],
