@@ -24,6 +24,9 @@ ESTOP_PORT: Final = 1
 PEDAL_PORT: Final = 2
 _EVENTS_KEPT: Final = 200
 _LINE_SILENT_NS: Final = 100_000_000
+_GUARDING_NM_RAD: Final = 60.0
+_GUARDING_NM_S: Final = 1.0
+"""Stiffness and damping of a patient who guards the arm: a 3 Nm guard is full after 3 deg."""
 
 What = Literal[
     "estop_pressed",
@@ -243,6 +246,17 @@ class Apparatus:
             raise HandRefusedError("a motion needs two or more rows")
         self._hand.guide(name, motion, [math.degrees(joint.arm_angle) for joint in self._plant.joints], pedal)
         self._happened("hand_started")
+
+    def hold_against(self, motor: int, strength_nm: float) -> None:
+        """Let the patient try to keep the arm of motor 1-5 where it is, with at most so much torque; 0: not any more."""
+        joint = self._plant.joints[motor - 1]
+        joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
+
+    def place(self, motor: int, angle: float) -> None:
+        """Put the shaft of motor 1-5 and its arm to an angle (rad), at rest, as a hand would that led it there."""
+        drive, joint = self._moved[motor - 1]
+        drive.angle = joint.angle = joint.arm_angle = angle
+        drive.speed = joint.speed = joint.arm_speed = 0.0
 
     @property
     def hand_is_away(self) -> bool:
