@@ -147,7 +147,9 @@ class Judge:
         motor, axis = seen.motor, self.config.axes[seen.motor - 1]
         assert self.start is not None, f"motor {motor} got a goal without a start"
         tolerance = self.config.limit_tolerance_deg
-        assert axis.min_deg - tolerance <= seen.value <= axis.max_deg + tolerance, f"motor {motor} was sent to {seen.value}"
+        assert axis.min_deg - tolerance <= seen.value <= axis.max_deg + tolerance, (
+            f"motor {motor} was sent to {seen.value}"
+        )
         before, known.goal = known.goal, (seen.t_ns, seen.value)
         if before is not None:
             seconds = max((seen.t_ns - before[0]) / 1e9, 1 / self.config.rate_hz)
@@ -197,7 +199,9 @@ class Judge:
         drives = self.world.apparatus.drives
         for axis, drive in zip(snapshot.axes, drives, strict=True):
             assert not (drive.torque_on and axis.torque == "off"), f"motor {axis.motor} has torque and is shown without"
-        assert not (any(drive.torque_on for drive in drives) and snapshot.torque == "off"), "torque is shown off and is on"
+        assert not (any(drive.torque_on for drive in drives) and snapshot.torque == "off"), (
+            "torque is shown off and is on"
+        )
 
     def _own_faults(self, snapshot: Snapshot) -> None:
         """The snapshot is asked for its causes."""
@@ -229,4 +233,6 @@ class Judge:
             if axis.measured_deg is None or self.world.speaks_untruth(axis.motor):
                 continue
             wrong_deg = abs(axis.measured_deg - true_deg)
-            assert wrong_deg <= _POSE_TOLERANCE_DEG, f"motor {axis.motor} is at {true_deg:.1f}, shown at {axis.measured_deg:.1f}"
+            assert wrong_deg <= _POSE_TOLERANCE_DEG, (
+                f"motor {axis.motor} is at {true_deg:.1f}, shown at {axis.measured_deg:.1f}"
+            )

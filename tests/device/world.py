@@ -1,6 +1,7 @@
 """The simulated apparatus under a stepped clock, and what its drives have accepted, which is what tests judge by."""
 
 import math
+import struct
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,6 +10,7 @@ import msgspec
 from kata.device.config import Inputs, StationConfig, simulated
 from kata.evaluate import world
 from kata.simulator.script import Fault, Kind
+from kata.simulator.servos import Servo
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class World(world.World):
         **settings: object,
     ) -> None:
         # No kernel stands between, and the patience that a pseudo-terminal needs would hide what is silent.
-        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=10)}
+        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=10, estop_second_port=3)}
         config = msgspec.structs.replace(simulated("memory"), protocol=protocol, **{**patience, **settings})
         self._begin(config, seed)
 
@@ -58,6 +60,9 @@ class World(world.World):
 
     def _begin(self, config: StationConfig, seed: int | None) -> None:
         super().__init__(config, seed, self._saw)
+        for face, axis in zip(self.faces, config.axes, strict=True):
+            if isinstance(face, Servo) and axis.zero_count is not None:
+                face.mount(axis.zero_count)
         self.seen: list[Seen] = []
         self._lost = [0, 0]
         """How many requests still pass, and how many of those behind them are lost."""
@@ -81,6 +86,21 @@ class World(world.World):
             self._lost[1] -= 1
             return True
         return False
+
+    def registers(self, motor: int, address: int, length: int) -> bytes:
+        """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
+        face = self.faces[motor - 1]
+        if isinstance(face, Servo):
+            return bytes(face.table[address : address + length])
+        return struct.pack(f">{length // 2}H", *face.read(address, length // 2))
+
+    def set_registers(self, motor: int, address: int, data: bytes) -> None:
+        """Change a drive's registers behind the driver's back."""
+        face = self.faces[motor - 1]
+        if isinstance(face, Servo):
+            face.table[address : address + len(data)] = data
+        else:
+            face.write(address, struct.unpack(f">{len(data) // 2}H", data))
 
     def place(self, motor: int, angle_deg: float) -> None:
         """Put a shaft and the arm behind it to an angle, at rest: somebody has led it there. Torque is off."""

@@ -81,8 +81,16 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     usb_pedal: str | None = None
     """A pedal that is a keyboard to the computer, as the RI-PF1BK: /dev/input/by-id/...-event-kbd. ``pedal_port`` is then not looked at."""
 
+    @property
+    def ports(self) -> frozenset[int]:
+        """Every port that has a contact."""
+        second = () if self.estop_second_port is None else (self.estop_second_port,)
+        return frozenset((self.estop_port, self.pedal_port, *second))
+
 
 NO_REGISTER: Final = -1
+_CLOSE_REGISTERS: Final = 16
+"""Registers within so many are cheaper to read at once than one by one."""
 
 
 class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -116,6 +124,18 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     position_per_deg: float = 100.0
     speed_per_deg_s: float = 10.0
     torque_per_nm: float = 100.0
+
+    @property
+    def verified_spans(self) -> tuple[range, ...]:
+        """Registers that are read back in a rotation: one span where they lie close together, else one for each."""
+        singles = (self.watchdog_ms, self.torque_limit, self.response_delay_us)
+        spans = [range(first, first + 1) for first in singles if first != NO_REGISTER]
+        if self.position_limits != NO_REGISTER:
+            spans.append(range(self.position_limits, self.position_limits + 4))
+        if not spans:
+            return ()
+        whole = range(min(span.start for span in spans), max(span.stop for span in spans))
+        return (whole,) if len(whole) <= _CLOSE_REGISTERS else tuple(spans)
 
     @property
     def block_start(self) -> int:
@@ -295,7 +315,7 @@ def simulated(port: str) -> StationConfig:
     axes = tuple(
         msgspec.structs.replace(axis, **lag) for axis, lag in zip(_default_axes(), _SIMULATED_LAGS, strict=True)
     )
-    return StationConfig(port=port, inputs=Inputs(max_age_cycles=30), silence_ms=300, axes=axes)
+    return StationConfig(port=port, inputs=Inputs(max_age_cycles=30, estop_second_port=3), silence_ms=300, axes=axes)
 
 
 def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:

@@ -41,6 +41,7 @@ from kata.device.messages import (
     frame,
     frames,
 )
+from kata.device.refusals import stopped_meanwhile
 from kata.motion.axes import N_AXES
 from kata.motion.learning import LARGEST_DEG, Correction
 from kata.motion.method import rate_hz, reference
@@ -79,6 +80,10 @@ class Counterpart(Protocol):
     @property
     def belief(self) -> tuple[int, str | None]:
         """How many heartbeats came, and the run that the last one named."""
+
+    @property
+    def stop_requests(self) -> int:
+        """How many Stop commands have come; each counts before any command that came after it can be taken."""
 
     @property
     def dropped(self) -> int:
@@ -122,6 +127,8 @@ class Exchange:
         self._journals = JournalKeeper(journal_folder)
         self._commands: deque[Taken] = deque()
         self._stop_requested: StopCode | None = None
+        self.stop_requests = 0
+        """How many Stop commands have come."""
         self._heard_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
         self._letters: deque[Reply | Event | JournalClosed] = deque()
@@ -257,7 +264,11 @@ class Exchange:
 
     def _accept(self, request: Request) -> None:
         if isinstance(request.command, Stop):
+            self.stop_requests += 1
             self._stop_requested = self._stop_requested or request.command.because
+            for _ in range(len(self._commands)):
+                discarded = self._commands.popleft()
+                self._letters.append(Reply(id=discarded.id, refusal=stopped_meanwhile()))
             self._letters.append(Reply(id=request.id))
             return
         if len(self._commands) >= _COMMANDS_KEPT:

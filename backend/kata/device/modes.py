@@ -32,6 +32,7 @@ from kata.device.messages import (
     PedalState,
     Play,
     Refusal,
+    ReleaseTorque,
     Return,
     RunState,
     StopCode,
@@ -42,7 +43,9 @@ from kata.device.messages import (
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     no_less,
+    no_torque_found,
     not_in_this_mode,
+    not_verified,
     not_yet_cleared,
     other_side,
     outside_range,
@@ -69,6 +72,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Pause: "pause",
     Less: "less",
     Return: "return",
+    ReleaseTorque: "release_torque",
     Acknowledge: "acknowledge",
 }
 
@@ -82,7 +86,7 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("teaching", "stopped"): "stop or fault",
     ("ready", "idle"): "unload",
     ("ready", "approaching"): "approach: torque on",
-    ("ready", "stopped"): "fault",
+    ("ready", "stopped"): "stop or fault",
     ("approaching", "paused"): "the start is reached",
     ("approaching", "stopped"): "stop or fault",
     ("paused", "playing"): "play",
@@ -96,6 +100,9 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("stopped", "idle"): "acknowledge, once every cause has cleared",
 }
 """Every way from one mode to another, and what takes it; docs/state-machine.md is drawn from it."""
+
+_SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
+"""They may hold when the apparatus is switched on: everything else is known then."""
 
 _RAMP_LIMIT_NS: Final = int(2 * RAMP_S * 1e9)
 """A category 1 stop that has not come to a stand by then cuts the torque all the same."""
@@ -137,6 +144,12 @@ class Machine:
         self.mode: Mode = "offline"
         self.stop: LatchedStop | None = None
         self.torque_on = False
+        self.torque_left = True
+        """Torque is neither commanded on nor off: a drive may hold an arm since before the port was opened."""
+        self.drive_problem = ""
+        """Why a drive cannot be configured; empty while none is known."""
+        self.stops_latched = 0
+        """How often a stop was latched."""
         self.setpoint_deg: tuple[float, ...]
         """Without torque, where the arm is."""
         self.setpoint_t_ns: int
@@ -153,6 +166,7 @@ class Machine:
     def step(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
         self._t_ns = facts.t_ns
+        self._know_what_was_left(facts)
         if not self.torque_on:
             self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
         if self.mode == "offline":
@@ -161,18 +175,26 @@ class Machine:
             self._supervise(facts, holding, stop_requested)
         self._STEPS[self.mode](self, facts)
 
+    def _know_what_was_left(self, facts: Facts) -> None:
+        """After a loss of the port torque is left as it is, until every drive says that it has none or the switch is pressed."""
+        if not facts.bus_ok:
+            self.torque_left = True
+        elif facts.estop == "open" or all(reported is False for reported in facts.torque_reported):
+            self.torque_left = False
+
     def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
-        """Everything must have been seen to be good; only a pressed emergency stop may remain, and stops at once."""
-        if facts.complete and all(code == "estop_pressed" for code, _ in holding):
+        """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
+        arm_held = self.torque_left and any(facts.torque_reported)
+        if arm_held or (facts.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
         acted, self._raised = self._raised if self.torque_on else [], []
-        if stop_requested and (self.stop or self.torque_on or self._teaching):
+        if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
             acted.append((stop_requested, None))
         if self.stop is None and (holding or acted):
-            self.stop = LatchedStop(facts.t_ns)
+            self._latch(facts)
         if self.stop is None:
             return
         for cause in self.stop.update(holding, acted):
@@ -272,7 +294,10 @@ class Machine:
             return refusal
         if name == "acknowledge" and self.stop:
             held = self.stop.category == 2 and self._stands
-            return not_yet_cleared(self.stop, still_stopping=self.torque_on and not held)
+            still_stopping = self.torque_on and not held
+            return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(facts, self.drive_problem)
+        if name == "release_torque":
+            return no_torque_found(facts)
         if name == "approach":
             assert self._run is not None
             start = tuple(self._run.trajectory.start_deg) if self._run.as_in_paper else facts.measured_deg
@@ -336,6 +361,9 @@ class Machine:
                 self._emit("less", f"Less range was asked for at {self._run.position_s:.1f} s.")
             case Return():
                 self._begin_return()
+            case ReleaseTorque():
+                self.torque_left = False
+                self._emit("torque", "Torque is released: the arm is supported.")
             case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
                 self._cut_torque()
                 self._end_stopped_run()
@@ -354,8 +382,8 @@ class Machine:
 
     def abort(self, facts: Facts, causes: list[Key]) -> None:
         """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
-        self.stop = self.stop or LatchedStop(facts.t_ns)
-        for cause in self.stop.update(self.stop.holding, causes):
+        stop = self.stop or self._latch(facts)
+        for cause in stop.update(stop.holding, causes):
             self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
         self._cut_torque()
         if self.mode != "stopped":
@@ -410,7 +438,16 @@ class Machine:
         open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
         return not any(writer.lost for writer in open_now if writer)
 
+    def tell(self, code: str, message: str) -> None:
+        """Emit an event of the loop's, in the numbering of all."""
+        self._emit(code, message)
+
     # -- parts ----------------------------------------------------------------------------------------------------
+
+    def _latch(self, facts: Facts) -> LatchedStop:
+        self.stop = LatchedStop(facts.t_ns)
+        self.stops_latched += 1
+        return self.stop
 
     def _begin_approach(self, facts: Facts) -> None:
         run = self._run

@@ -7,7 +7,7 @@ from kata.device.comfort import LEAST, Comfort
 from kata.device.config import StationConfig
 from kata.device.facts import Facts
 from kata.device.faults import FROZEN_DEG
-from kata.device.messages import CommandName, Mode, Refusal
+from kata.device.messages import CommandName, Guarded, Mode, Refusal
 from kata.device.supervisor import LatchedStop
 from kata.motion.axes import Side
 
@@ -61,6 +61,48 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
         if not cause.cleared:
             return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
     return None
+
+
+def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
+    """A command is void after a stop that its sender has not seen, and after its expiry. ``stops``: the present counter."""
+    if command.stops != stops:
+        return stopped_meanwhile()
+    if t_ns > command.expires_ns:
+        return Refusal(
+            code="expired",
+            message="The command came too late.",
+            next_step="Look at the arm and the patient, then try again.",
+        )
+    return None
+
+
+def stopped_meanwhile() -> Refusal:
+    """The command was sent before its sender knew of the newest stop."""
+    return Refusal(
+        code="stopped_meanwhile",
+        message="The apparatus was stopped after this command was sent.",
+        next_step="Look at the arm and the patient, then try again.",
+    )
+
+
+def not_verified(facts: Facts, problem: str) -> Refusal | None:
+    """A stop is acknowledged when every drive is known to have its settings. ``problem``: why one cannot be configured."""
+    if all(facts.verified):
+        return None
+    if problem:
+        return Refusal(
+            code="not_verified", message=f"A motor cannot be set up: {problem}.", next_step="Have it checked."
+        )
+    return Refusal(code="not_verified", message="The motors' settings are being checked.", next_step="Wait a moment.")
+
+
+def no_torque_found(facts: Facts) -> Refusal | None:
+    """Torque is released by command where a drive holds an arm from before the connection."""
+    if facts.situation.torque_left and any(state != "off" for state in facts.torque):
+        return None
+    return Refusal(
+        code="no_torque_found", message="No motor holds the arm from before.", next_step="Acknowledge the stop."
+    )
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:

@@ -194,7 +194,9 @@ class Live(_Schema):
     )
     side: Side = Field(description="The shoulder that the apparatus stands for.")
     mode: Mode
-    torque: TorqueState = Field(description="Of all drives together: on if one has torque, else unknown if one may have.")
+    torque: TorqueState = Field(
+        description="Of all drives together: on if one has torque, else unknown if one may have."
+    )
     estop: EstopState
     pedal: PedalState
     axes: list[AxisLive]

@@ -1,9 +1,11 @@
 """What the control loop wants of a bus, in degrees and newton metres, whatever the servos speak."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
 from msgspec import Struct
+
+from kata.device.config import Inputs
 
 
 class BusError(Exception):
@@ -31,6 +33,21 @@ class InputReading(Struct, frozen=True):
     """None: unknown."""
     contacts_disagree: bool = False
     """The two antivalent contacts say the same. False where the station has one contact."""
+
+
+def input_reading(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputReading:
+    """Return what the contacts say. ``closed``: by port, whether the contact there is closed.
+
+    Either contact of the emergency stop is enough to call it pressed. Antivalent contacts must differ.
+    """
+    first_closed = closed[inputs.estop_port]
+    second_closed = None if inputs.estop_second_port is None else closed[inputs.estop_second_port]
+    return InputReading(
+        t_ns=t_ns,
+        estop_open=not first_closed or second_closed is True,
+        pedal_down=closed[inputs.pedal_port],
+        contacts_disagree=second_closed is not None and first_closed == second_closed,
+    )
 
 
 class DriveStatus(Struct, frozen=True):
