@@ -171,7 +171,7 @@ def test_a_fast_arm_taken_back_is_not_dropped_for_a_jerk_of_our_own(tmp_path: Pa
     assert stepped.causes() == []
     stepped.send(Play())
     stepped.forward(0.3)
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.forward(0.5)
     assert stepped.causes() == ["operator_stop"]
 
@@ -391,7 +391,7 @@ def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing
 def test_a_stop_in_the_papers_way_ramps_down_before_the_torque_goes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
-    paper.exchange.stop = True
+    paper.exchange.request_stop()
     paper.forward(0.15)
     assert paper.torque
     paper.forward(0.1)

@@ -264,7 +264,7 @@ def test_an_arm_that_still_slows_down_to_be_held_is_not_let_go(stroke: Stepped) 
 
 def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.stop = True
+    held.exchange.request_stop()
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "operator_stop"]
@@ -273,7 +273,7 @@ def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) ->
 
 def test_an_arm_that_is_held_when_the_browser_is_lost_is_let_go_and_the_stop_says_why(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.stop, held.exchange.stop_because = True, "browser_lost"
+    held.exchange.request_stop("browser_lost")
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "browser_lost"]

@@ -122,7 +122,7 @@ def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
 
 
 def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.cycle()
     assert playing.mode == "stopped"
     assert playing.torque
@@ -137,7 +137,7 @@ def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playi
 
 
 def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.forward(0.05)
     playing.apparatus.estop_open = True
     playing.cycle()
@@ -147,7 +147,7 @@ def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> No
 
 
 def test_a_stop_with_nothing_going_on_is_taken_and_latches_nothing(stepped: Stepped) -> None:
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "idle"
 
@@ -156,7 +156,7 @@ def test_the_stop_is_taken_before_a_command_that_came_earlier(stepped: Stepped) 
     stepped.send(LOAD, a_trajectory())
     stepped.send(Approach())
     stepped.until("paused")
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     refusal = stepped.send(Play())
 
     assert refusal is not None

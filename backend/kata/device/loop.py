@@ -339,7 +339,7 @@ class ControlLoop:
                 message=f"The apparatus is not connected: {problem}.",
                 next_step="Switch it on and check the RS-485 adapter.",
             )
-            refusals = dict.fromkeys(refusals, offline)
+            refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
         torque = self._torque(facts)
         return Snapshot(
             t_ns=facts.t_ns,

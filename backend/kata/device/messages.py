@@ -192,6 +192,13 @@ Command = (
 )
 
 
+def stamped(command: Command, stops: int, expires_ns: int) -> Command:
+    """Return a guarded command with the stop counter that its sender has seen and its expiry; others as they are."""
+    if isinstance(command, Guarded):
+        return msgspec.structs.replace(command, stops=stops, expires_ns=expires_ns)
+    return command
+
+
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
     """A command, and the number that its reply will carry."""
 

@@ -29,12 +29,15 @@ from kata.device.messages import (
     Request,
     Snapshot,
     Teach,
+    stamped,
 )
 from kata.evaluate.world import World
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.taught import Taught
 from kata.simulator.hand import Motion
 
+_NEVER_NS: Final = 2**62
+"""Commands of a virtual station are carried out in the next cycle: they do not expire."""
 _SPARE_S: Final = 30.0
 """What has not come about so long after it should have, does not."""
 
@@ -129,6 +132,7 @@ class _Desk:
     belief: tuple[int, str | None] = (0, None)
     dropped = 0
     journal_ok = True
+    stop_requests = 0
 
     def __init__(self, config: StationConfig) -> None:
         self._config = config
@@ -142,6 +146,7 @@ class _Desk:
     def put(self, command: Command) -> None:
         """To be taken in the next cycle."""
         self._requests += 1
+        command = stamped(command, self.snapshot.stops if self.snapshot else 0, _NEVER_NS)
         self._command = checked(Request(id=self._requests, command=command), self._config)
 
     @property
