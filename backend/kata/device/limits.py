@@ -28,6 +28,11 @@ class RunLimits:
         self._near_deg = _INSIDE_SHARE * tolerance_deg
         self._settling_s = 0.0
 
+    @property
+    def widened(self) -> bool:
+        """True during the approach."""
+        return self.now_deg is not self.tight_deg
+
     def widen(self, here_deg: Sequence[float]) -> None:
         """Reach out to where the arm is picked up."""
         self.now_deg = tuple(

@@ -401,6 +401,11 @@ class Machine:
         return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
+    def config(self) -> StationConfig:
+        """The station's configuration; during a run with the patient's speed limit."""
+        return self._run.config if self._run else self._config
+
+    @property
     def setpoint_due(self) -> bool:
         """With torque on: a setpoint is sent and a sample recorded in this cycle."""
         assert self._run is not None

@@ -19,13 +19,14 @@ _COUNT_DEG: Final = 0.1
 """An angle nearer to its setpoint than this is on it: one count of a 4096-count encoder is 0.088 deg."""
 TURN_S: Final = 0.08
 """Time in which a movement that met resistance comes to rest."""
-RELIEVE_NS: Final = 500_000_000
-"""Time that a setpoint needs at most to give way until the push is within the level (measured in the simulator: see the decision)."""
-_TO_MEASURED_S: Final = 0.08
+RELIEVE_NS: Final = 1_000_000_000
+"""Time in which a yielding setpoint ends a push at 100 Hz, against an arm that does not move at all. The softest drive needs most of it."""
+_TO_MEASURED_S: Final = 0.05
 """Time constant with which a yielding setpoint goes to the measured angle."""
-_RETREAT_DEG_S_NM: Final = 4.0
-"""Speed of a yielding setpoint for each Nm above the level, which unwinds the integral part of the drive's control. More makes a drive at
-10 Hz hunt: a strong drive answers 1 deg with 2.8 Nm."""
+_RETREAT_DEG_S_NM: Final = 6.0
+"""Speed of a yielding setpoint for each Nm above the level, which unwinds the integral part of the drive's control."""
+_RETREAT_DEG_NM: Final = 0.1
+"""The same for one setpoint, at most: a stiff drive answers 1 deg with 2.8 Nm, and at 10 Hz it would hunt."""
 FARTHEST_DEG: Final = 15.0
 """A setpoint yields by this at most, so that a broken current sensor cannot move an arm far. Motor 5, the softest drive, is 9.5 deg
 behind its setpoint at its rated torque."""
@@ -57,7 +58,11 @@ class ResistanceMonitor:
             torque_nm = facts.torque_nm[n]
             ahead_deg = facts.setpoint_deg[n] - facts.measured_deg[n]
             since_ns = self._since_ns[n]
-            if abs(torque_nm) < threshold_nm or not _pushes(torque_nm, speed_deg_s[n], ahead_deg) or self._ends(n, facts):
+            if (
+                abs(torque_nm) < threshold_nm
+                or not _pushes(torque_nm, speed_deg_s[n], ahead_deg)
+                or self._ends(n, facts)
+            ):
                 self._since_ns[n] = None
             elif since_ns is None:
                 self._since_ns[n] = facts.t_ns
@@ -90,7 +95,8 @@ class GivingWay:
     def __init__(self, thresholds_nm: Sequence[float], rate_hz: int, resume_deg_s: float) -> None:
         """``resume_deg_s``: the fastest that the patient may be moved at."""
         self._thresholds_nm = np.array(thresholds_nm)
-        self._period_s = 1.0 / rate_hz
+        self._share = min(1.0, 1.0 / rate_hz / _TO_MEASURED_S)
+        self._retreat_deg_nm = min(_RETREAT_DEG_NM, _RETREAT_DEG_S_NM / rate_hz)
         self._resume_deg = min(_RESUME_DEG_S, resume_deg_s) / rate_hz
         self.offset_deg: Floats = np.zeros(len(thresholds_nm))
 
@@ -102,8 +108,7 @@ class GivingWay:
         sign = np.sign(torque_nm)
         excess_nm = np.maximum(np.abs(torque_nm) - self._thresholds_nm, 0.0)
         ahead_deg = np.maximum((setpoint_deg - measured_deg) * sign, 0.0)
-        share = min(1.0, self._period_s / _TO_MEASURED_S)
-        change = share * ahead_deg + _RETREAT_DEG_S_NM * self._period_s * excess_nm
+        change = self._share * ahead_deg + self._retreat_deg_nm * excess_nm
         over = np.abs(torque_nm) >= self._thresholds_nm
         self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
 
@@ -114,4 +119,6 @@ class GivingWay:
 
     def keep_within(self, lowest_deg: Floats, highest_deg: Floats) -> None:
         """Bound the offset, ``(5,)`` each, so that it does not grow where a limit holds the setpoint."""
-        self.offset_deg = np.minimum(np.maximum(self.offset_deg, np.minimum(lowest_deg, 0.0)), np.maximum(highest_deg, 0.0))
+        self.offset_deg = np.minimum(
+            np.maximum(self.offset_deg, np.minimum(lowest_deg, 0.0)), np.maximum(highest_deg, 0.0)
+        )

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
-from msgspec import structs
 
 from kata.device.comfort import Comfort
 from kata.device.config import REFERENCE_SHARE, StationConfig
@@ -60,7 +59,7 @@ class Run:
     """Torque with which the resisting axis pushed."""
 
     def __post_init__(self) -> None:
-        self.config = _with_speed_limit(self.config, self.load.max_speed_deg_s)
+        self.config = self.config.with_speed_limit(self.load.max_speed_deg_s)
         self.as_in_paper = self.load.method == "paper"
         """Nothing is led ahead, and where the arm stands it is told nothing new."""
         self.rate_hz = rate_hz(self.load.method, self.config.rate_hz)
@@ -110,7 +109,7 @@ class Run:
 
     def tighten(self, setpoint_deg: Sequence[float], measured_deg: Sequence[float]) -> None:
         """Take limits that were widened for the approach inwards. To be called in every cycle with torque."""
-        if self.limits_deg is not self._limits.tight_deg:
+        if self._limits.widened:
             self._limits.tighten(setpoint_deg, measured_deg)
             self._bound()
 
@@ -136,15 +135,17 @@ class Run:
     def setpoint(self, movement: Movement) -> tuple[float, ...]:
         """What the drives are to be told now: the reference, and ahead of it as much as they will lag behind.
 
-        The reference is left as it is, for the last look to refuse; what is added stays within the limits and never jumps.
+        The reference is left as it is, for the last look to refuse; what is added stays within the limits and never jumps. An arm that comes
+        from outside the patient's limits is different: its setpoint is ahead of the reference, and never goes back outwards.
         """
         before_deg = self.reference_deg
         wanted = np.zeros(len(before_deg))
         if not (self.as_in_paper and movement.stands):
             wanted = self._refer(movement)
         self._speed_deg_s = (self.reference_deg - before_deg) * self.rate_hz
-        lowest = np.minimum(self._lowest_deg, self.reference_deg)
-        highest = np.maximum(self._highest_deg, self.reference_deg)
+        lowest, highest = self._lowest_deg, self._highest_deg
+        if not self._limits.widened:
+            lowest, highest = np.minimum(lowest, self.reference_deg), np.maximum(highest, self.reference_deg)
         if self.resisting_axis is None and movement.course == 1:
             self._giving_way.resume(max(movement.pace, 0.0))
         self._giving_way.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
@@ -242,16 +243,6 @@ class Run:
             reversing=self.resisting_axis is not None,
             range_percent=100.0 * self.comfort.share,
         )
-
-
-def _with_speed_limit(config: StationConfig, max_speed_deg_s: float | None) -> StationConfig:
-    """Return the configuration with no axis faster than a patient's limit."""
-    if max_speed_deg_s is None:
-        return config
-    axes = (
-        structs.replace(axis, max_speed_deg_s=min(axis.max_speed_deg_s, max_speed_deg_s)) for axis in config.axes
-    )
-    return structs.replace(config, axes=tuple(axes))
 
 
 def _within(values: Floats, lowest: Floats, highest: Floats) -> Floats:
