@@ -164,3 +164,22 @@ def test_a_correction_at_the_bound_is_good(loading: Loading) -> None:
     for deg in (LARGEST_DEG, -LARGEST_DEG):
         taken = loading(message(method="learned", correction_deg=correction(deg), correction_step_s=0.02))
         assert taken.refusal is None
+
+
+@pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
+def test_a_recording_faster_than_the_patient_may_go_is_refused(loading: Loading, method: str) -> None:
+    """31 deg/s, where the station itself allows more."""
+    up = angles(motor3=10 + 30 * np.sin(np.pi * TIMES_S / SECONDS))
+    assert loading(message(up, method=method, max_speed_deg_s=33.0)).refusal is None
+    refusal = loading(message(up, method=method, max_speed_deg_s=30.0)).refusal
+    assert refusal is not None
+    assert refusal.code == "unplayable"
+    assert "motor 3 would move at 31 deg/s" in refusal.message
+    assert "30 deg/s is its limit" in refusal.message
+
+
+@pytest.mark.parametrize("limit_deg_s", [0.0, -1.0, math.nan, math.inf])
+def test_a_speed_limit_that_is_none_is_refused(loading: Loading, limit_deg_s: float) -> None:
+    refusal = loading(message(max_speed_deg_s=limit_deg_s)).refusal
+    assert refusal is not None
+    assert "speed limit must be above 0 deg/s" in refusal.message

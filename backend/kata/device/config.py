@@ -228,6 +228,16 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """How the drives fall behind their setpoints, as identified."""
         return Lag(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
 
+    def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
+        """Return this configuration with no axis faster than ``max_speed_deg_s``; None: as it is."""
+        if max_speed_deg_s is None:
+            return self
+        axes = tuple(
+            msgspec.structs.replace(axis, max_speed_deg_s=min(axis.max_speed_deg_s, max_speed_deg_s))
+            for axis in self.axes
+        )
+        return msgspec.structs.replace(self, axes=axes)
+
     def check_reference(self, method: Method, reference: Trajectory) -> None:
         """Refuse what this station may not play: a recording before it is loaded, and before one is made of another.
 

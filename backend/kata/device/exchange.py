@@ -335,7 +335,9 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
         raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
     if load.limits_deg and len(load.limits_deg) != len(config.axes):
         raise TrajectoryError("it has limits for some axes only")
-    config.check_reference(load.method, trajectory)
+    if load.max_speed_deg_s is not None and not 0 < load.max_speed_deg_s < math.inf:
+        raise TrajectoryError("the patient's speed limit must be above 0 deg/s")
+    config.with_speed_limit(load.max_speed_deg_s).check_reference(load.method, trajectory)
     if load.limits_deg:
         patients = [
             AxisLimits(low, high, axis.max_speed_deg_s)

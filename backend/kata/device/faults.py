@@ -336,6 +336,13 @@ FAULTS: Final = (
         "The arm is held: support it, then acknowledge, and its torque goes off.",
         _never,
     ),
+    Fault(
+        "load_while_held",
+        2,
+        "Motor {motor} met resistance while the arm was held.",
+        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        _never,
+    ),
     Fault("operator_stop", 1, "Stopped by the operator.", "Acknowledge when it is safe to go on.", _never),
     Fault(
         "browser_lost",

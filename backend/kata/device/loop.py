@@ -180,7 +180,7 @@ class ControlLoop:
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
             before = self._sent_deg or [facts.measured_deg]
-            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, self._config, machine.rate_hz)
+            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz)
             if refused:
                 machine.abort(facts, refused)
             self._sent_deg = [*before[-1:], machine.setpoint_deg]

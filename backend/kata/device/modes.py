@@ -51,12 +51,12 @@ from kata.device.refusals import (
     outside_range,
     too_far_from_start,
 )
+from kata.device.resistance import TURN_S
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
 from kata.motion import approach
 from kata.motion.learning import Correction
-from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
@@ -232,13 +232,12 @@ class Machine:
     def _step_moving(self, facts: Facts) -> None:
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
-        before_deg = run.reference_deg
+        self._feel(run, movement, facts)
         self._move(facts)
-        if self.setpoint_due:
-            self._feel(run, movement, facts, before_deg)
         if self.mode == "approaching" and movement.ended:
-            self._movement = Movement(run.trajectory, course=0)
-            self._enter("paused")
+            if run.settle(self.setpoint_deg, facts.measured_deg, self._period_s):
+                self._movement = Movement(run.trajectory, course=0)
+                self._enter("paused")
         elif self.mode == "playing":
             self._step_playing(run, movement)
         elif self.mode == "returning" and movement.ended:
@@ -258,17 +257,25 @@ class Machine:
         elif movement.stands:
             self._enter("paused")
 
-    def _feel(self, run: Run, movement: Movement, facts: Facts, before_deg: Floats) -> None:
-        """Resistance over the patient's level: back along the path, or, where there is none to go back on, a stand."""
-        axis = run.resisted(facts, before_deg.tolist(), run.reference_deg.tolist())
-        if axis is None or movement.course != 1:
+    def _feel(self, run: Run, movement: Movement, facts: Facts) -> None:
+        """Answer resistance over the patient's level: back along the path where the recording plays, else a stop that holds the arm."""
+        axis = run.resisted(facts)
+        if axis is None:
             return
-        if self.mode == "playing":
-            run.turn_back(axis, movement)
+        if self.mode == "playing" and run.resisting_axis is None:
+            run.turn_back(axis, movement, facts)
             at_s = movement.position_s
             self._emit("load_reversal", f"Motor {axis + 1} met resistance at {at_s:.1f} s; the arm is taken back.")
-        else:
-            self._raised.append(("load_on_the_way", axis))
+            return
+        movement.ramp_s = TURN_S
+        self._raised.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
+
+    def _give_way(self, run: Run, movement: Movement, facts: Facts) -> None:
+        """Let a setpoint yield that would go on pushing against the patient: held after resistance, or taken back from it."""
+        if self.mode == "stopped" and self.stop and self.stop.category == 2:
+            run.give_way(facts)
+        elif self.mode == "playing" and run.resisting_axis is not None and movement.pace <= 0.0:
+            run.give_way(facts, only_to_met=True)
 
     def _step_resting(self, facts: Facts) -> None:
         """Torque is off, nothing happens."""
@@ -346,7 +353,7 @@ class Machine:
                 self._begin_approach(facts)
             case Play():
                 assert self._movement is not None and self._run is not None
-                self._run.forget_resistance()
+                self._run.resisting_axis = None
                 self._movement.course, self._movement.ramp_s = 1, RAMP_S
                 if self._run.as_in_paper:
                     # The first sample with the next cycle, and another every tenth of a second.
@@ -422,6 +429,11 @@ class Machine:
         return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
+    def config(self) -> StationConfig:
+        """The station's configuration; during a run with the patient's speed limit."""
+        return self._run.config if self._run else self._config
+
+    @property
     def setpoint_due(self) -> bool:
         """With torque on: a setpoint is sent and a sample recorded in this cycle."""
         assert self._run is not None
@@ -454,10 +466,11 @@ class Machine:
         assert run is not None
         here = np.array(facts.measured_deg)
         run.begin(here)
-        speed_deg_s = self._config.approach_speed_deg_s
+        assert run.back_to_deg is not None
+        speed_deg_s = run.approach_speed_deg_s
         if run.as_in_paper:
-            # The paper goes to the start when it plays; until then the arm is held.
-            self._movement = Movement(approach.Approach(here, here, speed_deg_s))
+            # The paper goes to the start when it plays; until then the arm is held, within the patient's limits.
+            self._movement = Movement(approach.Approach(here, run.back_to_deg, speed_deg_s))
         else:
             start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
             self._movement = Movement(approach.from_its_side(here, start, leaves, speed_deg_s))
@@ -467,11 +480,12 @@ class Machine:
         self._enter("approaching")
 
     def _begin_return(self) -> None:
-        assert self._run is not None and self._run.came_from is not None
-        self._run.forget_resistance()
+        run = self._run
+        assert run is not None and run.back_to_deg is not None
+        run.resisting_axis = None
         here = np.array(self.setpoint_deg)
-        self._run.set_out(here)
-        self._movement = Movement(approach.Approach(here, self._run.came_from, self._config.approach_speed_deg_s))
+        run.set_out(here)
+        self._movement = Movement(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s))
         self._enter("returning")
 
     def _move(self, facts: Facts) -> None:
@@ -485,12 +499,13 @@ class Machine:
                 since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
                 place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
                 run.record(facts.measured_t_ns, facts, self._phase(run), place, self.setpoint_deg)
-            if not (run.as_in_paper and movement.stands):
-                self.setpoint_deg = run.setpoint(movement)
+            self._give_way(run, movement, facts)
+            self.setpoint_deg = run.setpoint(movement)
             self.setpoint_t_ns = facts.t_ns
         movement.advance(self._period_s)
         if on_recording:
             run.position_s = movement.position_s
+        run.tighten(self.setpoint_deg, facts.measured_deg)
 
     def _phase(self, run: Run) -> int:
         """What a sample is part of. Played with less range, or taken back, it is not what was asked for."""

@@ -71,6 +71,7 @@ const STOPS_JA: Record<string, string> = {
   journal_fault: "測定値の書き込み不能",
   load_repeated: "同じ位置での2度の抵抗",
   load_on_the_way: "移動中の抵抗",
+  load_while_held: "保持中の抵抗",
   operator_stop: "操作者による停止",
   browser_lost: "ブラウザとの接続断",
   unexpected_error: "制御プログラムの異常",
