@@ -196,7 +196,7 @@ class Live(_Schema):
     mode: Mode
     torque: TorqueState = Field(description="Of all drives together: on if one has torque, else unknown if one may have.")
     estop: EstopState
-    pedal: PedalState, TorqueState
+    pedal: PedalState
     axes: list[AxisLive]
     stop: StopLive | None
     run: RunLive | None
