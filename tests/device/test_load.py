@@ -197,7 +197,7 @@ def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
     ],
 )
 def test_a_limit_that_limits_nothing_is_refused(loading: Loading, changes: dict[str, object], sentence: str) -> None:
-    refusal = loading(message(**changes)).refusal
+    refusal = loading(msgspec.structs.replace(message(), **changes)).refusal
     assert refusal is not None
     assert refusal.code == "unplayable"
     assert sentence in refusal.message
