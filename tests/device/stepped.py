@@ -9,11 +9,12 @@ from pathlib import Path
 
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import StationConfig
-from kata.device.exchange import Taken, checked
+from kata.device.exchange import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
-from kata.device.messages import Command, Event, Refusal, Reply, Request, Snapshot, StopCode, stamped
-from kata.device.refusals import stopped_meanwhile
+from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
+from kata.device.references import build
+from kata.device.refusals import STOPPED_MEANWHILE
 from kata.motion.learning import Correction
 from kata.motion.trajectory import Trajectory
 
@@ -160,12 +161,18 @@ class SteppedExchange:
         """A Stop arrives: it discards every command that waits."""
         self.stop_requests += 1
         self.stop_requested = self.stop_requested or because
-        self.replies += [Reply(id=taken.id, refusal=stopped_meanwhile()) for taken in self.commands]
+        self.replies += [Reply(id=taken.id, refusal=STOPPED_MEANWHILE) for taken in self.commands]
         self.commands.clear()
 
     def request(self, number: int, command: Command, config: StationConfig) -> None:
         """A command arrives; a recording is checked."""
-        self.commands.append(checked(Request(id=number, command=command), config))
+        built = build(command, config) if isinstance(command, Load) else None
+        if isinstance(built, Refusal):
+            self.replies.append(Reply(id=number, refusal=built))
+        elif built:
+            self.commands.append(Taken(number, command, built.trajectory, None, built.correction))
+        else:
+            self.commands.append(Taken(number, command))
 
     def take_command(self) -> Taken | None:
         return self.commands.pop(0) if self.commands else None

@@ -2,12 +2,13 @@
 
 In: a :class:`Request` holding one command, answered by a :class:`Reply`; and heartbeats. Out: :class:`Snapshot`
 (the newest whole state, may be skipped), :class:`Event` (numbered, never skipped) and :class:`JournalClosed`.
-Frames on the socket are a 4-byte little-endian length followed by MessagePack.
+Frames on the socket are a 4-byte little-endian length followed by MessagePack. All of them are small: the samples of a Load
+follow its Request as :class:`LoadPart`, between which a Stop or a Heartbeat may go.
 """
 
 import struct
 from collections.abc import Iterator
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import msgspec
 
@@ -106,7 +107,8 @@ class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching")
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and make it the one to be played: a new run. From idle.
 
-    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order.
+    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Load that is being checked
+    is refused with ``stopped_meanwhile`` by a Stop, Teach or Unload that comes in between, and another Load meanwhile with ``busy``.
     """
 
     run_id: str
@@ -204,6 +206,21 @@ class Request(_Message, frozen=True, kw_only=True, tag="request"):
 
     id: int
     command: Command
+
+
+SampleField = Literal["times_s", "angles_deg", "correction_deg"]
+SAMPLE_FIELDS: Final[tuple[SampleField, ...]] = get_args(SampleField)
+"""The fields of a Load that are empty in its Request on the socket; parts carry what they hold."""
+
+
+class LoadPart(_Message, frozen=True, kw_only=True, tag="load_part"):
+    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id; each field comes in order."""
+
+    id: int
+    field: SampleField
+    data: bytes
+    last: bool
+    """The Load is complete."""
 
 
 class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
@@ -348,21 +365,38 @@ class JournalClosed(_Message, frozen=True, kw_only=True, tag="journal_closed"):
     path: str
 
 
-ToDevice = Request | Heartbeat
+ToDevice = Request | LoadPart | Heartbeat
 FromDevice = Reply | Snapshot | Event | JournalClosed
 
 
 # -- frames -------------------------------------------------------------------------------------------------------
 
 _LENGTH: Final = struct.Struct("<I")
-_LONGEST: Final = 64 * 1024 * 1024
-"""Room for a recording of 3.8 hours at 100 Hz (48 bytes a sample)."""
+_LONGEST: Final = 1024 * 1024
+"""Limits what a damaged length makes the receiver wait for. The longest message is a part of a Load."""
+_PART_BYTES: Final = 64 * 1024
+"""Limits how long a Stop waits behind a part of a Load: well under a millisecond."""
+LONGEST_LOAD_BYTES: Final = 64 * 1024 * 1024
+"""Limits the memory that one Load takes: 3.8 hours at 100 Hz (48 bytes a sample)."""
 
 
 def frame(message: ToDevice | FromDevice) -> bytes:
-    """A message as it goes on the socket."""
-    data = msgspec.msgpack.encode(message)
-    return _LENGTH.pack(len(data)) + data
+    """Encode a message as it goes on the socket, a Load with all of its parts."""
+    return b"".join(frames_of(message))
+
+
+def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
+    """Encode a message as small frames. Only a Load has more than one, and others may be sent between them."""
+    if not (isinstance(message, Request) and isinstance(message.command, Load)):
+        yield _framed(message)
+        return
+    load = message.command
+    yield _framed(Request(id=message.id, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b""))))
+    for field in SAMPLE_FIELDS:
+        data = getattr(load, field)
+        for begin in range(0, len(data), _PART_BYTES):
+            yield _framed(LoadPart(id=message.id, field=field, data=data[begin : begin + _PART_BYTES], last=False))
+    yield _framed(LoadPart(id=message.id, field=SAMPLE_FIELDS[-1], data=b"", last=True))
 
 
 def frames(incoming: bytearray) -> Iterator[bytes]:
@@ -378,3 +412,8 @@ def frames(incoming: bytearray) -> Iterator[bytes]:
             return
         yield bytes(incoming[_LENGTH.size : _LENGTH.size + length])
         del incoming[: _LENGTH.size + length]
+
+
+def _framed(message: ToDevice | FromDevice) -> bytes:
+    data = msgspec.msgpack.encode(message)
+    return _LENGTH.pack(len(data)) + data

@@ -37,6 +37,13 @@ _WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
     "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
     "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
 }
+STOPPED_MEANWHILE: Final = Refusal(
+    code="stopped_meanwhile",
+    message="The apparatus was stopped after this command was sent.",
+    next_step="Look at the arm and the patient, then try again.",
+)
+"""The command was sent before its sender knew of the newest stop."""
+
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
     "acknowledge": Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do."),
     "finish_teaching": Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do."),
@@ -66,7 +73,7 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
 def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
     """A command is void after a stop that its sender has not seen, and after its expiry. ``stops``: the present counter."""
     if command.stops != stops:
-        return stopped_meanwhile()
+        return STOPPED_MEANWHILE
     if t_ns > command.expires_ns:
         return Refusal(
             code="expired",
@@ -74,15 +81,6 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
             next_step="Look at the arm and the patient, then try again.",
         )
     return None
-
-
-def stopped_meanwhile() -> Refusal:
-    """The command was sent before its sender knew of the newest stop."""
-    return Refusal(
-        code="stopped_meanwhile",
-        message="The apparatus was stopped after this command was sent.",
-        next_step="Look at the arm and the patient, then try again.",
-    )
 
 
 def not_verified(facts: Facts, problem: str) -> Refusal | None:

@@ -1,16 +1,17 @@
 """Starts the device process, watches it, and starts a new one when it has ended. A new one resumes nothing."""
 
 import asyncio
+import contextlib
 import logging
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from kata.device.messages import FromDevice, Heartbeat, ToDevice, frame, frames
+from kata.device.messages import FromDevice, Heartbeat, Load, Request, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class DeviceProcess:
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
+        self._sending: set[asyncio.Task[None]] = set()
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
 
     @property
@@ -64,9 +66,17 @@ class DeviceProcess:
         self._keeper = asyncio.create_task(self._keep(), name="device process")
 
     def send(self, message: ToDevice) -> None:
-        """Queue a message; it is lost when no process runs, and its reply then never comes."""
+        """Queue a message; it is lost when no process runs, and its reply then never comes.
+
+        Of a Load the parts follow as the socket takes them: what is sent meanwhile goes between them.
+        """
         if self._writer is not None and not self._writer.is_closing():
-            self._writer.write(frame(message))
+            parts = frames_of(message)
+            self._writer.write(next(parts))
+            if isinstance(message, Request) and isinstance(message.command, Load):
+                sending = asyncio.create_task(self._send_parts(self._writer, parts), name="a load's parts")
+                self._sending.add(sending)
+                sending.add_done_callback(self._sending.discard)
 
     def beat(self) -> None:
         """Say that the service is alive, and which run or teaching it believes in."""
@@ -142,6 +152,13 @@ class DeviceProcess:
         while True:
             self.beat()
             await asyncio.sleep(_HEARTBEAT_S)
+
+    @staticmethod
+    async def _send_parts(writer: asyncio.StreamWriter, parts: Iterator[bytes]) -> None:
+        with contextlib.suppress(ConnectionError):  # the process has ended; so the load's reply never comes
+            for part in parts:
+                writer.write(part)
+                await writer.drain()
 
     @staticmethod
     async def _wait_for_end(child: asyncio.subprocess.Process) -> None:

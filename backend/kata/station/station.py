@@ -22,6 +22,7 @@ from kata.device.messages import (
     Event,
     FromDevice,
     JournalClosed,
+    Load,
     Refusal,
     Reply,
     Request,
@@ -37,6 +38,8 @@ from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationI
 log = logging.getLogger(__name__)
 
 _REPLY_LIMIT_S: Final = 2.0
+_LOAD_LIMIT_S: Final = 35.0
+"""Limits a Load, which is answered when the recording has been checked; the device process gives that up after 30 s."""
 _EVENTS_WAITING: Final = 1000
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal that is none for sure: the command may have been carried out."""
@@ -174,7 +177,7 @@ class Station:
         self._asked[number] = _Asked(reply, occupation, refused_late)
         self._process.send(Request(id=number, command=command))
         try:
-            async with asyncio.timeout(_REPLY_LIMIT_S):
+            async with asyncio.timeout(_LOAD_LIMIT_S if isinstance(command, Load) else _REPLY_LIMIT_S):
                 refusal = await reply
         except TimeoutError:
             self._occupy(occupation)
