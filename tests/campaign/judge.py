@@ -24,8 +24,8 @@ _ROTATION_NS: Final = 2_300_000_000
 """Every configured register is read within 2 s; then the torque has to go."""
 _STOP_S: Final = 1.0
 """A controlled stop ramps down within 0.4 s; a slow arm is met by the ramp's own limit."""
-_ANSWER_S: Final = 1.0
-"""A push over the level has ended, or been answered, by then: 0.1 s to know it, the rest to turn round or yield."""
+_ANSWER_S: Final = 1.4
+"""A push over the level has ended, or been answered, by then: 0.1 s to know it, and 1 s that a reversal has to end it."""
 _OVER_LEVEL: Final = 1.15
 """The drive's current is noisy and quantized."""
 _STEP_TOLERANCE_DEG: Final = 1.2
@@ -78,12 +78,17 @@ class Judge:
     _motors: list[_Motor] = field(default_factory=lambda: [_Motor() for _ in range(5)])
     _judged: int = 0
     _shown: int = 0
+    """How many snapshots of the present device process have been judged."""
 
     def __post_init__(self) -> None:
         self._expected = [expected_registers(self.config, motor) for motor in range(1, 6)]
         self._period_ns = 1_000_000_000 // self.config.cycle_hz
 
     # -- what people and faults do ------------------------------------------------------------------------------------
+
+    def device_started(self) -> None:
+        """A new device process begins with snapshots of its own."""
+        self._shown = 0
 
     def port_lost(self) -> None:
         """The adapter has been pulled out, or the device process has ended."""

@@ -241,7 +241,12 @@ class Stepped:
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
         """One command, sent with knowledge of every stop so far, and the cycle that takes it."""
-        command = stamped(command, self.snapshot.stops, NEVER_NS)
+        return self.send_as_it_is(stamped(command, self.snapshot.stops, NEVER_NS), trajectory, correction)
+
+    def send_as_it_is(
+        self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
+    ) -> Refusal | None:
+        """One command with the counter and the expiry that it has, and the cycle that takes it."""
         self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None, correction))
         self.cycle()
         return self.exchange.replies[-1].refusal

@@ -145,6 +145,8 @@ def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_again
     assert set(COMMAND_NAMES) - set(refusals) == {*ALLOWED[mode], "stop"}
     for name, refusal in refusals.items():
         nothing_to_do = {"acknowledge": "not_stopped", "finish_teaching": "not_teaching"}
+        if mode == "stopped":
+            nothing_to_do["release_torque"] = "no_torque_found"
         assert refusal.code == nothing_to_do.get(name, f"is_{mode}")
         assert refusal.message.endswith(".")
         assert refusal.next_step.endswith(".")
@@ -216,13 +218,26 @@ def test_stop_ramps_down_wherever_there_is_torque_and_then_cuts_it(stepped: Step
     assert steps_deg.max() < 0.6
 
 
-@pytest.mark.parametrize("mode", ["idle", "ready"])
-def test_a_stop_where_nothing_moves_and_nothing_is_recorded_latches_nothing(stepped: Stepped, mode: Mode) -> None:
-    bring(stepped, mode)
+def test_a_stop_in_idle_latches_nothing_and_counts(stepped: Stepped) -> None:
+    before = stepped.snapshot.stops
     stepped.exchange.request_stop()
     stepped.forward(0.1)
-    assert stepped.mode == mode
+    assert stepped.mode == "idle"
     assert stepped.causes() == []
+    assert stepped.snapshot.stops == before + 1
+
+
+def test_a_stop_in_ready_ends_the_run(stepped: Stepped) -> None:
+    bring(stepped, "ready")
+    stepped.exchange.request_stop()
+    stepped.forward(0.1)
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["operator_stop"]
+    end = stepped.journal().end
+    assert end is not None
+    assert (end.reason, end.cause_code) == ("stopped", "operator_stop")
+    assert stepped.send(Acknowledge()) is None
+    assert stepped.mode == "idle"
 
 
 def test_a_stop_on_top_of_another_is_a_further_cause_and_told_once(stepped: Stepped) -> None:

@@ -370,7 +370,7 @@ def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
     """A reversal inside a hold leads nowhere: what still pushes after it stops the run."""
     times = np.arange(0.0, 12.01, 0.01)
     angles = np.tile(np.array(REST_DEG), (len(times), 1))
-    stroke.exchange.stop = True
+    stroke.exchange.request_stop()
     stroke.forward(0.5)
     assert stroke.send(Acknowledge()) is None
     load = msgspec.structs.replace(LOAD, load_level=LEVEL, run_id="hold")

@@ -180,7 +180,9 @@ class ControlLoop:
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
             before = self._sent_deg or [facts.measured_deg]
-            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz)
+            refused = refused_setpoints(
+                before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz
+            )
             if refused:
                 machine.abort(facts, refused)
             self._sent_deg = [*before[-1:], machine.setpoint_deg]
@@ -327,7 +329,10 @@ class ControlLoop:
 
     def _torque(self, facts: Facts) -> tuple[TorqueState, ...]:
         """Of each drive; torque that is switched on in this very cycle included."""
-        return ("on",) * len(facts.torque) if self._machine.torque_on else facts.torque
+        if not self._machine.torque_on:
+            return facts.torque
+        every: tuple[TorqueState, ...] = ("on",) * len(facts.torque)
+        return every
 
     def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
         machine = self._machine

@@ -132,7 +132,6 @@ class _Desk:
     belief: tuple[int, str | None] = (0, None)
     dropped = 0
     journal_ok = True
-    stop_requests = 0
 
     def __init__(self, config: StationConfig) -> None:
         self._config = config
