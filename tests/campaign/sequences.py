@@ -28,6 +28,7 @@ from kata.device.messages import (
     Acknowledge,
     Approach,
     Command,
+    CommandName,
     FinishTeaching,
     Guarded,
     Less,
@@ -36,6 +37,7 @@ from kata.device.messages import (
     Play,
     ReleaseTorque,
     Return,
+    Snapshot,
     Teach,
     Unload,
 )
@@ -65,9 +67,10 @@ _BUS_FAULTS: Final[list[Kind]] = [
 _VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0, "exchanged_id": 17.0}
 _POWERLESS: Final[frozenset[Kind]] = frozenset({"hardware_error", *_RESETS})
 
-_START_DEG: Final = np.array([20.0, 105.0, 20.0, 10.0, -10.0])
+_START_DEG: Final = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
+"""Close to where the arm rests: the approach is short."""
 _REACH_DEG: Final = np.array([-10.0, 8.0, 30.0, 40.0, -30.0])
-_TIGHT_DEG: Final = ((9.0, 20.0), (105.0, 113.0), (20.0, 50.0), (10.0, 50.0), (-40.0, -10.0))
+_TIGHT_DEG: Final = ((6.0, 18.0), (106.0, 116.0), (11.0, 43.0), (1.0, 43.0), (-33.0, -1.0))
 """A doctor's limits that hold the whole recording, and not the pose in which the arm rests."""
 
 
@@ -193,7 +196,7 @@ class Sequences(RuleBasedStateMachine):
 
     # -- what may happen ----------------------------------------------------------------------------------------------
 
-    @rule(seconds=st.sampled_from([0.01, 0.05, 0.12, 0.5]))
+    @rule(seconds=st.sampled_from([0.01, 0.05, 0.12, 0.3]))
     def time_passes(self, seconds: float) -> None:
         self._run(seconds)
 
@@ -222,15 +225,15 @@ class Sequences(RuleBasedStateMachine):
             self._run(0.3 if isinstance(command, ReleaseTorque) else 0.02)
         if end == "approaching":
             return
-        self._run(1.2)
+        self._run(0.5)
         if end == "start":
             return
         self._look(0)
         self._press(0, Play(), 0.0)
-        self._run(0.5)
+        self._run(0.3)
         if end == "paused":
             self._press(0, Pause(), 0.0)
-            self._run(0.5)
+            self._run(0.3)
 
     @rule(delay_s=_delays_s)
     def stop(self, delay_s: float) -> None:
@@ -290,7 +293,9 @@ class Sequences(RuleBasedStateMachine):
         if self._estop_pressed_ns is not None:
             self._estop_pressed_ns = self.world.t_ns
 
-    @rule(motor=st.integers(1, 5), strength_nm=st.sampled_from([0.5, 1.5, 3.5]), seconds=st.sampled_from([0.3, 2.0]))
+    @rule(
+        motor=st.integers(1, 5), strength_nm=st.sampled_from([0.5, 1.5, 3.5]), seconds=st.sampled_from([0.3, 0.3, 1.8])
+    )
     def the_patient_resists(self, motor: int, strength_nm: float, seconds: float) -> None:
         """The patient tries to keep the arm where it is."""
         self.world.apparatus.hold_against(motor, strength_nm)
@@ -376,15 +381,18 @@ class Sequences(RuleBasedStateMachine):
         self.world.lose_requests(0, 0)
         self.world.apparatus.step_on_pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
-        self._run(_RECOVERS_S)
+        self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
         self._press(0, _STOP, 0.0)
-        self._run(0.6)
+        self._run(0.1)
+        self._until(lambda: self._snapshot.mode in ("idle", "stopped") and self._may_go_on("release_torque"))
         for command in (ReleaseTorque(), Acknowledge(), Unload(), FinishTeaching()):
-            self._run(_RECOVERS_S if isinstance(command, Acknowledge) else 0.02)
+            if isinstance(command, Acknowledge):
+                self._until(lambda: self._may_go_on("acknowledge"))
             self._look(0)
             self._press(0, command, 0.0)
-        self._run(0.3)
-        assert self.exchange.snapshots[-1].mode == "idle", self.exchange.snapshots[-1]
+            self._run(0.02)
+        self._until(lambda: self._snapshot.mode == "idle" and not any(self.world.torque))
+        assert self._snapshot.mode == "idle", self._snapshot
         assert not any(self.world.torque)
 
     def _nothing_was_recorded_with_the_pedal_up(self) -> None:
@@ -398,6 +406,21 @@ class Sequences(RuleBasedStateMachine):
                 before = [down for at, down in self._pedal if at < t_ns - _PEDAL_LATE_NS]
                 assert any(recent) or before[-1], f"a sample at {t_ns} with the pedal up"
 
+    @property
+    def _snapshot(self) -> Snapshot:
+        return self.exchange.snapshots[-1]
+
+    def _may_go_on(self, command: CommandName) -> bool:
+        """Return whether a command is accepted, or has nothing to do."""
+        refusal = self._snapshot.refusals.get(command)
+        return refusal is None or refusal.code in ("no_torque_found", "is_idle", "not_stopped")
+
+    def _until(self, condition: Callable[[], bool]) -> None:
+        """Let time pass until a condition holds, or all the time that recovery may take."""
+        limit_ns = self._deadline_ns + int(_RECOVERS_S * 1e9)
+        while not condition() and self._deadline_ns < limit_ns:
+            self._run(0.05)
+
     # -- parts --------------------------------------------------------------------------------------------------------
 
     def _fault(self, kind: Kind, motor: int) -> None:
@@ -406,7 +429,7 @@ class Sequences(RuleBasedStateMachine):
         self.world.fault(kind, motor, _VALUES.get(kind))
 
     def _look(self, browser: int) -> None:
-        self._browsers[browser].stops = self.exchange.snapshots[-1].stops
+        self._browsers[browser].stops = self._snapshot.stops
 
     def _press(self, browser: int, what: Command | str, delay_s: float) -> None:
         """A button is pressed; the command leaves with what the page shows, and arrives later."""
@@ -469,6 +492,3 @@ class Sequences(RuleBasedStateMachine):
                 case _:
                     pass
         self._answered = len(self.exchange.replies)
-
-
-Machine = Callable[[], Sequences]
