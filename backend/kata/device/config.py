@@ -13,10 +13,12 @@ import numpy as np
 from kata.device.ceiling import ceiling_hz
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, POSE_RANGE_DEG, Side
 from kata.motion.method import Lag, Method
-from kata.motion.trajectory import AxisLimits, Trajectory
+from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 REFERENCE_SHARE: Final = 0.5
 """Of the highest acceleration a reference may take this much; the rest is for going ahead of it."""
+SHORTEST_REFERENCE_S: Final = 0.2
+"""Starting and stopping take so long at full pace. In a shorter recording speed and acceleration are not defined by what they are checked by."""
 LARGEST_LAG_S: Final = 0.3
 """A drive that follows later than this is out of order, not to be compensated; so with the other two."""
 LARGEST_LAG2_S2: Final = 0.02
@@ -243,6 +245,10 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
         :raises TrajectoryError: naming motor, time, value and limit.
         """
+        if reference.duration_s < SHORTEST_REFERENCE_S:
+            raise TrajectoryError(
+                f"it lasts {reference.duration_s * 1000:.0f} ms; {SHORTEST_REFERENCE_S * 1000:.0f} ms is the shortest"
+            )
         # The paper's way leads nothing ahead.
         share = 1.0 if method == "paper" else REFERENCE_SHARE
         limits = [

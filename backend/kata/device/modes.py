@@ -236,7 +236,7 @@ class Machine:
         self._move(facts)
         if self.mode == "approaching" and movement.ended:
             if run.settle(self.setpoint_deg, facts.measured_deg, self._period_s):
-                self._movement = Movement(run.trajectory, course=0)
+                self._movement = run.along(run.trajectory, course=0)
                 self._enter("paused")
         elif self.mode == "playing":
             self._step_playing(run, movement)
@@ -470,10 +470,10 @@ class Machine:
         speed_deg_s = run.approach_speed_deg_s
         if run.as_in_paper:
             # The paper goes to the start when it plays; until then the arm is held, within the patient's limits.
-            self._movement = Movement(approach.Approach(here, run.back_to_deg, speed_deg_s))
+            self._movement = run.along(approach.Approach(here, run.back_to_deg, speed_deg_s), course=1)
         else:
             start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
-            self._movement = Movement(approach.from_its_side(here, start, leaves, speed_deg_s))
+            self._movement = run.along(approach.from_its_side(here, start, leaves, speed_deg_s), course=1)
         self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")
@@ -484,8 +484,8 @@ class Machine:
         assert run is not None and run.back_to_deg is not None
         run.resisting_axis = None
         here = np.array(self.setpoint_deg)
-        run.set_out(here)
-        self._movement = Movement(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s))
+        run.set_out(here, run.change_deg)
+        self._movement = run.along(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s), course=1)
         self._enter("returning")
 
     def _move(self, facts: Facts) -> None:

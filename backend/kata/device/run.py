@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -14,15 +14,20 @@ from kata.device.faults import largest_step_deg
 from kata.device.journal import JournalWriter
 from kata.device.limits import RunLimits
 from kata.device.messages import LOAD_LEVELS, Load, RunState
-from kata.device.movement import Movement, longest_step
+from kata.device.movement import CREEP, Movement, Path, longest_step
 from kata.device.resistance import TURN_S, GivingWay, ResistanceMonitor
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
-AHEAD_SHARE: Final = 0.98 - REFERENCE_SHARE
-"""Of what an axis may be bent: what the reference leaves, but for a little that less range bends it more."""
+_USED_SHARE: Final = 0.98
+"""Of the highest acceleration: reference and what is added to it together take no more."""
+AHEAD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
+"""Of what an axis may be bent: what is added to the reference takes this much at most, and no more than the reference leaves."""
+_RAMP_SHARE: Final = 0.35
+"""Of the highest acceleration: a change of pace at an axis' highest speed takes this much. With the reference's own half there is room for
+the third by which a speed that is judged over a tenth of a second may be higher in between."""
 _STEP_SHARE: Final = 0.8
 """Of what the longest step leaves above an axis' highest speed: that is judged over a tenth of a second, and may be more in between."""
 _SAME_PLACE_S: Final = 1.0
@@ -74,6 +79,10 @@ class Run:
         steps = [
             largest_step_deg(axis, self.rate_hz) - axis.max_speed_deg_s / self.rate_hz for axis in self.config.axes
         ]
+        self._least_bend_deg = (_USED_SHARE - REFERENCE_SHARE - _RAMP_SHARE) * acceleration / self.rate_hz**2
+        self._bend_deg = _USED_SHARE * acceleration / self.rate_hz**2
+        ramps_s = [axis.max_speed_deg_s / (_RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
+        self._shortest_ramp_s = max(ramps_s)
         self._ahead_step_deg = np.minimum(self._ahead_bend_deg, _STEP_SHARE * np.array(steps))
         self.comfort = Comfort(
             self.trajectory,
@@ -124,11 +133,18 @@ class Run:
 
     # -- setpoints ------------------------------------------------------------------------------------------------
 
-    def set_out(self, here_deg: Floats) -> None:
-        """Another path begins where the last setpoint was."""
-        self.reference_deg = here_deg
+    def along(self, path: Path, course: Literal[0, 1]) -> Movement:
+        """Return a movement along a path whose changes of pace no axis finds too abrupt."""
+        # At its end the reference stands still within one setpoint's time.
+        creep = min(CREEP, 1.0 / (self._shortest_ramp_s * self.rate_hz))
+        return Movement(path, course=course, shortest_ramp_s=self._shortest_ramp_s, creep=creep)
+
+    def set_out(self, here_deg: Floats, change_deg: Floats | None = None) -> None:
+        """Another path begins where the last setpoint was; ``change_deg``: by how much that one was changed, None for an arm at rest."""
+        self.reference_deg = self._setpoint_deg = here_deg
+        self._reference_change_deg = np.zeros(len(here_deg))
         self._ahead_deg = np.zeros(len(here_deg))
-        self._ahead_change_deg = np.zeros(len(here_deg))
+        self._ahead_change_deg = np.zeros(len(here_deg)) if change_deg is None else change_deg
         self._speed_deg_s = np.zeros(len(here_deg))
         self._giving_way.offset_deg = np.zeros(len(here_deg))
 
@@ -142,15 +158,23 @@ class Run:
         wanted = np.zeros(len(before_deg))
         if not (self.as_in_paper and movement.stands):
             wanted = self._refer(movement)
-        self._speed_deg_s = (self.reference_deg - before_deg) * self.rate_hz
+        change_deg = self.reference_deg - before_deg
+        bent_deg, self._reference_change_deg = np.abs(change_deg - self._reference_change_deg), change_deg
+        self._speed_deg_s = change_deg * self.rate_hz
         lowest, highest = self._lowest_deg, self._highest_deg
         if not self._limits.widened:
             lowest, highest = np.minimum(lowest, self.reference_deg), np.maximum(highest, self.reference_deg)
         if self.resisting_axis is None and movement.course == 1:
             self._giving_way.resume(max(movement.pace, 0.0))
         self._giving_way.keep_within(lowest - self.reference_deg, highest - self.reference_deg)
-        self._go_ahead(wanted + self._giving_way.offset_deg)
-        return tuple(_within(self.reference_deg + self._ahead_deg, lowest, highest).tolist())
+        wanted = _within(
+            wanted + self._giving_way.offset_deg, lowest - self.reference_deg, highest - self.reference_deg
+        )
+        self._go_ahead(wanted, _within(self._bend_deg - bent_deg, self._least_bend_deg, self._ahead_bend_deg))
+        setpoint = _within(self.reference_deg + self._ahead_deg, lowest, highest)
+        # For the path that may come next.
+        self.change_deg, self._setpoint_deg = setpoint - self._setpoint_deg, setpoint
+        return tuple(setpoint.tolist())
 
     def _refer(self, movement: Movement) -> Floats:
         """Move the reference on along the path. Return how far ahead of it the drives' lag wants the setpoint, ``(5,)``."""
@@ -168,11 +192,10 @@ class Run:
             )
         return wanted
 
-    def _go_ahead(self, wanted_deg: Floats) -> None:
-        """Towards what is wanted: never bent by more than its share, no further in a step than the last look leaves it, and no
-        faster than it can still be slowed down from.
+    def _go_ahead(self, wanted_deg: Floats, bend: Floats) -> None:
+        """Towards what is wanted: never bent by more than ``bend``, no further in a step than the last look leaves it, and no faster than
+        it can still be slowed down from.
         """
-        bend = self._ahead_bend_deg
         left = wanted_deg - self._ahead_deg
         fastest = np.minimum(self._ahead_step_deg, longest_step(np.abs(left), bend))
         change = _within(_within(left, -fastest, fastest), self._ahead_change_deg - bend, self._ahead_change_deg + bend)
