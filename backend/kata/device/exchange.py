@@ -175,6 +175,8 @@ class Exchange:
         self._finished = threading.Event()
         self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
+        self._slice = memoryview(bytearray(_SLICE_BYTES))
+        """Kept: with locked memory each new one would be 64 pages that the kernel clears at once."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
@@ -312,16 +314,16 @@ class Exchange:
 
     def _receive(self, incoming: bytearray) -> None:
         try:
-            data = self._socket.recv(_SLICE_BYTES)
+            count = self._socket.recv_into(self._slice)
         except BlockingIOError:
             return
         except OSError:
-            data = b""
-        if not data:
+            count = 0
+        if not count:
             log.info("the service is gone")
             self.closing = True
             return
-        incoming += data
+        incoming += self._slice[:count]
         try:
             for encoded in frames(incoming):
                 self._heard_ns = time.monotonic_ns()
