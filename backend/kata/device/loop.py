@@ -60,6 +60,7 @@ class ControlLoop:
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
         self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
         self._connected = False
+        self._verified_since_ns: int | None = None
         self._connection_problem = ""
         self._try_open_at_ns = 0
         self._deadline_ns = now_ns()
@@ -188,6 +189,7 @@ class ControlLoop:
             self._lost(error)
             return True
         self._connected = True
+        self._verified_since_ns = self._now_ns()
         self._connection_problem = ""
         log.info("connected to %s", self._config.port)
         return True
@@ -195,6 +197,7 @@ class ControlLoop:
     def _lost(self, error: BusError) -> None:
         self._bus.close()
         self._connected = False
+        self._verified_since_ns = None
         self._try_open_at_ns = self._now_ns() + _REOPEN_NS
         if str(error) != self._connection_problem:
             self._connection_problem = str(error)
@@ -291,7 +294,7 @@ class ControlLoop:
             mode=machine.mode,
             torque="on" if machine.torque_on or any(facts.torque_reported) else "off",
             stops=0,
-            verified_since_ns=None,
+            verified_since_ns=self._verified_since_ns,
             estop=estop,
             pedal=machine.pedal(facts),
             axes=tuple(self._axis(n, facts) for n in range(len(self._config.axes))),
