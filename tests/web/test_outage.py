@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -129,7 +130,7 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
         live = until(client, lambda live: live["kept"]["away_since"])
         assert live["run"]["run_id"] == run["id"]
         accepted(client, "stop")
-        stopped = until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+        stopped = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         assert stopped["kept"]["waiting"] > 0
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
@@ -153,7 +154,7 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
     with client.websocket_connect("/api/live"), server.killed():
         until(client, lambda live: live["kept"]["away_since"])
         accepted(client, "stop")
-        until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+        until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
@@ -161,7 +162,7 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
     accepted(client, "acknowledge")
 
 
-THERE = checks.Apparatus("Station 1", pedal_answers=True)
+THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
 def still_open_ahead(ahead: Ahead, session_id: str, recording_id: str) -> list[str] | None:

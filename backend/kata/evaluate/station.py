@@ -35,6 +35,8 @@ from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.taught import Taught
 from kata.simulator.hand import Motion
 
+_EXPIRES_NS: Final = 1_000_000_000
+"""A command is taken in the cycle after it was sent."""
 _SPARE_S: Final = 30.0
 """What has not come about so long after it should have, does not."""
 
@@ -88,9 +90,9 @@ class VirtualStation:
         :raises EvaluationError: when it is refused, or a stop comes.
         """
         self._send(structs.replace(load, side=self._side))
-        self._send(Approach())
+        self._send(Approach(stops=self._desk.stops, expires_ns=self._world.t_ns + _EXPIRES_NS))
         self._until(lambda: self._desk.mode == "paused", "the start is not reached", _SPARE_S)
-        self._send(Play())
+        self._send(Play(stops=self._desk.stops, expires_ns=self._world.t_ns + _EXPIRES_NS))
         self._until(lambda: self._desk.mode == "idle", "the end is not reached", duration_s + _SPARE_S)
         return self._desk.journal()
 
@@ -154,6 +156,11 @@ class _Desk:
     def mode(self) -> Mode:
         """As the newest snapshot tells it."""
         return self.snapshot.mode if self.snapshot else "offline"
+
+    @property
+    def stops(self) -> int:
+        """The stop counter as the newest snapshot tells it."""
+        return self.snapshot.stops if self.snapshot else -1
 
     def journal(self) -> Journal:
         """The last one, which must have ended."""
