@@ -19,7 +19,7 @@ from kata.station import device_process
 from tests.operating import operate
 from tests.web.conftest import running
 from tests.web.test_records import problem
-from tests.web.visits import go_through_checklist, teaching
+from tests.web.visits import go_through_checklist, still_open, teaching
 
 
 def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
@@ -151,6 +151,9 @@ def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
     accepted(client, "side", {"side": "left"})
     live = until_mode(client, "idle")
     assert live["side"] == "left"
+    # Another control program has connected: the emergency stop is tested again.
+    assert still_open(client, run["session_id"], recording["id"]) == ["estop"]
+    go_through_checklist(client, run["session_id"], recording["id"])
     body = {"session_id": run["session_id"], "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_side")
     assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
