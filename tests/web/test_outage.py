@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 from uuid import UUID, uuid4
@@ -187,6 +188,17 @@ def visit(client: TestClient) -> dict[str, Any]:
     ahead: Ahead = app.state.ahead
     eventually(lambda: still_open_ahead(ahead, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
+
+
+def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
+    client: TestClient, visit: dict[str, Any]
+) -> None:
+    app: Any = client.app
+    reconnected = replace(THERE, verified_since=utc_now())
+
+    found = app.state.ahead.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+
+    assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
 
 def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
