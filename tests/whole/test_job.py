@@ -242,7 +242,7 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         stop = rig.snapshot.stop
         assert stop is not None
         assert [(cause.code, cause.category, cause.axis) for cause in stop.causes] == [("load_repeated", 2, 4)]
-        assert rig.snapshot.torque_on
+        assert rig.snapshot.torque == "on"
         assert all(axis.torque_on for axis in rig.hand.state().axes)
 
         assert rig.send(Acknowledge()) is None

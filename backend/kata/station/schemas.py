@@ -57,7 +57,7 @@ class AxisLive(_Schema):
     measured_deg: float | None = Field(description="Degrees; null while the drive never answered.")
     speed_deg_s: float = Field(description="Degrees a second.")
     torque_nm: float = Field(description="Newton metres, from the drive's current.")
-    torque: TorqueState
+    torque: TorqueState = Field(description="unknown: the drive may hold the arm.")
     age_ms: float | None = Field(ge=0, description="Since the drive last answered, when the snapshot was made.")
 
 
@@ -76,7 +76,9 @@ class StopLive(_Schema):
     """A latched stop, first cause first."""
 
     causes: list[StopCauseLive] = Field(min_length=1)
-    arm_held: bool = Field(description="The motors hold the arm still, until the stop is acknowledged.")
+    arm_held: bool = Field(
+        description="The motors hold the arm, or may hold it because their torque is unknown: support the arm."
+    )
 
 
 class PatientRef(_Schema):
@@ -189,6 +191,9 @@ class Live(_Schema):
     """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
 
     device: DeviceState
+    at: datetime = Field(
+        description="When the service made this state, UTC. Commands that can start motion carry it as `seen_at`."
+    )
     age_ms: float | None = Field(
         ge=0, description="Since the device process last said anything; null when it never has."
     )
@@ -196,6 +201,14 @@ class Live(_Schema):
     mode: Mode
     torque: TorqueState = Field(
         description="Of all drives together: on if one has torque, else unknown if one may have."
+    )
+    stops: int = Field(
+        ge=0,
+        description="Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.",
+    )
+    verified_since: datetime | None = Field(
+        description="Since then the apparatus has been connected, and every drive configured, without a break; null while it is "
+        "not so. An emergency stop test from before does not count."
     )
     estop: EstopState
     pedal: PedalState
