@@ -111,7 +111,12 @@ export function ProgrammeEditor(props: {
         <Button
           size="lg"
           loading={save.isPending}
-          disabled={draft.items.length === 0 || checked.some((one) => one.problem !== null)}
+          disabled={
+            draft.items.length === 0 ||
+            checked.some((one) => one.problem !== null) ||
+            !draft.items.every(arePlayable) ||
+            !NUMBERS.every(({ field, name }) => draft[name] === null || isWithin(field, draft[name]))
+          }
           onClick={() => save.mutate()}
         >
           {props.saveLabel}
@@ -151,7 +156,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const preview = useQuery({
     queryKey: ["programme-preview", patientId, episodeId, items],
     queryFn: () => api.previewProgramme(patientId, { items, episode_id: episodeId }),
-    enabled: items.length > 0,
+    enabled: items.length > 0 && items.every(arePlayable),
     staleTime: 60_000,
   });
   // What was told of other recordings, or of another order, says nothing about these.

@@ -4,7 +4,7 @@ import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-libra
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type LiveState, store } from "../live/store";
 import { CommandButton } from "./CommandButton";
-import { HOLD_MS } from "./useHold";
+import { HOLD_MS } from "../shared/useHold";
 
 const client = new QueryClient();
 

@@ -16,7 +16,7 @@ import { LoadLevel, lastLevel, useLastRuns } from "../shared/LoadLevel";
 import { firstLevel, LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
 import { useHighestLevel, useRecordings } from "../shared/ofPatient";
-import { PlaySettings } from "../shared/PlaySettings";
+import { arePlayable, PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
 import { told } from "../shared/told";
@@ -162,7 +162,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
             <CommandButton
               held
               command="approach"
-              send={api.approach}
+              send={() => api.approach(store.seen())}
               leftSection={<IconTargetArrow size={26} />}
             >
               {PLAY.approach}
@@ -202,7 +202,12 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
           <TakenBack mode={mode} run={run} />
           <Group align="start">
             {mode === "paused" && (
-              <CommandButton command="play" send={api.play} leftSection={<IconPlayerPlay size={26} />}>
+              <CommandButton
+                held
+                command="play"
+                send={() => api.play(store.seen())}
+                leftSection={<IconPlayerPlay size={26} />}
+              >
                 {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}
               </CommandButton>
             )}
@@ -220,8 +225,9 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {PLAY.less}
             </CommandButton>
             <CommandButton
+              held
               command="return"
-              send={api.goBack}
+              send={() => api.goBack(store.seen())}
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >
