@@ -176,7 +176,20 @@ class Acknowledge(_Guarded, frozen=True, kw_only=True, tag="acknowledge"):
 Guarded = Approach | Play | Return | ReleaseTorque | Acknowledge
 """Commands that carry the stop counter and an expiry."""
 
-Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Less | Return | Stop | ReleaseTorque | Acknowledge
+Command = (
+    Teach
+    | FinishTeaching
+    | Load
+    | Unload
+    | Approach
+    | Play
+    | Pause
+    | Less
+    | Return
+    | Stop
+    | ReleaseTorque
+    | Acknowledge
+)
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):

@@ -53,6 +53,8 @@ class Run:
     """Whose resistance the arm is being taken back from."""
     reference_deg: Floats = field(init=False)
     """Where the arm was last to be; its setpoint may be ahead of that. With torque on."""
+    _setpoint_deg: Floats = field(init=False)
+    """The last one."""
     _ahead_deg: Floats = field(init=False)
     _ahead_change_deg: Floats = field(init=False)
     """With the last setpoint."""
@@ -97,7 +99,7 @@ class Run:
 
     def set_out(self, here_deg: Floats) -> None:
         """Another path begins where the last setpoint was."""
-        self.reference_deg = here_deg
+        self.reference_deg = self._setpoint_deg = here_deg
         self._ahead_deg = np.zeros(len(here_deg))
         self._ahead_change_deg = np.zeros(len(here_deg))
 
@@ -120,7 +122,29 @@ class Run:
             self._go_ahead(wanted)
         lowest = np.minimum(self._lowest_deg, self.reference_deg)
         highest = np.maximum(self._highest_deg, self.reference_deg)
-        return tuple(_within(self.reference_deg + self._ahead_deg, lowest, highest).tolist())
+        setpoint = self._braked(lowest, highest)
+        self._setpoint_deg = setpoint
+        return tuple(setpoint.tolist())
+
+    def _braked(self, lowest: Floats, highest: Floats) -> Floats:
+        """Return the setpoint ``(5,)``: within its limits, and no faster towards them than it can be slowed down before them.
+
+        A setpoint that is ahead of a fast reference would stop at a limit from full speed otherwise, which the last look takes for a jerk.
+        """
+        setpoint = _within(self.reference_deg + self._ahead_deg, lowest, highest)
+        if self.as_in_paper:
+            return setpoint
+        last, bend = self._setpoint_deg, self._ahead_bend_deg
+        fastest_up = last + longest_step(np.maximum(highest - last, 0.0), bend)
+        fastest_down = last - longest_step(np.maximum(last - lowest, 0.0), bend)
+        # The reference itself is never slowed down here: it brakes by its own share.
+        braked = _within(
+            setpoint, np.minimum(fastest_down, self.reference_deg), np.maximum(fastest_up, self.reference_deg)
+        )
+        ahead = braked - self.reference_deg
+        self._ahead_change_deg = self._ahead_change_deg + ahead - self._ahead_deg
+        self._ahead_deg = ahead
+        return braked
 
     def _go_ahead(self, wanted_deg: Floats) -> None:
         """Towards what is wanted: never bent by more than its share, no further in a step than the last look leaves it, and no

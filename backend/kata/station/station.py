@@ -337,7 +337,11 @@ class Station:
     @staticmethod
     def _holds(snapshot: Snapshot) -> bool:
         """Only a stop whose every cause is of category 2 leaves the motors holding the arm."""
-        return snapshot.torque != "off" and snapshot.stop is not None and all(c.category == 2 for c in snapshot.stop.causes)
+        return (
+            snapshot.torque != "off"
+            and snapshot.stop is not None
+            and all(c.category == 2 for c in snapshot.stop.causes)
+        )
 
     @staticmethod
     def _unknown(snapshot: Snapshot | None) -> dict[str, Any]:
