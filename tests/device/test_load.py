@@ -89,7 +89,8 @@ def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(lo
 
     def station(acceleration: float) -> StationConfig:
         axes = tuple(
-            msgspec.structs.replace(axis, max_acceleration_deg_s2=acceleration) for axis in StationConfig().axes
+            msgspec.structs.replace(axis, max_speed_deg_s=80.0, max_acceleration_deg_s2=acceleration)
+            for axis in StationConfig().axes
         )
         return StationConfig(axes=axes)
 
@@ -100,10 +101,13 @@ def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(lo
 
 
 def test_the_papers_way_has_all_of_it(loading: Loading) -> None:
-    stepping = angles(motor4=np.where(TIMES_S < 1.0, 0.0, 10.0))
-    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=1001.0) for axis in StationConfig().axes)
+    """Samples that go up and down by 9.9 deg in turn: 1,980 deg/s2 at its 10 Hz."""
+    stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
+    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
     assert loading(message(stepping, method="paper"), StationConfig(axes=axes)).refusal is None
-    assert loading(message(stepping), StationConfig(axes=axes)).refusal is not None
+    refusal = loading(message(stepping), StationConfig(axes=axes)).refusal
+    assert refusal is not None
+    assert "motor 4 would" in refusal.message
 
 
 @pytest.mark.parametrize(("cycle_hz", "refused"), [(100, False), (50, False), (125, True)])

@@ -34,9 +34,18 @@ def load(method: Method, **changes: object) -> Load:
 
 
 def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
+    """As quick as a station may be configured."""
     config = StationConfig()
     axes = tuple(
-        msgspec.structs.replace(axis, lag_s=lag_s, lag2_s2=lag2_s2, friction_deg=friction_deg) for axis in config.axes
+        msgspec.structs.replace(
+            axis,
+            lag_s=lag_s,
+            lag2_s2=lag2_s2,
+            friction_deg=friction_deg,
+            max_speed_deg_s=150.0,
+            max_acceleration_deg_s2=6_000.0,
+        )
+        for axis in config.axes
     )
     return msgspec.structs.replace(config, axes=axes, **settings)
 
@@ -155,6 +164,28 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     assert stepped.causes() == []
     assert sent(stepped).max() == 60.1
     assert sent(stepped).min() == -1.0
+
+
+@pytest.mark.parametrize("rate_hz", [50, 100, 200])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, direction: int) -> None:
+    """With the default limits of speed and acceleration, a reference that turns round just inside the patient's limit."""
+    limits = [(-180.0, 180.0)] * 5
+    limits[MOVING] = (-10.1, 50.1)
+    axes = tuple(msgspec.structs.replace(axis, lag_s=0.1, friction_deg=2.0) for axis in StationConfig().axes)
+    config = StationConfig(axes=axes, rate_hz=rate_hz, cycle_hz=rate_hz)
+    angles = rows()
+    swing = np.interp(TIMES_S, [0.0, 0.3, 1.7, 1.9, 2.1, 2.3, 4.0], [0.0, 0.0, 29.5, 30.0, 30.0, 29.5, 0.0])
+    angles[:, MOVING] = 20.0 + direction * swing
+    stepped, _ = begin(tmp_path, config, "smooth", angles, limits_deg=tuple(limits))
+    stepped.apparatus.written.clear()
+    stepped.send(Play())
+    stepped.until("returning")
+    assert stepped.causes() == []
+    furthest = sent(stepped).max() if direction > 0 else 40.0 - sent(stepped).min()
+    assert 49.9 < furthest <= 50.1
+    bend = config.axes[MOVING].max_acceleration_deg_s2 / rate_hz**2
+    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * bend
 
 
 @pytest.mark.parametrize("rate_hz", [50, 100])
@@ -283,15 +314,15 @@ def test_what_was_learned_forwards_is_not_added_on_the_way_back(tmp_path: Path) 
 
 
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
-    """Its share of the highest acceleration: 0.96 deg more or less in a step than in the one before, at 100 Hz."""
-    jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 20 < 10, 3.0, -3.0)[:, None], 5))
+    """Its share of the highest acceleration: 0.288 deg more or less in a step than in the one before, at 100 Hz."""
+    jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", rows(reach_deg=0.0), correction=jumping)
     stepped.send(Play())
     stepped.until("returning")
     assert stepped.causes() == []
     steps = np.abs(np.diff(sent(stepped)))
-    assert steps.max() == pytest.approx(0.96)
-    assert np.abs(np.diff(sent(stepped), 2)).max() <= 1.0 + 1e-9
+    assert steps.max() == pytest.approx(0.288)
+    assert np.abs(np.diff(sent(stepped), 2)).max() <= 0.3 + 1e-9
     assert np.abs(sent(stepped) - trajectory.at(0.0)[MOVING]).max() == pytest.approx(3.0, abs=0.2)
 
 
