@@ -331,8 +331,8 @@ class ControlLoop:
         """Of each drive; torque that is switched on in this very cycle included."""
         if not self._machine.torque_on:
             return facts.torque
-        every: tuple[TorqueState, ...] = ("on",) * len(facts.torque)
-        return every
+        every: list[TorqueState] = ["on"] * len(facts.torque)
+        return tuple(every)
 
     def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
         machine = self._machine

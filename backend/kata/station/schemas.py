@@ -40,7 +40,7 @@ class StationInfo(_Schema):
 
     name: str = Field(examples=["Station 1"])
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.", examples=[100])
-    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.", examples=[100])
+    cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.", examples=[100])
     simulated: bool = Field(
         description="The apparatus is a simulated one; /api/simulator moves its hand, pedal and switch."
     )
@@ -139,7 +139,7 @@ class RefusalLive(_Schema):
 class LoopLive(_Schema):
     """Health of the control loop since it started."""
 
-    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.")
+    cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.")
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.")
     cycles: int = Field(ge=0)
     overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")

@@ -269,7 +269,14 @@ export const api = {
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
   updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
-    unwrap(client.PATCH("/api/sessions/{session_id}", { params: { path: { session_id: key } }, body })),
+    // A note that is saved while its page is being closed still arrives; browsers allow that for 64 kB.
+    unwrap(
+      client.PATCH("/api/sessions/{session_id}", {
+        params: { path: { session_id: key } },
+        body,
+        keepalive: (body.note?.length ?? 0) < 16_000,
+      }),
+    ),
   endSession: (key: string, body: Schemas["SessionEnd"] = {}) =>
     unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } }, body })),
   // The flow of a visit.

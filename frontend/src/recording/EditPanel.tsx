@@ -195,7 +195,10 @@ export function EditPanel({
             variant={seen && preview.data ? "default" : "filled"}
             leftSection={<IconChartLine size={22} />}
             loading={preview.isPending}
-            disabled={(byMotor && motors.length === 0) || !fields.every((field) => isWithin(field, number(field.name)))}
+            disabled={
+              (byMotor && motors.length === 0) ||
+              !fields.every((field) => isWithin(field, number(field.name)))
+            }
             onClick={() => preview.mutate(edit)}
           >
             {EDIT.preview}

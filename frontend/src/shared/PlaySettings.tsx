@@ -30,7 +30,8 @@ const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
 /** Whether a recording may be played so: every number that counts is within its bounds. */
 export const arePlayable = (settings: Settings): boolean =>
   FIELDS.every(
-    (field) => (field.name === "pause_s" && settings.repetitions === 1) || isWithin(field, settings[field.name]),
+    (field) =>
+      (field.name === "pause_s" && settings.repetitions === 1) || isWithin(field, settings[field.name]),
   );
 
 /** Speed, range, repetitions, pause and method of the next playback: by finger, or typed. */

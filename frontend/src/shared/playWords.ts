@@ -6,6 +6,7 @@ export const LEVEL = say(
     label: "Resistance level",
     of: (level: number, most: number) => `${level} of ${most}`,
     asLast: ", as last time",
+    choose: "Choose a level",
     lower: "One level lower",
     higher: "One level higher",
     means: (most: number) =>
@@ -15,6 +16,7 @@ export const LEVEL = say(
     label: "負荷レベル",
     of: (level, most) => `${most}段階中 ${level}`,
     asLast: "（前回と同じ）",
+    choose: "レベルを選んでください",
     lower: "1段階下げる",
     higher: "1段階上げる",
     means: (most) =>

@@ -59,6 +59,7 @@ function torqueWords(torque: Live["torque"] | null): string {
 
 function Axis({ axis, what }: { axis: number; what: string }) {
   const station = useStation();
+  const alive = useAlive();
   const now = useLive("axes")?.[axis];
   const info = station?.axes[axis];
   if (!info) return null;
@@ -66,7 +67,6 @@ function Axis({ axis, what }: { axis: number; what: string }) {
     `${Math.min(100, Math.max(0, (100 * (angle - info.min_deg)) / (info.max_deg - info.min_deg)))}%`;
   const measured = now?.measured_deg ?? null;
   const setpoint = now?.setpoint_deg ?? null;
-  const alive = useAlive();
   const torque = alive ? (now?.torque ?? null) : null;
   return (
     <div className={classes.axis}>
