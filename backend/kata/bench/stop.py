@@ -11,7 +11,7 @@ While torque is on no recording is loaded, and so one row ends earlier: at the a
 import random
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -76,8 +76,8 @@ class Measured:
     """Of stops that came by themselves before the one that was sent."""
 
 
-def run(stops: int, real_time: bool, progress: Callable[[str], None]) -> Report:
-    """Stop again and again under each load.
+def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
+    """Stop again and again under each of the :data:`LOADS` that are named.
 
     :raises BenchError: when torque does not go off, or a command of the benchmark is refused.
     """
@@ -86,7 +86,7 @@ def run(stops: int, real_time: bool, progress: Callable[[str], None]) -> Report:
         ("While", "Stops", "p50, ms", "p99.9, ms", "goal, ms", "max, ms", "missed cycles"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
-        for case in CASES:
+        for case in [case for case in CASES if case.name in loads]:
             _tell(report, case, _measure(Path(folder) / case.name, case, stops, real_time, progress))
     report.notes += [
         "From the Stop going into the socket to the last of the five drives without torque, by the simulator's clock. The arm is held "
@@ -265,6 +265,8 @@ CASES: Final = (
     Case("slow_disk", "the journal's disk stands still every other second", module="kata.bench.slow_disk"),
     Case("extreme", "a second client loads angles of 1e308 deg", _sending(_extreme)),
 )
+LOADS: Final = tuple(case.name for case in CASES)
+"""Names of the cases."""
 
 
 def _tell(report: Report, case: Case, measured: Measured) -> None:
