@@ -41,6 +41,7 @@ from kata.device.messages import (
     frame,
     frames,
     frames_of,
+    parts_of,
 )
 from kata.device.references import Reference, build
 from kata.device.refusals import not_in_this_mode
@@ -99,8 +100,12 @@ class Service:
 
     def deliver(self, number: int, command: Command) -> None:
         """As the I/O thread would, but in this one."""
-        for encoded in frames_of(Request(id=number, command=command)):
-            self.exchange._understand(next(frames(bytearray(encoded))))
+        parts = parts_of(number, command) if isinstance(command, Load) else [Request(id=number, command=command)]
+        for part in parts:
+            self.take(part)
+
+    def take(self, message: ToDevice) -> None:
+        self.exchange._understand(msgspec.msgpack.encode(message))
 
     def hear(self) -> Any:
         """Wait for the next message."""
@@ -420,26 +425,26 @@ def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command:
 
 
 def test_a_load_stopped_in_the_middle_of_its_parts_is_forgotten(service: Service) -> None:
-    *parts, last = frames_of(Request(id=1, command=message()))
+    *parts, last = parts_of(1, message())
     for part in parts:
-        service.exchange._understand(next(frames(bytearray(part))))
+        service.take(part)
     service.deliver(2, Stop())
     before = len(service.loader.sent)
-    service.exchange._understand(next(frames(bytearray(last))))
+    service.take(last)
     assert len(service.loader.sent) == before
     service.deliver(3, message())
     assert service.loader.sent[-1].id == 3
 
 
 def test_a_load_without_end_is_refused(service: Service) -> None:
-    head, *_ = frames_of(Request(id=1, command=message()))
-    service.exchange._understand(next(frames(bytearray(head))))
+    head, *_ = parts_of(1, message())
+    service.take(head)
     part = LoadPart(id=1, field="times_s", data=bytes(1 << 16), last=False)
     for _ in range(LONGEST_LOAD_BYTES >> 16):
-        service.exchange._take_part(part)
+        service.take(part)
     assert service.answers() == []
-    service.exchange._take_part(part)
-    service.exchange._take_part(part)
+    service.take(part)
+    service.take(part)
     assert service.answers() == [(1, "unplayable")]
     assert len(service.loader.sent) == 1 + (LONGEST_LOAD_BYTES >> 16)
 

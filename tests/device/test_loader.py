@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
 from kata.device.loader import ReferenceLoader, Result
-from kata.device.messages import Load, LoadPart, Refusal, Request, ToDevice, frames, frames_of
+from kata.device.messages import Load, Refusal, parts_of
 from kata.device.references import Reference, build
 from kata.motion.learning import rows
 from kata.motion.trajectory import Held, Trajectory
@@ -24,7 +23,6 @@ from tests.conftest import ROOT
 from tests.device.test_load import SECONDS, TIMES_S, angles, correction, message
 
 LIMIT_S = 30.0
-DECODER = msgspec.msgpack.Decoder(ToDevice)
 
 
 class Loading:
@@ -40,7 +38,7 @@ class Loading:
             self._results.put(result)
 
     def send(self, load: Load, number: int = 1) -> None:
-        for part in parts_of(load, number):
+        for part in parts_of(number, load):
             self.loader.send(part)
 
     def result(self, number: int = 1) -> Result:
@@ -57,15 +55,6 @@ class Loading:
         """Its process."""
         assert self.loader._builder
         return self.loader._builder._process.pid
-
-
-def parts_of(load: Load, number: int = 1) -> Iterator[Request | LoadPart]:
-    """A Load as it comes out of the socket."""
-    for encoded in frames_of(Request(id=number, command=load)):
-        (data,) = frames(bytearray(encoded))
-        part = DECODER.decode(data)
-        assert isinstance(part, Request | LoadPart)
-        yield part
 
 
 @contextmanager
@@ -164,7 +153,7 @@ def test_a_builder_that_hangs_is_a_refusal() -> None:
 
 
 def test_the_rest_of_a_discarded_load_is_not_added_to_the_next(loading: Loading) -> None:
-    *parts, _ = parts_of(message(angles(motor3=20.0 + 0 * TIMES_S)), 7)
+    *parts, _ = parts_of(7, message(angles(motor3=20.0 + 0 * TIMES_S)))
     for part in parts:
         loading.loader.send(part)
     built = loading.load(message())

@@ -55,6 +55,11 @@ log = logging.getLogger(__name__)
 _POLL_S: Final = 0.01
 _SLICE_BYTES: Final = 1 << 18
 """Limits how much is received before the other sources are looked at again."""
+_FLOOD_BYTES: Final = 1 << 16
+"""So much at once are parts of a Load."""
+_REST_S: Final = 0.001
+"""After so much, to limit the processor's time that a Load takes: the kernel thread that brings the bus's bytes has no priority, and
+this thread has one. A Stop may wait for it."""
 _SNAPSHOTS_KEPT: Final = 20
 _COMMANDS_KEPT: Final = 100
 _LAST_WORDS_S: Final = 1.0
@@ -331,6 +336,8 @@ class Exchange:
         except ValueError as error:
             log.error("the service cannot be understood any more: %s", error)
             self.closing = True
+        if count >= _FLOOD_BYTES:
+            time.sleep(_REST_S)
 
     def _understand(self, encoded: bytes) -> None:
         try:

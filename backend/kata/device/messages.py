@@ -387,16 +387,20 @@ def frame(message: ToDevice | FromDevice) -> bytes:
 
 def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
     """Encode a message as small frames. Only a Load has more than one, and others may be sent between them."""
-    if not (isinstance(message, Request) and isinstance(message.command, Load)):
+    if isinstance(message, Request) and isinstance(message.command, Load):
+        yield from map(_framed, parts_of(message.id, message.command))
+    else:
         yield _framed(message)
-        return
-    load = message.command
-    yield _framed(Request(id=message.id, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b""))))
+
+
+def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
+    """Take a Load apart: its Request without samples, then these. ``number``: the request's id."""
+    yield Request(id=number, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b"")))
     for field in SAMPLE_FIELDS:
         data = getattr(load, field)
         for begin in range(0, len(data), _PART_BYTES):
-            yield _framed(LoadPart(id=message.id, field=field, data=data[begin : begin + _PART_BYTES], last=False))
-    yield _framed(LoadPart(id=message.id, field=SAMPLE_FIELDS[-1], data=b"", last=True))
+            yield LoadPart(id=number, field=field, data=data[begin : begin + _PART_BYTES], last=False)
+    yield LoadPart(id=number, field=SAMPLE_FIELDS[-1], data=b"", last=True)
 
 
 def frames(incoming: bytearray) -> Iterator[bytes]:

@@ -11,7 +11,7 @@ from typing import Final
 
 import msgspec
 
-from kata.device.messages import FromDevice, Heartbeat, Load, Request, ToDevice, frames, frames_of
+from kata.device.messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ class DeviceProcess:
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
-        self._sending: set[asyncio.Task[None]] = set()
+        self._sending: dict[int, asyncio.Task[None]] = {}
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
 
     @property
@@ -68,15 +68,13 @@ class DeviceProcess:
     def send(self, message: ToDevice) -> None:
         """Queue a message; it is lost when no process runs, and its reply then never comes.
 
-        Of a Load the parts follow as the socket takes them: what is sent meanwhile goes between them.
+        Of a Load the parts follow as the socket takes them, until it is answered: what is sent meanwhile goes between them.
         """
         if self._writer is not None and not self._writer.is_closing():
             parts = frames_of(message)
             self._writer.write(next(parts))
             if isinstance(message, Request) and isinstance(message.command, Load):
-                sending = asyncio.create_task(self._send_parts(self._writer, parts), name="a load's parts")
-                self._sending.add(sending)
-                sending.add_done_callback(self._sending.discard)
+                self._sending[message.id] = asyncio.create_task(self._send_parts(self._writer, parts), name="a load's parts")
 
     def beat(self) -> None:
         """Say that the service is alive, and which run or teaching it believes in."""
@@ -128,7 +126,9 @@ class DeviceProcess:
         except ValueError as error:
             log.error("the device process said something that cannot be understood: %s", error)
         finally:
-            beating.cancel()
+            for sending in (beating, *self._sending.values()):
+                sending.cancel()
+            self._sending.clear()
         self._writer.close()
         self._writer = None
         await self._wait_for_end(self._child)
@@ -139,7 +139,10 @@ class DeviceProcess:
         while data := await self._read(reader):
             incoming += data
             for encoded in frames(incoming):
-                self._on_message(self._decoder.decode(encoded))
+                message = self._decoder.decode(encoded)
+                if isinstance(message, Reply) and (sending := self._sending.pop(message.id, None)):
+                    sending.cancel()
+                self._on_message(message)
 
     @staticmethod
     async def _read(reader: asyncio.StreamReader) -> bytes:
