@@ -484,7 +484,7 @@ class Machine:
         assert run is not None and run.back_to_deg is not None
         run.resisting_axis = None
         here = np.array(self.setpoint_deg)
-        run.set_out(here, run.change_deg)
+        run.set_out(here)
         self._movement = run.along(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s), course=1)
         self._enter("returning")
 

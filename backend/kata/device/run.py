@@ -139,12 +139,12 @@ class Run:
         creep = min(CREEP, 1.0 / (self._shortest_ramp_s * self.rate_hz))
         return Movement(path, course=course, shortest_ramp_s=self._shortest_ramp_s, creep=creep)
 
-    def set_out(self, here_deg: Floats, change_deg: Floats | None = None) -> None:
-        """Another path begins where the last setpoint was; ``change_deg``: by how much that one was changed, None for an arm at rest."""
-        self.reference_deg = self._setpoint_deg = here_deg
+    def set_out(self, here_deg: Floats) -> None:
+        """Another path begins where the last setpoint was."""
+        self.reference_deg = here_deg
         self._reference_change_deg = np.zeros(len(here_deg))
         self._ahead_deg = np.zeros(len(here_deg))
-        self._ahead_change_deg = np.zeros(len(here_deg)) if change_deg is None else change_deg
+        self._ahead_change_deg = np.zeros(len(here_deg))
         self._speed_deg_s = np.zeros(len(here_deg))
         self._giving_way.offset_deg = np.zeros(len(here_deg))
 
@@ -171,10 +171,7 @@ class Run:
             wanted + self._giving_way.offset_deg, lowest - self.reference_deg, highest - self.reference_deg
         )
         self._go_ahead(wanted, _within(self._bend_deg - bent_deg, self._least_bend_deg, self._ahead_bend_deg))
-        setpoint = _within(self.reference_deg + self._ahead_deg, lowest, highest)
-        # For the path that may come next.
-        self.change_deg, self._setpoint_deg = setpoint - self._setpoint_deg, setpoint
-        return tuple(setpoint.tolist())
+        return tuple(_within(self.reference_deg + self._ahead_deg, lowest, highest).tolist())
 
     def _refer(self, movement: Movement) -> Floats:
         """Move the reference on along the path. Return how far ahead of it the drives' lag wants the setpoint, ``(5,)``."""
