@@ -93,6 +93,11 @@ class Trajectory:
         angles: Floats = self._curve(np.clip(times_s, 0.0, self.duration_s))
         return angles
 
+    def speeds(self) -> tuple[Floats, Floats]:
+        """Return times ``(m,)`` and how fast each motor is over the tenth of a second after them, ``(m, 5)`` in deg/s without sign."""
+        times = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
+        return times[:-1], np.abs(np.diff(self.along(times), axis=0)) / _SPEED_WINDOW_S
+
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
         """Refuse a recording that leaves an axis' range by more than the tolerance, or is faster or more abrupt than the axis may go.
 
@@ -100,8 +105,7 @@ class Trajectory:
 
         :raises TrajectoryError: naming motor, time, value and limit of the worst violation of the first such motor.
         """
-        window = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
-        speeds = np.abs(np.diff(self.along(window), axis=0)) / _SPEED_WINDOW_S
+        window, speeds = self.speeds()
         places, extremes = self._extremes()
         bend_times, bends = self._bends()
         for axis, limit in enumerate(limits):

@@ -24,6 +24,7 @@ export function EpisodeForm(props: {
   const [contraindications, setContraindications] = useState(episode?.contraindications ?? "");
   const [limits, setLimits] = useState(() => byMotion(episode));
   const [level, setLevel] = useState<number | null>(episode?.max_load_level ?? null);
+  const [speed, setSpeed] = useState<number | null>(episode?.max_speed_deg_s ?? null);
   const [doctor, setDoctor] = useState(episode?.limits_by ?? "");
   const save = useMutation({
     mutationFn: () => {
@@ -33,6 +34,7 @@ export function EpisodeForm(props: {
         contraindications,
         limits: asLimits(limits),
         max_load_level: level,
+        max_speed_deg_s: speed,
         limits_by: doctor,
       };
       return episode
@@ -124,6 +126,17 @@ export function EpisodeForm(props: {
             value={level ?? ""}
             error={fields.max_load_level}
             onChange={(given) => setLevel(typeof given === "number" ? given : null)}
+          />
+          <NumberInput
+            size="md"
+            hideControls
+            label={FORM.speed}
+            description={FORM.speedMeans}
+            placeholder={FORM.any}
+            suffix={FORM.degPerSecond}
+            value={speed ?? ""}
+            error={fields.max_speed_deg_s}
+            onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
           />
           <TextInput
             label={FORM.doctor}
