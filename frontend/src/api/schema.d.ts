@@ -2911,6 +2911,11 @@ export interface components {
              */
             torque_nm: number;
             /**
+             * Torque
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
+            /**
              * Age Ms
              * @description Since the drive last answered, when the snapshot was made.
              */
@@ -3396,6 +3401,11 @@ export interface components {
              */
             max_load_level: number | null;
             /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             */
+            max_speed_deg_s: number | null;
+            /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
              */
@@ -3494,6 +3504,12 @@ export interface components {
              */
             max_load_level?: number | null;
             /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             * @example 20
+             */
+            max_speed_deg_s?: number | null;
+            /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
              * @default
@@ -3527,6 +3543,11 @@ export interface components {
              * @description The highest load level that the doctor allows; null: any.
              */
             max_load_level?: number | null;
+            /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             */
+            max_speed_deg_s?: number | null;
             /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
@@ -4098,8 +4119,12 @@ export interface components {
              * @enum {string}
              */
             mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /** Torque On */
-            torque_on: boolean;
+            /**
+             * Torque
+             * @description Of all drives together: on if one has torque, else unknown if one may have.
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
             /**
              * Estop
              * @enum {string}
@@ -6886,8 +6911,11 @@ export interface components {
              * @enum {string}
              */
             mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /** Torque On */
-            torque_on: boolean;
+            /**
+             * Torque
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
             /**
              * Estop
              * @enum {string}
