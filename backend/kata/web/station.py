@@ -266,6 +266,7 @@ async def load(
         side=begun.side,
         load_level=wanted.load_level,
         limits_deg=begun.limits,
+        max_speed_deg_s=begun.max_speed_deg_s,
         method=wanted.method,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
@@ -359,6 +360,8 @@ class _Begun:
     learned: Correction | None
     side: Side
     limits: MotorLimits
+    max_speed_deg_s: float | None
+    """The doctor's limit."""
     patient: PatientRef
     without_database: bool = False
 
@@ -435,7 +438,15 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
         patient = sessions.get(session, wanted.session_id).patient
-        return _Begun(runs.as_run(row), motion, learned, side, limits, PatientRef(id=patient.id, name=patient.name))
+        return _Begun(
+            run=runs.as_run(row),
+            motion=motion,
+            learned=learned,
+            side=side,
+            limits=limits,
+            max_speed_deg_s=allowed.max_speed_deg_s,
+            patient=PatientRef(id=patient.id, name=patient.name),
+        )
 
 
 def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
@@ -457,6 +468,7 @@ def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, th
         found.learned,
         found.recording.side,
         found.limits,
+        found.recording.allowed.max_speed_deg_s,
         PatientRef(id=found.patient.id, name=found.patient.name),
         without_database=True,
     )

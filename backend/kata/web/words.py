@@ -130,6 +130,7 @@ NAMES: Final[dict[str, str]] = {
     "lowest": "下限",
     "made_by": "処方者",
     "max_load_level": "最大負荷レベル",
+    "max_speed_deg_s": "最高速度",
     "method": "再生方法",
     "motion": "運動",
     "motion_id": "動作の識別子",

@@ -29,6 +29,7 @@ export function EpisodeForm(props: {
   );
   const [limits, setLimits] = useDraft(`${key} limits`, () => byMotion(episode));
   const [level, setLevel] = useDraft<number | null>(`${key} level`, episode?.max_load_level ?? null);
+  const [speed, setSpeed] = useDraft<number | null>(`${key} speed`, episode?.max_speed_deg_s ?? null);
   const [doctor, setDoctor] = useDraft(`${key} doctor`, episode?.limits_by ?? "");
   const save = useMutation({
     mutationFn: () => {
@@ -38,6 +39,7 @@ export function EpisodeForm(props: {
         contraindications,
         limits: asLimits(limits),
         max_load_level: level,
+        max_speed_deg_s: speed,
         limits_by: doctor,
       };
       return episode
@@ -132,6 +134,17 @@ export function EpisodeForm(props: {
             value={level ?? ""}
             error={fields.max_load_level}
             onChange={(given) => setLevel(typeof given === "number" ? given : null)}
+          />
+          <NumberInput
+            size="md"
+            hideControls
+            label={FORM.speed}
+            description={FORM.speedMeans}
+            placeholder={FORM.any}
+            suffix={FORM.degPerSecond}
+            value={speed ?? ""}
+            error={fields.max_speed_deg_s}
+            onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
           />
           <TextInput
             label={FORM.doctor}

@@ -178,6 +178,7 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     "limits_by": ("Set by {name}", "指示医：{name}"),
     "from_deg": ("From, °", "下限(°)"),
     "up_to_deg": ("Up to, °", "上限(°)"),
+    "max_speed": ("Highest speed: {speed} °/s", "最高速度：{speed}°/s"),
     "max_load_level": ("Highest load level: {level} of 25", "負荷レベル上限：25段階中{level}"),
     "assessments": ("Assessments", "評価"),
     "no_assessments": ("Nothing has been assessed yet.", "評価はまだ行われていない。"),
