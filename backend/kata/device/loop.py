@@ -22,7 +22,7 @@ from kata.device.exchange import Counterpart
 from kata.device.facts import Facts, Observer, Situation
 from kata.device.faults import refused_setpoints
 from kata.device.lateness import Lateness
-from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
+from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot
 from kata.device.modes import Machine
 from kata.device.pedal import UsbPedal
 from kata.device.supervisor import judge
@@ -61,6 +61,7 @@ class ControlLoop:
         self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
         self._connected = False
         self._verified_since_ns: int | None = None
+        self._stops = 0
         self._connection_problem = ""
         self._try_open_at_ns = 0
         self._deadline_ns = now_ns()
@@ -114,7 +115,9 @@ class ControlLoop:
         facts = self._observer.facts(t_ns, reading, self._situation(t_ns, late_ms))
         torque_was_on = self._machine.torque_on
         try:
-            self._machine.step(facts, judge(facts, self._config), self._exchange.take_stop())
+            stop_requested, latched = self._exchange.take_stop(), self._machine.stop is not None
+            self._machine.step(facts, judge(facts, self._config), stop_requested)
+            self._stops += bool(stop_requested) or (self._machine.stop is not None and not latched)
             self._take_command(facts)
         except Exception:
             log.exception("the control program met an error of its own")
@@ -252,6 +255,10 @@ class ControlLoop:
         taken = self._exchange.take_command()
         if taken is None:
             return
+        if isinstance(taken.command, Guarded) and taken.command.stops != self._stops:
+            refusal = Refusal(code="stopped_meanwhile", message="A stop came in between.", next_step="Try again.")
+            self._exchange.reply(Reply(id=taken.id, refusal=refusal))
+            return
         refusal = taken.refusal or self._machine.command(taken.command, taken.trajectory, facts, taken.correction)
         self._exchange.reply(Reply(id=taken.id, refusal=refusal))
 
@@ -293,7 +300,7 @@ class ControlLoop:
             t_ns=facts.t_ns,
             mode=machine.mode,
             torque="on" if machine.torque_on or any(facts.torque_reported) else "off",
-            stops=0,
+            stops=self._stops,
             verified_since_ns=self._verified_since_ns,
             estop=estop,
             pedal=machine.pedal(facts),

@@ -32,6 +32,7 @@ from kata.device.messages import (
     PedalState,
     Play,
     Refusal,
+    ReleaseTorque,
     Return,
     RunState,
     StopCode,
@@ -69,6 +70,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Pause: "pause",
     Less: "less",
     Return: "return",
+    ReleaseTorque: "release_torque",
     Acknowledge: "acknowledge",
 }
 
@@ -169,7 +171,7 @@ class Machine:
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
         acted, self._raised = self._raised if self.torque_on else [], []
-        if stop_requested and (self.stop or self.torque_on or self._teaching):
+        if stop_requested and (self.mode == "ready" or self.stop or self.torque_on or self._teaching):
             acted.append((stop_requested, None))
         if self.stop is None and (holding or acted):
             self.stop = LatchedStop(facts.t_ns)
