@@ -114,6 +114,7 @@ def test_only_one_operates_and_the_others_are_told_who_and_may_stop(client: Test
         problem(other.post(command), 409, "not_operating")
     problem(other.post("side", {"side": "left"}), 409, "not_operating")
     assert other.post("stop").status_code == 200
+    until(client, lambda live: live["stops"] > watched["stops"])
     # What the device says of it is heard by whoever operates.
     problem(operate(client, "play"), 409, "is_idle")
 

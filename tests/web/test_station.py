@@ -31,7 +31,7 @@ def until(client: TestClient, condition: Callable[[dict[str, Any]], object], wit
             live |= socket.receive_json().get("live", {})
             if condition(live):
                 return live
-            assert time.monotonic() < limit, live
+            assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
 
 
 def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
