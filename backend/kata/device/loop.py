@@ -66,6 +66,8 @@ class ControlLoop:
         self._try_open_at_ns = 0
         self._try_configure_at_ns = 0
         self._verified_since_ns: int | None = None
+        self._first_stops = now_ns() // 1_000_000
+        """Where the stop counter begins: no later device process repeats a value of an earlier one."""
         self._deadline_ns = now_ns()
         self._none_was_due = False
         """The port was opened or drives were configured, which takes many cycles; torque was not commanded on."""
@@ -302,7 +304,7 @@ class ControlLoop:
 
     @property
     def _stops(self) -> int:
-        return self._exchange.stop_requests + self._machine.stops_latched
+        return self._first_stops + self._exchange.stop_requests + self._machine.stops_latched
 
     def _publish(self, facts: Facts) -> None:
         """Ten snapshots a second, and one at once when something that matters has changed."""
@@ -311,6 +313,7 @@ class ControlLoop:
         showing = (
             machine.mode,
             self._torque(facts),
+            self._stops,
             estop,
             machine.pedal(facts),
             machine.stop and len(machine.stop.keys),

@@ -74,7 +74,9 @@ class DeviceProcess:
             parts = frames_of(message)
             self._writer.write(next(parts))
             if isinstance(message, Request) and isinstance(message.command, Load):
-                self._sending[message.id] = asyncio.create_task(self._send_parts(self._writer, parts), name="a load's parts")
+                self._sending[message.id] = asyncio.create_task(
+                    self._send_parts(self._writer, parts), name="a load's parts"
+                )
 
     def beat(self) -> None:
         """Say that the service is alive, and which run or teaching it believes in."""
