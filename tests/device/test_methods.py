@@ -603,8 +603,8 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
 OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_")} | {"unexpected_error"}
 
 
-@pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 5.0)])
-@pytest.mark.parametrize("after_s", [0.18, 0.6])
+@pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)])
+@pytest.mark.parametrize("after_s", [0.18, 0.4])
 @pytest.mark.parametrize("act", ["push", "pause", "less", "return", "wait"])
 def test_an_axis_of_little_acceleration_is_not_jerked(
     tmp_path: Path, act: Act, after_s: float, lag: tuple[float, float, float]
