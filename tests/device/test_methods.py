@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
-from kata.device.exchange import checked
 from kata.device.faults import FAULTS
-from kata.device.messages import Approach, Command, Less, Load, Pause, Play, Request, Return
+from kata.device.messages import Approach, Command, Less, Load, Pause, Play, Refusal, Return
+from kata.device.references import build
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -579,13 +579,13 @@ def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     command = load(
         method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes(), load_level=20
     )
-    taken = checked(Request(id=1, command=command), config)
-    if taken.refusal:
+    built = build(command, config)
+    if isinstance(built, Refusal):
         return
     stepped = Stepped(tmp_path_factory.mktemp("run"), config)
     stepped.apparatus.angles_deg = angles[0].tolist()
     stepped.forward(0.1)
-    assert stepped.send(command, taken.trajectory) is None
+    assert stepped.send(command, built.trajectory) is None
     assert stepped.send(Approach()) is None
     stepped.until("paused")
     do(stepped, "play")
@@ -643,8 +643,8 @@ def test_a_recording_shorter_than_a_start_and_a_stop_is_refused(method: Method, 
     angles = np.tile(MIDDLE_DEG, (2, 1))
     angles[1, MOVING] += 4.0
     command = load(method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes())
-    refusal = checked(Request(id=1, command=command), StationConfig()).refusal
-    assert (refusal is not None) is refused
-    if refusal:
+    refusal = build(command, StationConfig())
+    assert isinstance(refusal, Refusal) is refused
+    if isinstance(refusal, Refusal):
         assert refusal.code == "unplayable"
         assert f"it lasts {lasts_s * 1000:.0f} ms; 200 ms is the shortest" in refusal.message
