@@ -23,7 +23,7 @@ MODBUS_SLOW: dict[str, Any] = {**MODBUS, "rate_hz": 20, "cycle_hz": 20}
     [
         StationConfig(),
         StationConfig(inputs=Inputs(usb_pedal="/dev/input/by-id/a-pedal")),
-        StationConfig(**MODBUS, rate_hz=25, cycle_hz=50, modbus=ModbusMap(clear=NO_REGISTER, speed_per_deg_s=100.0)),
+        StationConfig(**MODBUS, rate_hz=20, cycle_hz=40, modbus=ModbusMap(clear=NO_REGISTER, speed_per_deg_s=100.0)),
     ],
 )
 def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) -> None:
@@ -34,10 +34,10 @@ def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) 
 @pytest.mark.parametrize(
     ("settings", "at_most"),
     [
-        ({"baud": 115_200}, 43),
-        (MODBUS, 50),
-        (MODBUS | {"modbus": ModbusMap(function_23=False)}, 35),
-        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 162),
+        ({"baud": 115_200}, 42),
+        (MODBUS, 43),
+        (MODBUS | {"modbus": ModbusMap(function_23=False)}, 31),
+        ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 161),
     ],
 )
 def test_a_rate_that_the_bus_cannot_carry_is_refused_and_the_ceiling_told(settings: Any, at_most: int) -> None:

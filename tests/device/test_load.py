@@ -192,16 +192,15 @@ def test_a_recording_too_short_to_judge_is_refused(loading: Loading) -> None:
     refusal = loading(message(two, **short)).refusal
     assert refusal is not None
     assert refusal.code == "unplayable"
-    assert "it lasts 0.001 s; at least 0.1 s are needed" in refusal.message
+    assert "it lasts 1 ms; 200 ms is the shortest" in refusal.message
 
 
 def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
     """Of 10 deg in 4 ms, of which only the last triple of setpoints shows more than a fifth."""
-    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=40_000.0) for axis in StationConfig().axes)
     times = np.append(TIMES_S, TIMES_S[-1] + 0.004)
     still = angles(motor3=np.full(len(TIMES_S), 60.0))
     jump = np.vstack([still, still[-1] + (0, 0, 10, 0, 0)])
-    refusal = loading(message(jump, times_s=times.tobytes()), StationConfig(axes=axes)).refusal
+    refusal = loading(message(jump, times_s=times.tobytes())).refusal
     assert refusal is not None
     assert "motor 3 would jerk at 3.0 s" in refusal.message
 
