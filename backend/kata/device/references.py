@@ -16,7 +16,7 @@ from typing import Final, Literal
 import msgspec
 import numpy as np
 
-from kata.device.config import StationConfig
+from kata.device.config import ConfigError, StationConfig
 from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
 from kata.motion.axes import N_AXES
 from kata.motion.learning import LARGEST_DEG, Correction
@@ -112,6 +112,10 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
     speed_deg_s = math.inf if load.max_speed_deg_s is None else load.max_speed_deg_s
     if load.max_speed_deg_s is not None and not 0 < speed_deg_s < math.inf:
         raise TrajectoryError("the patient's speed limit must be above 0 deg/s")
+    try:
+        config.with_speed_limit(load.max_speed_deg_s)
+    except ConfigError as error:
+        raise TrajectoryError("the patient's speed limit is below what the apparatus can be set to") from error
     limits = [
         AxisLimits(low, high, min(axis.max_speed_deg_s, speed_deg_s))
         for axis, (low, high) in zip(config.axes, ranges, strict=True)

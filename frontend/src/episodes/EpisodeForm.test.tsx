@@ -110,7 +110,10 @@ describe("changing an episode", () => {
   it("shows what is wrong with the speed limit beside it", async () => {
     const problem = { detail: "Please check what was entered.", next_step: "" };
     update.mockRejectedValue(
-      new ProblemError({ ...problem, errors: [{ pointer: "#/max_speed_deg_s", field: "max_speed_deg_s", detail: "At most 150." }] }),
+      new ProblemError({
+        ...problem,
+        errors: [{ pointer: "#/max_speed_deg_s", field: "max_speed_deg_s", detail: "At most 150." }],
+      }),
     );
     show(edit());
     type("Highest speed", "200 deg/s");

@@ -68,7 +68,7 @@ export function Stepper(props: {
         </ActionIcon>
       </Group>
       {!fits && !disabled && (
-        <Text size="sm" c="red.8" role="alert">
+        <Text size="sm" c="grape.9" role="alert">
           {PLAYING.outOfRange(min, max, unit)}
         </Text>
       )}
