@@ -47,7 +47,10 @@ export const SESSIONS = say(
 const STOPS_JA: Record<string, string> = {
   estop_pressed: "非常停止",
   estop_unknown: "非常停止の状態が不明",
+  contacts_disagree: "非常停止の接点の不一致",
   bus_lost: "モータとの通信途絶",
+  torque_found: "接続回復時のトルク残留",
+  drive_reset: "モータの設定喪失",
   drive_silent: "モータの応答なし",
   drive_garbled: "モータの応答異常",
   drive_error: "モータのハードウェア異常",

@@ -235,7 +235,10 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
 STOPS_JA: Final = {
     "estop_pressed": "非常停止スイッチが押された。",
     "estop_unknown": "非常停止スイッチの状態が不明。",
+    "contacts_disagree": "非常停止の2つの接点の状態が矛盾していた。",
     "bus_lost": "モータとの通信が途絶えた。",
+    "torque_found": "接続が戻る前から、モータ{motor}が腕を保持していた。",
+    "drive_reset": "モータ{motor}の設定が失われた。",
     "drive_silent": "モータ{motor}が応答しない。",
     "drive_garbled": "モータ{motor}の応答が壊れている。",
     "drive_error": "モータ{motor}がハードウェア異常を報告した。",
