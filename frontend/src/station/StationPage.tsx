@@ -98,7 +98,7 @@ export function StationPage() {
               <StandsFor wanted={patient.data?.affected_side ?? kept?.side ?? undefined} />
               {/* What cannot be done now gives its place to what is going on. */}
               {work && operates && patientId && !run && (
-                <work.TeachPanel key={patientId} patientId={patientId} />
+                <work.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
               )}
               {work && operates && patientId && !teaching && (
                 <work.Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />

@@ -272,8 +272,8 @@ class DynamixelBus:
         self._quiet.next_cycle()
         self._longer = 1 - self._longer
         drives, garbled, silent = self.read_drives()
-        for n in garbled | silent:
-            self._verification.lost(n)
+        for n, drive in enumerate(drives):
+            self._verification.heard(n, answered=drive is not None)
         if due := self._verification.next_read():
             self._verify(*due)
             statuses: tuple[DriveStatus, ...] = ()

@@ -128,12 +128,13 @@ class ModbusBus:
             if answer and answer.data is not None:
                 drives.append(self._drive_reading(axis, answer.t_ns, answer.data))
                 self._verification.found(n, 0, "")
+                self._verification.heard(n, answered=True)
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
             else:
                 drives.append(None)
                 if answer:
                     (garbled if answer.garbled else silent).add(n)
-                self._verification.lost(n)
+                self._verification.heard(n, answered=False)
         if due := self._verification.next_read():
             self._verify(*due)
         return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled), frozenset(silent))

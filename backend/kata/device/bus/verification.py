@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Final
 
+_MISSES: Final = 3
+"""A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
 ROUND_S: Final = 2.0
 """Every configured register of every drive is read at least this often."""
 
@@ -14,6 +16,8 @@ class _Drive:
 
     unread: set[int]
     """Blocks that have not been read since the drive was configured or found again."""
+    misses: int = 0
+    """Answers that stayed away in a row."""
     mismatches: dict[int, str] = field(default_factory=dict)
     """By block, the name of a register that has another value."""
 
@@ -38,9 +42,15 @@ class Verification:
         known.unread = set(range(self._blocks))
         known.mismatches.clear()
 
-    def lost(self, drive: int) -> None:
-        """The drive did not answer: it may come back with other settings. What was found wrong stays so until it is read."""
-        self._drives[drive].unread = set(range(self._blocks))
+    def heard(self, drive: int, *, answered: bool) -> None:
+        """Note whether the drive answered in this cycle. After some misses it may come back with other settings: read it all again.
+
+        What was found wrong stays so until it is read.
+        """
+        known = self._drives[drive]
+        known.misses = 0 if answered else known.misses + 1
+        if known.misses == _MISSES:
+            known.unread = set(range(self._blocks))
 
     def next_read(self) -> tuple[int, int] | None:
         """Return drive and block to read in this cycle, None where the rotation is not due. Unread blocks are due every other cycle."""
