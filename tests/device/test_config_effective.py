@@ -177,8 +177,7 @@ def hold_registers_fit(config: StationConfig) -> None:
     line = AnsweringLine(config)
     bus = make_bus(config, lambda port, baud: line)
     bus.open()
-    if hasattr(bus, "configure"):
-        bus.configure(range(len(config.axes)))
+    bus.configure(range(len(config.axes)))
     lowest, highest = zip(*config.mechanism_deg, strict=True)
     bus.torque_on(lowest)
     bus.write_setpoints(highest)

@@ -47,7 +47,10 @@ class World(world.World):
         **settings: object,
     ) -> None:
         # No kernel stands between, and the patience that a pseudo-terminal needs would hide what is silent.
-        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=10, estop_second_port=3)}
+        cycle_hz = settings.get("cycle_hz", 100)
+        assert isinstance(cycle_hz, int)
+        age_cycles = min(10, 3 * cycle_hz // 10)
+        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=age_cycles, estop_second_port=3)}
         config = msgspec.structs.replace(simulated("memory"), protocol=protocol, **{**patience, **settings})
         self._begin(config, seed)
 
