@@ -43,6 +43,8 @@ class Start:
 
     accepted_ns: int
     pressed_ns: int
+    stopped_ns: int
+    """When the last Stop before its acceptance reached the device."""
 
 
 @dataclass
@@ -134,7 +136,7 @@ class Judge:
         assert start is not None, f"motor {seen.motor} got torque without a start"
         late_ns = seen.t_ns - start.accepted_ns
         assert late_ns < _START_CYCLES * self._period_ns, f"motor {seen.motor} got torque without a new start"
-        assert start.pressed_ns > self.last_stop_ns, f"motor {seen.motor} got torque by a command from before the Stop"
+        assert start.pressed_ns > start.stopped_ns, f"motor {seen.motor} got torque by a command from before the Stop"
         age_ns = start.accepted_ns - start.pressed_ns
         assert age_ns <= COMMAND_LIFE_NS + self._period_ns, f"motor {seen.motor} got torque by an expired command"
         known.torque_since_ns = seen.t_ns

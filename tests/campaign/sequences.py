@@ -484,7 +484,7 @@ class Sequences(RuleBasedStateMachine):
             command, pressed_ns = self._sent[reply.id]
             match command:
                 case Approach():
-                    self.judge.start = Start(self._deadline_ns, pressed_ns)
+                    self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
                 case Load():
                     self.judge.loaded(command.limits_deg)
                 case ReleaseTorque() | Acknowledge():
