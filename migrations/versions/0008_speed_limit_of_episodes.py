@@ -14,7 +14,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    op.add_column("episodes", sa.Column("max_speed_deg_s", sa.Float(), nullable=True))
+    op.add_column("episodes", sa.Column("max_speed_deg_s", sa.Double(), nullable=True))
     # A program of 0007 would play without looking at the limit, so it must not use this database.
     schemas = sa.table("schemas", sa.column("revision", sa.String), sa.column("oldest", sa.String))
     op.bulk_insert(schemas, [{"revision": revision, "oldest": revision}])

@@ -79,7 +79,11 @@ def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
     assert facts.pedal_down is None
     assert all(math.isnan(angle) for angle in facts.measured_deg)
     assert facts.speed_deg_s == facts.torque_nm == (0.0,) * 5
-    assert facts.drive_age_ms == facts.status_age_ms == (math.inf,) * 5
+    assert facts.drive_age_ms == (math.inf,) * 5
+    # The port has just been opened: no drive is late with its status yet.
+    assert facts.status_age_ms == (0.0,) * 5
+    assert watched.hear(1000, Reading((None,) * 5, None, ())).status_age_ms == (1000.0,) * 5
+    assert watched.hear(1010, None).status_age_ms == (math.inf,) * 5
     assert facts.garbled == facts.watchdog_tripped == (False,) * 5
     assert facts.hardware_error == (0,) * 5
     assert facts.torque_reported == (None,) * 5

@@ -123,10 +123,13 @@ def test_a_reconnected_arm_is_held_until_it_is_released(playing: Stepped) -> Non
     """On reconnecting the arm dropped unannounced."""
     playing.apparatus.gone = True
     playing.forward(0.2)
+    refusal = playing.send(ReleaseTorque())
+    assert refusal is not None
+    assert refusal.code == "is_offline"
     reconnect(playing)
     assert playing.torque
     assert playing.snapshot.torque == "on"
-    assert "torque_found" in playing.causes()
+    assert playing.causes() == ["bus_lost"] + ["torque_found"] * 5
     refusal = playing.send(Acknowledge())
     assert refusal is not None
     assert refusal.code == "torque_found"

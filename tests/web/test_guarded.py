@@ -142,7 +142,8 @@ def test_a_stop_voids_commands_that_were_sent_before(client: TestClient, recordi
     problem(operate(client, "approach", before), 409, "stopped_meanwhile")
 
     live = until_mode(client, "stopped")
-    assert (live["stops"], live["torque"]) == (before["stops"] + 1, "off")
+    assert live["stops"] > before["stops"]
+    assert live["torque"] == "off"
     problem(operate(client, "acknowledge", before), 409, "stopped_meanwhile")
     accepted(client, "acknowledge")
     until_mode(client, "idle")

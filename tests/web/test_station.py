@@ -418,12 +418,18 @@ def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_s
     with closing(client.app.state.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
         jammed.fault("stuck", 3)
         accepted(client, "play")
+        # A shaft that stays jammed could not be taken back at all.
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 1)
+        jammed.clear_faults()
         live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
         assert live["run"]["reversals"] == 1
         assert "Motor 3 met resistance" in live["run"]["resistance"]
         assert live["stop"] is None
 
+        jammed.fault("stuck", 3)
         accepted(client, "play")
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 2)
+        jammed.clear_faults()
         live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
         assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
         assert live["stop"]["arm_held"] is True
@@ -495,7 +501,7 @@ def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
         problem(operate(client, "play"), 503, "device_offline")
         # The drives' watchdogs have stopped the arm, and hold it.
         live = until_mode(client, "stopped")
-        assert [cause["code"] for cause in live["stop"]["causes"]] == ["torque_found"]
+        assert {cause["code"] for cause in live["stop"]["causes"]} == {"torque_found"}
         assert (live["run"], live["torque"], live["stop"]["arm_held"]) == (None, "on", True)
         with closing(client.app.state.simulation.process.client()) as hand:  # type: ignore[attr-defined]
             assert all(axis.torque_on for axis in hand.state().axes)

@@ -63,7 +63,7 @@ class Facts(Struct, frozen=True):
     drive_age_ms: tuple[float, ...]
     """inf where a drive never answered."""
     status_age_ms: tuple[float, ...]
-    """inf where a drive never told its status since the bus is there."""
+    """Since the status came, or since the port was opened where none has come; inf without a port."""
     garbled: tuple[bool, ...]
     """Since its last sound answer something unsound came at least as often as nothing. Once is not enough: what a busy computer
     hands over late looks unsound too, and a drive that is switched off is not to be called damaged for that.
@@ -135,6 +135,8 @@ class Observer:
         self._disagree_since_ns: int | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._opened = False
+        self._opened_ns = -math.inf
+        """When the port was opened; -inf without one."""
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
@@ -161,7 +163,7 @@ class Observer:
     def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
         """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
         replies = reading or _NOTHING
-        self._take(replies, bus_ok=reading is not None)
+        self._take(t_ns, replies, bus_ok=reading is not None)
         inputs = self._inputs
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
         self._know_torque(t_ns, bus_ok=reading is not None)
@@ -183,7 +185,7 @@ class Observer:
             speed_deg_s=tuple([drive.speed_deg_s if drive else 0.0 for drive in self._drives]),
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
-            status_age_ms=tuple([_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status]),
+            status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._opened_ns) for status in self._status]),
             garbled=tuple(
                 [0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]
             ),
@@ -205,7 +207,7 @@ class Observer:
             frozen_deg=tuple([self._frozen_deg(n) for n in axes]),
         )
 
-    def _take(self, replies: Reading, *, bus_ok: bool) -> None:
+    def _take(self, t_ns: int, replies: Reading, *, bus_ok: bool) -> None:
         for n, drive in enumerate(replies.drives):
             if drive:
                 self._before[n], self._drives[n] = self._drives[n], drive
@@ -216,6 +218,9 @@ class Observer:
         if not bus_ok:
             # A drive that comes back may have been without power: its last status no longer counts.
             self._status = [None] * len(self._status)
+            self._opened_ns = -math.inf
+        elif self._opened_ns == -math.inf:
+            self._opened_ns = t_ns
         for status in replies.statuses:
             self._status[status.axis] = status
             self._reset[status.axis] = bool(status.mismatch) or (self._reset[status.axis] and not status.verified)
@@ -304,6 +309,6 @@ class Observer:
         return self._config.axes[n]
 
 
-def _age_ms(t_ns: int, then_ns: int) -> float:
+def _age_ms(t_ns: int, then_ns: float) -> float:
     """A cycle's time is its deadline; what was answered within it is a little younger than that, so of age 0."""
     return max(0, t_ns - then_ns) / 1e6

@@ -184,7 +184,10 @@ class Machine:
 
     def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
         """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
-        arm_held = self.torque_left and any(facts.torque_reported)
+        # Each drive that answers has said what it has: the stop then names all that hold the arm, and none that was only not asked yet.
+        answers = zip(facts.drive_age_ms, facts.torque_reported, strict=True)
+        asked = all(age_ms > self._config.silence_ms or reported is not None for age_ms, reported in answers)
+        arm_held = self.torque_left and asked and any(facts.torque_reported)
         if arm_held or (facts.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 

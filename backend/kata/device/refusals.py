@@ -95,7 +95,10 @@ def not_verified(facts: Facts, problem: str) -> Refusal | None:
 
 
 def no_torque_found(facts: Facts) -> Refusal | None:
-    """Torque is released by command where a drive holds an arm from before the connection."""
+    """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
+    if not facts.bus_ok:
+        message, next_step = _WHAT_IS_ON["offline"]
+        return Refusal(code="is_offline", message=message, next_step=next_step)
     if facts.situation.torque_left and any(state != "off" for state in facts.torque):
         return None
     return Refusal(

@@ -126,6 +126,8 @@ NAMES: Final[dict[str, str]] = {
     "limits": "医師による制限",
     "limits_by": "制限を決めた医師",
     "load_level": "負荷レベル",
+    "stops": "停止の回数",
+    "seen_at": "表示された時刻",
     "looked_at": "見て確認した項目",
     "lowest": "下限",
     "made_by": "処方者",

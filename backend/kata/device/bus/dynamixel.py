@@ -76,6 +76,7 @@ _WATCHDOG_TRIPPED: Final = 0xFF
 _ALERT: Final = 0x80
 """Bit of the error byte: the drive reports a hardware error in register 70. The answer itself is sound."""
 _DEG_S_A_UNIT: Final = 0.229 * 6
+_NO_TORQUE: Final = Register("torque enable", TORQUE_ENABLE, b"\0")
 _ARMED_AFTER_NS: Final = 5_000_000
 """The write that arms the watchdogs is carried out within this; a status from before may still show it unarmed."""
 
@@ -428,7 +429,8 @@ class DynamixelBus:
         self._meet(motor, axis.id)
         model, *others = registers
         self._check_model(motor, axis, model)
-        self._write(motor, axis.id, TORQUE_ENABLE, b"\0")
+        if self._register(motor, axis.id, _NO_TORQUE) != _NO_TORQUE.data:
+            raise BusError(f"motor {motor} (id {axis.id}) has torque: its settings are left as they are")
         self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
         for register in others:
             # What lives in EEPROM is written only where it differs: its cells wear.
