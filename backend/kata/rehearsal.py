@@ -35,6 +35,7 @@ from kata.motion.taught import Taught
 from kata.problems import ProblemError
 from kata.settings import Settings
 from kata.simulator.apparatus import State
+from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.web import station as commands
@@ -131,9 +132,9 @@ class Rehearsal:
         await self._go_through_checklist(recording)
         wanted = commands.LoadRequest(session_id=self._visit_id, recording_id=recording.id, method=method)
         run = await commands.load(self.station, self.database, self._kept, self._ahead, self.browser, wanted)
-        await commands.approach(self.station, self.browser)
+        await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
-        await commands.play(self.station, self.browser)
+        await commands.play(self.station, await self._guard(), self.browser)
         await self.until_mode({"returning", "idle"}, "Playing back", recording.duration_s)
         await self.until_mode({"idle"}, "Moving back", _SPARE_S)
 
@@ -174,6 +175,11 @@ class Rehearsal:
 
         await self._until(what, lasts_s, left, lambda: self.station.live().mode in modes)
 
+    async def _guard(self) -> Guard:
+        """Return what a command carries that is based on the newest state."""
+        live: Live = self.station.live()
+        return await commands.guarded(self.station, commands.SeenState(stops=live.stops, seen_at=live.at))
+
     async def _go_through_checklist(self, recording: RecordingRow) -> None:
         """As a therapist would: first the emergency stop, once a day, then what somebody has to look at."""
 
@@ -210,7 +216,7 @@ class Rehearsal:
         if self._hand:
             self._hand.estop(False)
         await until("Release it", lambda live: live.estop == "released" and "acknowledge" not in live.refusals)
-        await commands.acknowledge(self.station, self.browser)
+        await commands.acknowledge(self.station, await self._guard(), self.browser)
         await until("Acknowledged", lambda live: live.mode == "idle")
 
     async def _saved(self, look: Callable[[], _Found | None]) -> _Found:

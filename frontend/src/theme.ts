@@ -10,7 +10,8 @@ export const theme = createTheme({
   defaultRadius: "md",
   components: {
     // Below the header, which keeps Stop in reach.
-    Modal: { defaultProps: { yOffset: 140 } },
+    // A press beside a dialog discards nothing.
+    Modal: { defaultProps: { yOffset: 140, closeOnClickOutside: false } },
     // A link in a sentence is told by more than its colour (WCAG 1.4.1).
     Anchor: { defaultProps: { underline: "always" } },
     Button: { defaultProps: { size: "md" } },

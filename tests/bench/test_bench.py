@@ -14,6 +14,7 @@ from kata.bench.clinic import Clinic, prepared
 from kata.bench.loop import Cell, cells
 from kata.bench.peers import there
 from kata.bench.report import Report
+from kata.bench.stop import LOADS
 
 
 def bench(*arguments: str, out: Path) -> dict[str, Any]:
@@ -51,6 +52,21 @@ def test_estop(tmp_path: Path) -> None:
     assert figures["estop_presses"] >= 3
     assert 0 < figures["estop_p50_ms"] <= figures["estop_p999_ms"] <= figures["estop_max_ms"]
     assert "estop_other_causes" in figures
+
+
+def stop(out: Path, *loads: str) -> None:
+    figures = bench("stop", "--stops", "2", "--loads", ",".join(loads), out=out)["figures"]
+    for load in loads:
+        assert 0 < figures[f"stop_p50_ms_{load}"] <= figures[f"stop_p999_ms_{load}"] <= figures[f"stop_max_ms_{load}"]
+
+
+def test_stop(tmp_path: Path) -> None:
+    stop(tmp_path / "stop.json", "idle", "slow_disk")
+
+
+@pytest.mark.campaign
+def test_stop_under_every_load(tmp_path: Path) -> None:
+    stop(tmp_path / "stop.json", *LOADS)
 
 
 def test_bus(tmp_path: Path) -> None:

@@ -1,79 +1,150 @@
-"""Random sequences of what people, cables, computers and clocks do, judged by what the simulated drives saw on the wire.
+"""Random sequences of what people, browsers, cables, drives, computers and clocks do, judged by :mod:`tests.campaign.judge`.
 
-The control loop and its driver are the real ones, the drives and mechanics the simulator's; only time is stepped. Nothing
-here asks the loop what it thinks of itself, but for the answers that it gives to commands.
+The control loop, its driver and the check of a load are the real ones, the drives and mechanics are the simulator's; only time is
+stepped. Commands travel: any number arrives in one cycle, each may be delayed, and a Stop may overtake or follow any of them.
 """
 
+import heapq
+import itertools
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime, timedelta
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 from unittest import mock
 
+import msgspec
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from kata.device.bus.drivers import make_bus
-from kata.device.exchange import Taken
+from kata.device.config import StationConfig
 from kata.device.journal import read
 from kata.device.loop import ControlLoop
 from kata.device.messages import (
     Acknowledge,
     Approach,
     Command,
+    CommandName,
     FinishTeaching,
+    Guarded,
     Less,
     Load,
     Pause,
     Play,
+    ReleaseTorque,
     Return,
+    Snapshot,
     Teach,
     Unload,
 )
-from kata.motion.trajectory import Trajectory
 from kata.simulator.script import Kind
+from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
+from tests.campaign.stations import stations
 from tests.device.stepped import SteppedExchange
 from tests.device.world import World
 
-_PERIOD_NS: Final = 10_000_000
-_NOTICED_NS: Final = 45_000_000
-"""Within this, a pressed switch has cut the torque: a cycle, its bytes, and the two cycles that an input may be old."""
-_REOPENED_NS: Final = 400_000_000
-"""A port that is there again is tried four times a second, and the drives are set up anew."""
+_NOTICED_NS: Final = 15_000_000
+"""Beside the cycles that an input may be old: a cycle's bytes."""
+_REOPENED_NS: Final = 800_000_000
+"""A port that is there again is tried four times a second, and the drives are configured and verified."""
 _PEDAL_LATE_NS: Final = 80_000_000
 """A lifted foot is seen after a cycle, and believed after 20 ms; inputs may be ten cycles old, but only if they stay away."""
+_RECOVERS_S: Final = 4.0
+"""Everything mended: the port is open, the drives are configured and every register has been read."""
 
-_COMMANDS: Final[list[Callable[[str], Command]]] = [
-    lambda identity: Teach(teaching_id=identity),
-    lambda identity: FinishTeaching(),
-    lambda identity: Load(run_id=identity, recording_id="a", times_s=b"", angles_deg=b""),
-    lambda identity: Load(run_id=identity, recording_id="a", times_s=b"", angles_deg=b"", load_level=3),
-    lambda identity: Unload(),
-    lambda identity: Approach(),
-    lambda identity: Play(),
-    lambda identity: Pause(),
-    lambda identity: Less(),
-    lambda identity: Return(),
-    lambda identity: Acknowledge(),
-]
 _DRIVE_FAULTS: Final[list[Kind]] = [
     "off", "silent", "stuck", "frozen", "garbage", "wrong_crc", "delayed", "intermittent", "hardware_error",
 ]  # fmt: skip
-_BUS_FAULTS: Final[list[Kind]] = ["noise", "echo", "gone", "estop_wire_broken", "inputs_silent"]
-_VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0}
+_RESETS: Final[list[Kind]] = ["off", "reboot", "exchanged", "exchanged_id", "exchanged_model"]
+"""The drive comes back with registers that are not the configured ones."""
+_BUS_FAULTS: Final[list[Kind]] = [
+    "noise", "echo", "estop_wire_broken", "second_wire_broken", "contact_welded", "inputs_silent",
+]  # fmt: skip
+_VALUES: Final = {"delayed": 15.0, "intermittent": 0.5, "hardware_error": 4.0, "exchanged_id": 17.0}
+_POWERLESS: Final[frozenset[Kind]] = frozenset({"hardware_error", *_RESETS})
+
+_START_DEG: Final = np.array([17.0, 107.0, 12.0, 2.0, -2.0])
+"""Close to where the arm rests: the approach is short."""
+_REACH_DEG: Final = np.array([-10.0, 8.0, 30.0, 40.0, -30.0])
+_TIGHT_DEG: Final = ((6.0, 18.0), (106.0, 116.0), (11.0, 43.0), (1.0, 43.0), (-33.0, -1.0))
+"""A doctor's limits that hold the whole recording, and not the pose in which the arm rests."""
 
 
-def _recording() -> Trajectory:
-    times = np.linspace(0.0, 3.0, 301)
-    start = np.array([20.0, 105.0, 20.0, 10.0, -10.0])
-    reach = np.array([-10.0, 8.0, 30.0, 40.0, -30.0])
-    return Trajectory(times, start + reach * (1 - np.cos(2 * np.pi * times / 3.0))[:, None] / 2)
+def _wave(duration_s: float, samples: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    times = np.linspace(0.0, duration_s, samples)
+    return times, _START_DEG + _REACH_DEG * (1 - np.cos(2 * np.pi * times / duration_s))[:, None] / 2
+
+
+def _steps(duration_s: float) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    times = np.array([0.0, duration_s])
+    return times, np.array([_START_DEG, _START_DEG + 0.02 * np.sign(_REACH_DEG)])
+
+
+_RECORDINGS: Final = {
+    "wave": _wave(3.0, 301),
+    "slow wave": _wave(60.0, 601),
+    "a millisecond": _steps(0.001),
+    "a tenth": _steps(0.1),
+    "no numbers": (np.array([0.0, 1.0]), np.full((2, 5), 1e308)),
+}
+
+
+@lru_cache(maxsize=256)
+def _load(recording: str, level: int, limits: bool, method: str) -> Load:
+    times, angles = _RECORDINGS[recording]
+    return Load(
+        run_id="",
+        recording_id=recording,
+        times_s=times.astype("<f8").tobytes(),
+        angles_deg=angles.astype("<f8").tobytes(),
+        load_level=level,
+        limits_deg=_TIGHT_DEG if limits else (),
+        method=method,  # type: ignore[arg-type]
+    )
+
+
+_loads = st.builds(
+    _load,
+    st.sampled_from(["wave", "wave", "wave", "slow wave", "a millisecond", "a tenth", "no numbers"]),
+    st.sampled_from([25, 25, 10, 3, 1]),
+    st.booleans(),
+    st.sampled_from(["smooth", "smooth", "paper"]),
+)
+_commands = st.one_of(
+    _loads,
+    st.sampled_from(
+        [
+            Teach(teaching_id=""),
+            FinishTeaching(),
+            Unload(),
+            Approach(),
+            Approach(),
+            Play(),
+            Pause(),
+            Less(),
+            Return(),
+            ReleaseTorque(),
+            Acknowledge(),
+        ]
+    ),
+)
+_STOP: Final = "stop"
+_delays_s = st.sampled_from([0.0, 0.0, 0.0, 0.02, 0.5, 1.5, 2.5])
+
+
+@dataclass
+class _Browser:
+    """One page: the stop counter that it shows."""
+
+    stops: int = 0
 
 
 class Sequences(RuleBasedStateMachine):
-    """One apparatus, from its switching on."""
+    """One apparatus from its power-up on, two browsers, and everything that may go wrong."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,32 +152,38 @@ class Sequences(RuleBasedStateMachine):
         self._wall = mock.patch("kata.device.modes.datetime", wraps=datetime)
         self._wall_shift_h = 0
         self._wall.start().now.side_effect = lambda tz: datetime.now(tz) + timedelta(hours=self._wall_shift_h)
-        # The loop collects when a port is opened. Here that would go through all that hypothesis has, a third of the campaign's time.
+        # The loop collects garbage when a port is opened. Here that walks through everything that hypothesis keeps.
         self._collecting = mock.patch("kata.device.loop.gc.collect")
         self._collecting.start()
-        self._judged = 0
-        self._started = [False] * 6
-        """By motor: torque was asked for, and has not been taken since."""
-        self._start_ns = 0
-        self._lost_power = [False] * 6
-        self._goal: list[tuple[int, float] | None] = [None] * 6
-        self._pressed_ns: int | None = None
+        self._browsers = [_Browser(), _Browser()]
+        self._numbers = itertools.count()
+        self._travelling: list[tuple[int, int, Command | str, int]] = []
+        """Arrival, order, what, and when it was pressed; a heap."""
+        self._sent: dict[int, tuple[Command, int]] = {}
+        """By number: what was delivered and when it was pressed."""
+        self._answered = 0
+        self._estop_pressed_ns: int | None = None
         self._pedal: list[tuple[int, bool]] = [(0, False)]
         self._blind_ns = 0
+        self._journals: list[Any] = []
 
-    @initialize(
-        protocol=st.sampled_from(["dynamixel", "dynamixel", "modbus"]),
-        seed=st.integers(0, 1000),
-        pressed=st.booleans(),
-        unknown=st.booleans(),
-    )
-    def switch_on(self, protocol: Any, seed: int, pressed: bool, unknown: bool) -> None:
-        self.world = World(protocol, seed=seed)
+    @initialize(config=stations(), seed=st.integers(0, 1000), pressed=st.booleans(), unknown=st.booleans())
+    def switch_on(self, config: StationConfig, seed: int, pressed: bool, unknown: bool) -> None:
+        self.world = World.of(config, seed=seed)
+        self.judge = Judge(self.world, config)
+        self._period_ns = 1_000_000_000 // config.cycle_hz
+        self._deadline_ns = self.world.t_ns
         if pressed:
             self.press()
         if unknown:
             self.world.fault("inputs_silent")
+        self._start_device()
+        self._run(0.3)
+
+    def _start_device(self) -> None:
         self.exchange = SteppedExchange(Path(self._folder.name))
+        self._answered = 0
+        self._sent.clear()
         self.loop = ControlLoop(
             self.world.config,
             make_bus(self.world.config, self.world.open_line),
@@ -115,43 +192,64 @@ class Sequences(RuleBasedStateMachine):
             memory_locked=False,
             now_ns=lambda: self.world.t_ns,
         )
-        self._deadline_ns = self.world.t_ns
-        self._run(10)
+        self.judge.device_started()
 
-    # -- what may happen --------------------------------------------------------------------------------------------
+    # -- what may happen ----------------------------------------------------------------------------------------------
 
-    @rule(cycles=st.integers(1, 12))
-    def time_passes(self, cycles: int) -> None:
-        self._run(cycles)
+    @rule(seconds=st.sampled_from([0.01, 0.05, 0.12, 0.3]))
+    def time_passes(self, seconds: float) -> None:
+        self._run(seconds)
 
-    @rule(which=st.sampled_from(_COMMANDS))
-    def command(self, which: Callable[[str], Command]) -> None:
-        self._send(which(str(len(self.exchange.replies))))
+    @rule(
+        browser=st.integers(0, 1),
+        what=st.lists(st.tuples(st.one_of(_commands, st.just(_STOP)), _delays_s), min_size=1, max_size=4),
+        seconds=st.sampled_from([0.0, 0.01, 0.1]),
+    )
+    def press_buttons(self, browser: int, what: list[tuple[Command | str, float]], seconds: float) -> None:
+        """Any number of commands on their way, each with a delay of its own."""
+        for command, delay_s in what:
+            self._press(browser, command, delay_s)
+        self._run(seconds)
 
-    @rule()
-    def go(self) -> None:
-        """The next thing that somebody who wants to play would do: chance alone seldom gets that far."""
-        identity = str(len(self.exchange.replies))
-        load = Load(run_id=identity, recording_id="a", times_s=b"", angles_deg=b"")
-        for command in (Acknowledge(), load, Approach()):
-            self._send(command)
-        self._run(60)
-        self._send(Play())
+    @rule(browser=st.integers(0, 1))
+    def a_browser_looks(self, browser: int) -> None:
+        """Its page receives the newest snapshot."""
+        self._look(browser)
 
-    @rule()
-    def stop(self) -> None:
-        self.exchange.stop = True
-        self._run(1)
+    @rule(load=_loads, end=st.sampled_from(["approaching", "start", "playing", "playing", "paused"]))
+    def go(self, load: Load, end: str) -> None:
+        """The steps of a playback in their order: chance alone seldom gets that far."""
+        for command in (ReleaseTorque(), Acknowledge(), load, Approach()):
+            self._look(0)
+            self._press(0, command, 0.0)
+            self._run(0.3 if isinstance(command, ReleaseTorque) else 0.02)
+        if end == "approaching":
+            return
+        self._run(0.5)
+        if end == "start":
+            return
+        self._look(0)
+        self._press(0, Play(), 0.0)
+        self._run(0.3)
+        if end == "paused":
+            self._press(0, Pause(), 0.0)
+            self._run(0.3)
+
+    @rule(delay_s=_delays_s)
+    def stop(self, delay_s: float) -> None:
+        self._press(0, _STOP, delay_s)
+        self._run(0.01)
 
     @rule()
     def press(self) -> None:
-        if self._pressed_ns is None:
-            self._pressed_ns = self.world.t_ns
+        if self._estop_pressed_ns is None:
+            self._estop_pressed_ns = self.world.t_ns
+        self.judge.released = True
         self.world.apparatus.press_estop(True)
 
     @rule()
     def release(self) -> None:
-        self._pressed_ns = None
+        self._estop_pressed_ns = None
         self.world.apparatus.press_estop(False)
 
     @rule(down=st.booleans())
@@ -161,20 +259,55 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(_DRIVE_FAULTS), motor=st.integers(1, 5))
     def a_drive_fails(self, kind: Kind, motor: int) -> None:
-        self._lost_power[motor] = self._lost_power[motor] or kind in ("off", "hardware_error")
-        self.world.fault(kind, motor, _VALUES.get(kind))
+        self._fault(kind, motor)
+
+    @rule(kind=st.sampled_from(_RESETS), motor=st.integers(1, 5), back=st.booleans())
+    def a_drive_loses_its_settings(self, kind: Kind, motor: int, back: bool) -> None:
+        """``back``: it is there again at once, as after a dip of the supply."""
+        self._fault(kind, motor)
+        if back:
+            self.it_is_mended()
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
     def the_bus_fails(self, kind: Kind) -> None:
+        if kind in ("estop_wire_broken", "second_wire_broken", "contact_welded"):
+            self.judge.released = True
         self.world.fault(kind)
+
+    @rule(packets=st.integers(1, 3), after=st.integers(0, 6))
+    def requests_are_lost(self, packets: int, after: int) -> None:
+        """The drives do not hear some of the next requests."""
+        self.world.lose_requests(packets, after)
+
+    @rule(seconds=st.sampled_from([0.05, 0.4]))
+    def the_adapter_is_pulled_out(self, seconds: float) -> None:
+        self.world.fault("gone")
+        self.judge.port_lost()
+        self._run(seconds)
 
     @rule()
     def it_is_mended(self) -> None:
-        # What was pressed or failed while nobody could see it counts from now; where the port was gone, from when it is open.
+        # What was pressed or failed unseen counts from now; where the port was gone, from when it is open.
         self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.script.has("gone") else 0)
         self.world.script.clear()
-        if self._pressed_ns is not None:
-            self._pressed_ns = self.world.t_ns
+        if self._estop_pressed_ns is not None:
+            self._estop_pressed_ns = self.world.t_ns
+
+    @rule(
+        motor=st.integers(1, 5), strength_nm=st.sampled_from([0.5, 1.5, 3.5]), seconds=st.sampled_from([0.3, 0.3, 1.8])
+    )
+    def the_patient_resists(self, motor: int, strength_nm: float, seconds: float) -> None:
+        """The patient tries to keep the arm where it is."""
+        self.world.apparatus.hold_against(motor, strength_nm)
+        self._run(seconds)
+        self.world.apparatus.hold_against(motor, 0.0)
+
+    @rule(motor=st.integers(1, 5), share=st.floats(0.0, 1.0))
+    def the_arm_is_led_by_hand(self, motor: int, share: float) -> None:
+        """Without torque, to anywhere in its range."""
+        if not any(self.world.torque):
+            axis = self.world.config.axes[motor - 1]
+            self.world.place(motor, axis.min_deg + share * (axis.max_deg - axis.min_deg))
 
     @rule(silent_ms=st.sampled_from([0.0, 300.0, 700.0]))
     def the_service_hangs(self, silent_ms: float) -> None:
@@ -185,6 +318,19 @@ class Sequences(RuleBasedStateMachine):
     def the_service_believes(self, naming: str | None) -> None:
         self.exchange.naming = naming
 
+    @rule()
+    def the_device_process_restarts(self) -> None:
+        """As by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
+        self._journals += self.exchange.journals
+        self.judge.port_lost()
+        self.world.wait(0.3)
+        self._deadline_ns = self._blind_ns = self.world.t_ns + _REOPENED_NS
+        self._deadline_ns = self.world.t_ns
+        if self._estop_pressed_ns is not None:
+            self._estop_pressed_ns = self.world.t_ns
+        self._start_device()
+        self._run(0.3)
+
     @rule(ok=st.booleans())
     def the_disk(self, ok: bool) -> None:
         self.exchange.journal_ok = ok
@@ -192,58 +338,28 @@ class Sequences(RuleBasedStateMachine):
     @rule(milliseconds=st.sampled_from([15, 120, 400]))
     def the_computer_stands_still(self, milliseconds: int) -> None:
         self.world.wait(milliseconds / 1000)
-        self._blind_ns = self.world.t_ns
-        if self._pressed_ns is not None:
-            self._pressed_ns = self.world.t_ns
-        self._run(1)
+        self._blind_ns = max(self._blind_ns, self.world.t_ns)
+        if self._estop_pressed_ns is not None:
+            self._estop_pressed_ns = self.world.t_ns
+        self._run(0.01)
 
     @rule(hours=st.sampled_from([-1, 0, 1]))
     def the_wall_clock_is_set(self, hours: int) -> None:
         self._wall_shift_h = hours
 
-    # -- what must never happen --------------------------------------------------------------------------------------
-
-    def _judge(self, *, start: bool) -> None:
-        """What the drives have accepted in this cycle; ``start``: an approach was accepted in it."""
-        if start:
-            self._started = [True] * 6
-            self._lost_power = [self.world.script.has("hardware_error", motor) for motor in range(6)]
-            self._start_ns = self._deadline_ns
-        for seen in self.world.seen[self._judged :]:
-            if seen.what == "goal":
-                self._judge_goal(seen.t_ns, seen.motor, seen.value)
-            elif seen.value == 1:
-                # What a cycle sends may be heard in the next one, and that may be missed where a reply was waited for.
-                assert self._started[seen.motor], f"motor {seen.motor} got torque without a start"
-                assert seen.t_ns < self._start_ns + 3 * _PERIOD_NS, f"motor {seen.motor} got torque without a new start"
-            else:
-                self._started[seen.motor], self._goal[seen.motor] = False, None
-        self._judged = len(self.world.seen)
-
-    def _judge_goal(self, t_ns: int, motor: int, angle: float) -> None:
-        if self._lost_power[motor]:
-            # Its torque went by itself, and nothing moves it; that has to be noticed first.
-            return
-        assert self._started[motor], f"motor {motor} got a goal without a start"
-        axis = self.world.config.axes[motor - 1]
-        low, high = axis.min_deg - 4.0, axis.max_deg + 4.0
-        assert low <= angle <= high, f"motor {motor} was sent to {angle}"
-        before, self._goal[motor] = self._goal[motor], (t_ns, angle)
-        if before is not None:
-            seconds = max((t_ns - before[0]) / 1e9, 1 / self.world.config.rate_hz)
-            assert abs(angle - before[1]) <= 1.5 * axis.max_speed_deg_s * seconds + 1.2, (
-                f"motor {motor} was sent a jump"
-            )
+    # -- what must never happen, beside the judge ---------------------------------------------------------------------
 
     @invariant()
     def a_pressed_switch_has_cut_the_torque(self) -> None:
-        if not hasattr(self, "world") or self._pressed_ns is None or self.world.script.has("gone"):
+        if not hasattr(self, "world") or self._estop_pressed_ns is None or self.world.script.has("gone"):
             return
-        if self.world.t_ns - max(self._pressed_ns, self._blind_ns) > 3 * _NOTICED_NS:
+        inputs = self.world.config.inputs
+        noticed_ns = (inputs.max_age_cycles + 2) * self._period_ns + _NOTICED_NS
+        if self.world.t_ns - max(self._estop_pressed_ns, self._blind_ns) > 3 * noticed_ns:
             reached = [
                 drive.torque_on
                 for motor, drive in enumerate(self.world.apparatus.drives, start=1)
-                if not self.world.script.has("off", motor)
+                if not self.world.script.has("off", motor) and not self.world.script.has("exchanged_id", motor)
             ]
             assert not any(reached), "torque with the switch pressed"
 
@@ -259,49 +375,120 @@ class Sequences(RuleBasedStateMachine):
 
     def _every_state_can_be_left(self) -> None:
         """Mended, released and acknowledged, the apparatus is idle again, without torque."""
+        self._travelling.clear()
         self.it_is_mended()
         self.release()
+        self.world.lose_requests(0, 0)
         self.world.apparatus.step_on_pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
-        self._run(150)
-        self.exchange.stop = True
-        self._run(60)
-        for command in (Acknowledge(), Unload(), FinishTeaching()):
-            self._send(command)
-        self._run(20)
-        assert self.exchange.snapshots[-1].mode == "idle", self.exchange.snapshots[-1]
+        self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
+        self._press(0, _STOP, 0.0)
+        self._run(0.1)
+        self._until(lambda: self._snapshot.mode in ("idle", "stopped") and self._may_go_on("release_torque"))
+        for command in (ReleaseTorque(), Acknowledge(), Unload(), FinishTeaching()):
+            if isinstance(command, Acknowledge):
+                self._until(lambda: self._may_go_on("acknowledge"))
+            self._look(0)
+            self._press(0, command, 0.0)
+            self._run(0.02)
+        self._until(lambda: self._snapshot.mode == "idle" and not any(self.world.torque))
+        assert self._snapshot.mode == "idle", self._snapshot
         assert not any(self.world.torque)
 
     def _nothing_was_recorded_with_the_pedal_up(self) -> None:
-        for writer in self.exchange.journals:
+        for writer in self._journals + self.exchange.journals:
             writer.write()
-            kept = read(writer.path)
-            if kept.kind != "teaching":
+            journal = read(writer.path)
+            if journal.kind != "teaching":
                 continue
-            for t_ns in kept.t_ns.tolist():
-                lately = [down for at, down in self._pedal if t_ns - _PEDAL_LATE_NS <= at <= t_ns]
+            for t_ns in journal.t_ns.tolist():
+                recent = [down for at, down in self._pedal if t_ns - _PEDAL_LATE_NS <= at <= t_ns]
                 before = [down for at, down in self._pedal if at < t_ns - _PEDAL_LATE_NS]
-                assert any(lately) or before[-1], f"a sample at {t_ns} with the pedal up"
+                assert any(recent) or before[-1], f"a sample at {t_ns} with the pedal up"
+
+    @property
+    def _snapshot(self) -> Snapshot:
+        return self.exchange.snapshots[-1]
+
+    def _may_go_on(self, command: CommandName) -> bool:
+        """Return whether a command is accepted, or has nothing to do."""
+        refusal = self._snapshot.refusals.get(command)
+        return refusal is None or refusal.code in ("no_torque_found", "is_idle", "not_stopped")
+
+    def _until(self, condition: Callable[[], bool]) -> None:
+        """Let time pass until a condition holds, or all the time that recovery may take."""
+        limit_ns = self._deadline_ns + int(_RECOVERS_S * 1e9)
+        while not condition() and self._deadline_ns < limit_ns:
+            self._run(0.05)
 
     # -- parts --------------------------------------------------------------------------------------------------------
 
-    def _run(self, cycles: int, *, start: bool = False) -> None:
-        for _ in range(cycles):
-            if not self.loop._connected:
-                self.loop._open()
-            self._deadline_ns += _PERIOD_NS
-            late_ns = max(0, self.world.t_ns - self._deadline_ns)
-            self._deadline_ns += late_ns // _PERIOD_NS * _PERIOD_NS
-            self.world.t_ns = max(self.world.t_ns, self._deadline_ns)
-            answered = len(self.exchange.replies)
-            assert self.loop.cycle(self._deadline_ns, late_ns / 1e6)
-            if self.world.t_ns < self._deadline_ns + _PERIOD_NS // 2:
-                self.world.wait((self._deadline_ns + _PERIOD_NS // 2 - self.world.t_ns) / 1e9)
-                self.loop.glance()
-            accepted = start and any(reply.refusal is None for reply in self.exchange.replies[answered:])
-            self._judge(start=accepted)
+    def _fault(self, kind: Kind, motor: int) -> None:
+        if kind in _POWERLESS:
+            self.judge.power_lost(motor)
+        self.world.fault(kind, motor, _VALUES.get(kind))
 
-    def _send(self, command: Command) -> None:
-        trajectory = _recording() if isinstance(command, Load) else None
-        self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None))
-        self._run(1, start=isinstance(command, Approach))
+    def _look(self, browser: int) -> None:
+        self._browsers[browser].stops = self._snapshot.stops
+
+    def _press(self, browser: int, what: Command | str, delay_s: float) -> None:
+        """A button is pressed; the command leaves with what the page shows, and arrives later."""
+        number = next(self._numbers)
+        if isinstance(what, Guarded):
+            expires_ns = self.world.t_ns + COMMAND_LIFE_NS
+            what = msgspec.structs.replace(what, stops=self._browsers[browser].stops, expires_ns=expires_ns)
+        elif isinstance(what, Load):
+            what = msgspec.structs.replace(what, run_id=str(number))
+        elif isinstance(what, Teach):
+            what = msgspec.structs.replace(what, teaching_id=str(number))
+        heapq.heappush(self._travelling, (self.world.t_ns + int(delay_s * 1e9), number, what, self.world.t_ns))
+
+    def _deliver(self) -> None:
+        """Hand over everything that has arrived, in its order."""
+        while self._travelling and self._travelling[0][0] <= self.world.t_ns:
+            _, number, what, pressed_ns = heapq.heappop(self._travelling)
+            if isinstance(what, str):
+                self.judge.last_stop_ns = self.world.t_ns
+                self.exchange.request_stop("operator_stop")
+            else:
+                self._sent[number] = (what, pressed_ns)
+                self.exchange.request(number, what, self.world.config)
+
+    def _run(self, seconds: float) -> None:
+        until_ns = self._deadline_ns + int(seconds * 1e9)
+        while True:
+            self._cycle()
+            if self._deadline_ns >= until_ns:
+                return
+
+    def _cycle(self) -> None:
+        if not self.loop._connected:
+            self.loop._open()
+        self._deadline_ns += self._period_ns
+        late_ns = max(0, self.world.t_ns - self._deadline_ns)
+        self._deadline_ns += late_ns // self._period_ns * self._period_ns
+        self.world.t_ns = max(self.world.t_ns, self._deadline_ns)
+        self._deliver()
+        assert self.loop.cycle(self._deadline_ns, late_ns / 1e6)
+        self._note_answers()
+        self.judge.look(self.exchange.snapshots)
+        half_ns = self._deadline_ns + self._period_ns // 2
+        if self.world.t_ns < half_ns:
+            self.world.wait((half_ns - self.world.t_ns) / 1e9)
+            self.loop.glance()
+
+    def _note_answers(self) -> None:
+        for reply in self.exchange.replies[self._answered :]:
+            if reply.refusal is not None or reply.id not in self._sent:
+                continue
+            command, pressed_ns = self._sent[reply.id]
+            match command:
+                case Approach():
+                    self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
+                case Load():
+                    self.judge.loaded(command.limits_deg)
+                case ReleaseTorque() | Acknowledge():
+                    self.judge.released = True
+                case _:
+                    pass
+        self._answered = len(self.exchange.replies)

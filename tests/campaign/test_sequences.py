@@ -11,9 +11,7 @@ _ALL = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_
 
 @pytest.mark.timeout(600)
 def test_no_sequence_of_events_leaves_torque_on_after_a_stop() -> None:
-    few = settings(
-        max_examples=200, stateful_step_count=40, derandomize=True, deadline=None, suppress_health_check=_ALL
-    )
+    few = settings(max_examples=40, stateful_step_count=30, derandomize=True, deadline=None, suppress_health_check=_ALL)
     run_state_machine_as_test(Sequences, settings=few)
 
 

@@ -35,7 +35,7 @@ def treated(database: Database, sessions: int = 50, number: str = NUMBER) -> UUI
     episode = EpisodeRow(
         id=uuid4(), patient_id=patient.id, side="left", diagnosis="Frozen shoulder of Mrs Yamada", onset_on=date(2026, 1, 10),
         contraindications="None known to Mrs Yamada.", limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}],
-        max_load_level=12, limits_by="Dr Ito", opened_at=BEGAN, updated_at=BEGAN,
+        max_load_level=12, max_speed_deg_s=45.5, limits_by="Dr Ito", opened_at=BEGAN, updated_at=BEGAN,
     )  # fmt: skip
     told = {"patient_id": patient.id, "name": "Lift of Mrs Yamada", "side": "left"}
     teaching = TeachingRow(id=uuid4(), started_at=BEGAN, **told)

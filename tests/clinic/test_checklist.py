@@ -4,6 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from kata.clinic.sessions import checks
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, checked, needed, playback_fixtures
 
 NOON = datetime(2026, 11, 21, 12, 0, tzinfo=UTC)
@@ -65,3 +66,26 @@ def test_going_back_to_the_first_fixtures_asks_once_more() -> None:
         answer("fixtures", "arm_fixer_2+elbow_fixer_2", minutes=5),
     ]
     assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == ["fixtures"]
+
+
+@pytest.mark.parametrize(
+    ("verified_ago_min", "counts"),
+    [(30, True), (10, True), (9, False), (None, False)],
+)
+def test_an_estop_test_counts_since_the_drives_are_verified(verified_ago_min: int | None, counts: bool) -> None:
+    now = max(datetime.now(UTC), checks.today().astimezone(UTC) + timedelta(minutes=11))
+    verified = None if verified_ago_min is None else now - timedelta(minutes=verified_ago_min)
+    there = checks.Apparatus("Station 1", pedal_answers=True, verified_since=verified)
+    tested_at = now - timedelta(minutes=10)
+
+    assert checks.estop_test(tested_at, there) == (tested_at if counts else None)
+    found = checks.against(needed("left", ("arm_fixer_1",)), [], there, tested_at)
+    assert ("estop" in still_open(found)) is not counts
+
+
+def test_an_estop_test_of_yesterday_does_not_count() -> None:
+    long_ago = datetime(2020, 1, 1, tzinfo=UTC)
+    there = checks.Apparatus("Station 1", pedal_answers=True, verified_since=long_ago)
+
+    assert checks.estop_test(checks.today() - timedelta(seconds=1), there) is None
+    assert checks.estop_test(None, there) is None

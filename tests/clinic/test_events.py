@@ -31,7 +31,7 @@ NOBODY = LeaseLive(holder=None, mine=False, since=None, taken_from=None, away_si
 
 def state(**given: Any) -> Live:
     plain: dict[str, Any] = {
-        "device": "running", "age_ms": 1.0, "side": "right", "mode": "idle", "torque_on": False, "estop": "closed",
+        "device": "running", "at": AT, "age_ms": 1.0, "stops": 0, "verified_since": AT, "side": "right", "mode": "idle", "torque": "off", "estop": "closed",
         "pedal": "up", "axes": [], "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": None, "lease": NOBODY,
     }  # fmt: skip
     return Live(**plain | given)
@@ -43,7 +43,7 @@ def playing(**given: Any) -> Live:
         position_s=1, duration_s=9, left_s=8, at_start=False, load_level=25, reversals=0, reversing=False,
         range_percent=100, resistance=None,
     )  # fmt: skip
-    return state(mode="playing", torque_on=True, run=run, **given)
+    return state(mode="playing", torque="on", run=run, **given)
 
 
 def stop(*codes: str, **given: Any) -> Live:

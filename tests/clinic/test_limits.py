@@ -1,5 +1,6 @@
 """A doctor's limits, held against what is about to be played."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,13 +10,15 @@ import numpy as np
 import pytest
 
 from kata.clinic.episodes import limits, service
-from kata.clinic.episodes.schemas import EpisodeCreate, EpisodeUpdate
+from kata.clinic.episodes.schemas import SPEED_RANGE_DEG_S, EpisodeCreate, EpisodeUpdate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
+from kata.device.config_rules import RANGES
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
+from kata.motion.method import Method
 from kata.problems import ProblemError
 from tests.upgraded import upgraded_file
 
@@ -41,9 +44,11 @@ class Clinic:
         with self._database.write() as session:
             service.change(session, self._episode_id, EpisodeUpdate(limits_by="Dr. Mori", **given))
 
-    def check(self, motion: Motion, level: int = 10, side: Side = "right") -> limits.MotorLimits:
+    def check(
+        self, motion: Motion, level: int = 10, side: Side = "right", method: Method = "smooth"
+    ) -> limits.MotorLimits:
         with self._database.read() as session:
-            return limits.allowed(session, self._patient_id, side).check(motion, level, "smooth")
+            return limits.allowed(session, self._patient_id, side).check(motion, level, method)
 
 
 @pytest.fixture
@@ -146,6 +151,33 @@ def test_a_higher_level_than_the_doctor_allows_is_refused(clinic: Clinic) -> Non
     assert told.code == "level_not_allowed"
     assert "12" in told.message
     assert "Dr. Mori" in told.message
+
+
+@pytest.mark.parametrize("method", ["smooth", "paper"])
+def test_a_motion_faster_than_the_doctor_allows_is_refused(clinic: Clinic, method: Method) -> None:
+    """Motor 3 goes 40 deg up in 2 s: 31.4 deg/s in the middle, 31.3 over a tenth of a second."""
+    lift = moved(3, 50.0)
+    clinic.allow(max_speed_deg_s=31.5)
+    clinic.check(lift, method=method)
+    clinic.allow(max_speed_deg_s=31.0)
+    told = refusal(clinic, lift, method=method)
+    assert (told.status, told.code) == (422, "too_fast_for_doctor")
+    assert re.fullmatch(
+        r"Motor 3 would move at 31\.[34] deg/s at (0\.9|1\.0|2\.9|3\.0) s; Dr\. Mori allows no more than 31 deg/s\.",
+        told.message,
+    )
+
+
+def test_without_a_speed_limit_any_speed_is_left_to_the_station(clinic: Clinic) -> None:
+    clinic.allow(max_speed_deg_s=10.0)
+    assert refusal(clinic, moved(3, 50.0)).code == "too_fast_for_doctor"
+    clinic.allow(max_speed_deg_s=None)
+    clinic.check(moved(3, 50.0))
+
+
+def test_the_speed_limit_is_what_a_station_may_be_configured_to() -> None:
+    of_station = next(row for row in RANGES if row.field == "axes.max_speed_deg_s")
+    assert (of_station.low, of_station.high) == SPEED_RANGE_DEG_S
 
 
 def test_nothing_is_played_to_a_shoulder_without_an_open_episode(clinic: Clinic) -> None:

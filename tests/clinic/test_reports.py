@@ -144,7 +144,7 @@ def test_an_episode_report_says_what_the_rows_say(signed: tuple[SessionContent, 
     text = " ".join(Parsed(paper.episode_page(care, how())).text.split())
     for said in (
         "Onset 1 June 2026", "Freezing 1 June 2026", "Frozen 20 October 2026", "4 Abduction / adduction – 95",
-        "Highest load level: 12 of 25", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
+        "Highest load level: 12 of 25", "Highest speed: 35 °/s", "Set by Sato Ken", "Flexion Active 95 2026-10-31 116 2026-11-11 +21 141 180",
         "External rotation, arm at the side Passive 23 2026-10-31 44 2026-11-11 +21 69 60", "At rest 3 2 −1", "SPADI 63.1 44.7 −18.4",
         "3 sessions, 2 November 2026 to 8 November 2026.", "Planned repetitions played to their end: 3 of 18.",
         "Runs that were stopped: 3.", "Motor 3 does not answer. 3", "2026-11-02 Sato Ken Yes 6 1 1 7 5", "A change of 8 to 13 points",
@@ -158,7 +158,8 @@ def test_an_episode_report_says_what_the_rows_say(signed: tuple[SessionContent, 
 def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
     bare = replace(
-        care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, limits_by="", stages=(),
+        care, onset_on=None, diagnosis="", contraindications="", limits=(), max_load_level=None, max_speed_deg_s=None,
+        limits_by="", stages=(),
         assessed_at=(), rom=(), pain=(), spadi=(), visits=(), stops=(), closing_note="",
     )  # fmt: skip
     text = Parsed(paper.episode_page(bare, how())).text

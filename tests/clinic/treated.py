@@ -64,6 +64,7 @@ def treat(session: Session, texts: Texts = PLAIN, *, sessions: int = 1, runs: in
     episode = EpisodeRow(
         id=uuid4(), patient_id=patient.id, side="left", diagnosis=texts.other, onset_on=date(2026, 6, 1),
         contraindications=texts.other, limits=[{"motion": 4, "lowest_deg": None, "highest_deg": 95.0}], max_load_level=12,
+        max_speed_deg_s=35.0,
         limits_by=texts.therapist, opened_at=DAY - timedelta(days=3), closing_note=texts.note, updated_at=DAY,
     )  # fmt: skip
     session.add(patient)

@@ -304,6 +304,13 @@ def test_each_migration_from_now_on_says_which_programs_it_serves(empty: Databas
     assert oldest <= present
 
 
+def test_a_program_without_speed_limits_does_not_use_a_database_with_them(empty: Database) -> None:
+    upgrade(empty)
+    with empty.writer.connect() as connection:
+        oldest = connection.exec_driver_sql("SELECT oldest FROM schemas WHERE revision = '0008'").scalar_one()
+    assert oldest == "0008"
+
+
 def test_a_file_is_copied_before_it_is_upgraded_and_two_copies_are_kept(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     for version in RELEASED[1:]:
@@ -345,7 +352,7 @@ def test_what_any_statement_of_an_upgrade_leaves_on_disk_is_a_whole_version(tmp_
     filled(database, "0001")
     whole = {"0001": contents(database)}
     database.close()
-    for version in ("0002", "0003", "0004", "0005", "0006"):
+    for version in ("0002", "0003", "0004", "0005", "0006", "0007"):
         shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
         step = Database(f"sqlite:///{tmp_path / 'step.db'}")
         at_version(step, version)

@@ -3,7 +3,7 @@
 The drives here follow their setpoint at once; how real ones follow is the simulator's business.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,10 +12,13 @@ from kata.device.config import StationConfig
 from kata.device.exchange import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
-from kata.device.messages import Command, Event, Refusal, Reply, Snapshot, StopCode
+from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped
+from kata.device.references import build
+from kata.device.refusals import STOPPED_MEANWHILE
 from kata.motion.learning import Correction
 from kata.motion.trajectory import Trajectory
 
+NEVER_NS = 2**62
 REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 
 
@@ -23,6 +26,15 @@ REST_DEG = (15.0, 109.0, 10.0, 0.0, 0.0)
 class SteppedApparatus:
     """A :class:`~kata.device.bus.port.Bus`; tests set its fields as the world would."""
 
+    mismatch: list[str] = field(default_factory=lambda: [""] * 5)
+    """By drive, the register that does not have its value."""
+    verified: list[bool] = field(default_factory=lambda: [True] * 5)
+    configured: list[int] = field(default_factory=list)
+    """The axes that were configured, in their order."""
+    refuses_configuration: str = ""
+    """Why no drive can be configured; empty: each can."""
+    alert: list[bool] = field(default_factory=lambda: [False] * 5)
+    contacts_disagree: bool = False
     angles_deg: list[float] = field(default_factory=lambda: list(REST_DEG))
     speeds_deg_s: list[float] = field(default_factory=lambda: [0.0] * 5)
     torques_nm: list[float] = field(default_factory=lambda: [0.0] * 5)
@@ -47,7 +59,15 @@ class SteppedApparatus:
 
     def open(self) -> None:
         self._check()
-        self.torque_off()
+
+    def configure(self, axes: Collection[int]) -> None:
+        self._check()
+        if self.refuses_configuration:
+            raise BusError(self.refuses_configuration)
+        for n in axes:
+            assert not self.torque[n]
+            self.configured.append(n)
+            self.mismatch[n], self.verified[n] = "", True
 
     def read(self) -> Reading:
         self._check()
@@ -59,17 +79,30 @@ class SteppedApparatus:
         drives = tuple(
             None
             if n in self.silent | self.garbled
-            else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], self.torques_nm[n])
+            else DriveReading(self.t_ns, angle, self.speeds_deg_s[n], self.torques_nm[n], self.alert[n])
             for n, angle in enumerate(self.angles_deg)
         )
-        inputs = None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
-        status = DriveStatus(self.t_ns, axis, self.torque[axis], self.hardware_error[axis], self.watchdog_tripped)
+        inputs = self._contacts()
+        status = DriveStatus(
+            self.t_ns,
+            axis,
+            self.torque[axis],
+            self.hardware_error[axis],
+            self.watchdog_tripped,
+            self.verified[axis] and not self.mismatch[axis],
+            self.mismatch[axis],
+        )
         statuses = () if axis in self.silent else (status,)
         return Reading(drives, inputs, statuses, frozenset(self.garbled), frozenset(self.silent - self.garbled))
 
     def read_inputs(self) -> InputReading | None:
         self._check()
-        return None if self.inputs_silent else InputReading(self.t_ns, self.estop_open, self.pedal_down)
+        return self._contacts()
+
+    def _contacts(self) -> InputReading | None:
+        if self.inputs_silent:
+            return None
+        return InputReading(self.t_ns, self.estop_open, self.pedal_down, self.contacts_disagree)
 
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         self._check()
@@ -101,8 +134,8 @@ class SteppedExchange:
 
     folder: Path
     commands: list[Taken] = field(default_factory=list)
-    stop: bool = False
-    stop_because: StopCode = "operator_stop"
+    stop_requests: int = 0
+    stop_requested: StopCode | None = None
     closing: bool = False
     service_silent_ms: float = 0.0
     journal_ok: bool = True
@@ -121,8 +154,25 @@ class SteppedExchange:
         return self.heartbeats, self.naming
 
     def take_stop(self) -> StopCode | None:
-        stop, self.stop = self.stop, False
-        return self.stop_because if stop else None
+        requested, self.stop_requested = self.stop_requested, None
+        return requested
+
+    def request_stop(self, because: StopCode = "operator_stop") -> None:
+        """A Stop arrives: it discards every command that waits."""
+        self.stop_requests += 1
+        self.stop_requested = self.stop_requested or because
+        self.replies += [Reply(id=taken.id, refusal=STOPPED_MEANWHILE) for taken in self.commands]
+        self.commands.clear()
+
+    def request(self, number: int, command: Command, config: StationConfig) -> None:
+        """A command arrives; a recording is checked."""
+        built = build(command, config) if isinstance(command, Load) else None
+        if isinstance(built, Refusal):
+            self.replies.append(Reply(id=number, refusal=built))
+        elif built:
+            self.commands.append(Taken(number, command, built.trajectory, None, built.correction))
+        else:
+            self.commands.append(Taken(number, command))
 
     def take_command(self) -> Taken | None:
         return self.commands.pop(0) if self.commands else None
@@ -190,7 +240,13 @@ class Stepped:
     def send(
         self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
     ) -> Refusal | None:
-        """One command and the cycle that takes it."""
+        """One command, sent with knowledge of every stop so far, and the cycle that takes it."""
+        return self.send_as_it_is(stamped(command, self.snapshot.stops, NEVER_NS), trajectory, correction)
+
+    def send_as_it_is(
+        self, command: Command, trajectory: Trajectory | None = None, correction: Correction | None = None
+    ) -> Refusal | None:
+        """One command with the counter and the expiry that it has, and the cycle that takes it."""
         self.exchange.commands.append(Taken(len(self.exchange.replies), command, trajectory, None, correction))
         self.cycle()
         return self.exchange.replies[-1].refusal

@@ -1,21 +1,58 @@
-"""Nobody waits for the disk but the thread that is there for it."""
+"""Between the service's socket and the control thread: a Stop waits for nothing, and a disk or a builder keeps nobody waiting."""
 
+import queue
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import msgspec
+import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.exchange import Exchange
+from kata.device.exchange import Exchange, Taken
 from kata.device.journal import Files, JournalEnd, read
-from kata.device.messages import Request, Stop, frame
+from kata.device.keeper import JournalKeeper
+from kata.device.loader import ReferenceLoader, Result
+from kata.device.messages import (
+    LONGEST_LOAD_BYTES,
+    Acknowledge,
+    Approach,
+    Command,
+    FromDevice,
+    Heartbeat,
+    JournalClosed,
+    Load,
+    LoadPart,
+    Pause,
+    Refusal,
+    Reply,
+    Request,
+    Snapshot,
+    Stop,
+    Teach,
+    ToDevice,
+    Unload,
+    frame,
+    frames,
+    frames_of,
+    parts_of,
+)
+from kata.device.references import Reference, build
+from kata.device.refusals import not_in_this_mode
+from tests.device.stepped import Stepped
 from tests.device.test_journal import HEADER
+from tests.device.test_load import TIMES_S, angles, message
 from tests.device.test_power import give
 
 LIMIT_S = 10.0
+SAMPLES_AN_HOUR = 360_000
+UNPLAYABLE = Refusal(code="unplayable", message="This recording cannot be played: it is a test.", next_step="None.")
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -25,20 +62,123 @@ def until(condition: Callable[[], object]) -> None:
         time.sleep(0.001)
 
 
-def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+class FakeLoader:
+    """A builder that answers when the test says so, or never."""
+
+    def __init__(self) -> None:
+        self.sent: list[Request | LoadPart] = []
+        self._results: queue.SimpleQueue[tuple[int, Result]] = queue.SimpleQueue()
+
+    def send(self, message: Request | LoadPart) -> None:
+        self.sent.append(message)
+
+    def results(self) -> Iterator[tuple[int, Result]]:
+        while not self._results.empty():
+            yield self._results.get()
+
+    def answer(self, number: int, result: Result) -> None:
+        self._results.put((number, result))
+
+
+class Service:
+    """The service's end of the socket, and an exchange without its threads unless they are started."""
+
+    def __init__(self, folder: Path, files: Files | None = None) -> None:
+        self._socket, self._device = socket.socketpair()
+        self._socket.settimeout(LIMIT_S)
+        self._incoming = bytearray()
+        self._heard: deque[Any] = deque()
+        self._decoder = msgspec.msgpack.Decoder(FromDevice)
+        self.loader = FakeLoader()
+        self.exchange = Exchange(StationConfig(), self._device, JournalKeeper(folder, files), self.loader)
+
+    def send(self, message: ToDevice) -> None:
+        self._socket.sendall(frame(message))
+
+    def ask(self, number: int, command: Command) -> None:
+        self.send(Request(id=number, command=command))
+
+    def deliver(self, number: int, command: Command) -> None:
+        """As the I/O thread would, but in this one."""
+        parts = parts_of(number, command) if isinstance(command, Load) else [Request(id=number, command=command)]
+        for part in parts:
+            self.take(part)
+
+    def take(self, message: ToDevice) -> None:
+        self.exchange._understand(msgspec.msgpack.encode(message))
+
+    def hear(self) -> Any:
+        """Wait for the next message."""
+        while not self._heard:
+            data = self._socket.recv(1 << 20)
+            assert data
+            self._incoming += data
+            self._heard += [self._decoder.decode(found) for found in frames(self._incoming)]
+        return self._heard.popleft()
+
+    def answers(self) -> list[tuple[int, str | None]]:
+        """Everything that was answered so far, where no thread runs: id and the refusal's code."""
+        self.exchange.wake()
+        letters = self.exchange._letters
+        found = [letter for letter in letters if isinstance(letter, Reply)]
+        letters.clear()
+        return [(reply.id, reply.refusal.code if reply.refusal else None) for reply in found]
+
+    def close(self) -> None:
+        self._socket.close()
+        self._device.close()
+
+
+@contextmanager
+def running(folder: Path, files: Files | None = None) -> Iterator[Service]:
+    """With its threads."""
+    service = Service(folder, files)
+    service.exchange.start()
+    try:
+        yield service
+    finally:
+        service.exchange.finish()
+        service.close()
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[Service]:
+    """Without threads: everything happens in order."""
+    made = Service(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def snapshot(tmp_path: Path) -> Snapshot:
+    return Stepped(tmp_path).snapshot
+
+
+def an_hour() -> Load:
+    times = np.arange(SAMPLES_AN_HOUR) / 100
+    angles_deg = np.tile(angles()[0], (SAMPLES_AN_HOUR, 1))
+    return Load(run_id="r", recording_id="a", times_s=times.tobytes(), angles_deg=angles_deg.tobytes())
+
+
+def a_reference() -> Reference:
+    built = build(message(), StationConfig())
+    assert isinstance(built, Reference)
+    return built
+
+
+# -- the disk -----------------------------------------------------------------------------------------------------
+
+
+def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(tmp_path: Path) -> None:
     busy, may_end = threading.Event(), threading.Event()
 
-    def slow(self: Files, file: int) -> None:
-        busy.set()
-        assert may_end.wait(LIMIT_S)
+    class SlowSync(Files):
+        def sync(self, file: int) -> None:
+            busy.set()
+            assert may_end.wait(LIMIT_S)
 
-    monkeypatch.setattr(Files, "sync", slow)
-    service, device = socket.socketpair()
-    with service, device:
-        exchange = Exchange(StationConfig(), device, tmp_path)
-        exchange.start()
+    with running(tmp_path, SlowSync()) as service:
+        exchange = service.exchange
         writer = exchange.open_journal(HEADER)
         exchange.wake()
         assert busy.wait(LIMIT_S)
@@ -46,30 +186,49 @@ def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(
         for n in range(3):
             give(writer, n * 10_000_000)
             exchange.wake()
-        service.sendall(frame(Request(id=1, command=Stop(because="browser_lost"))))
-        until(lambda: len(read(writer.path).t_ns) == 3)
-        reasons: list[object] = []
-
-        def asked_to_stop() -> bool:
-            reasons.append(exchange.take_stop())
-            return bool(reasons[-1])
-
-        until(asked_to_stop)
-        assert reasons[-1] == "browser_lost"
+        service.ask(1, Stop(because="browser_lost"))
+        until(lambda: writer.path.exists() and len(read(writer.path).t_ns) == 3)
+        assert service.hear() == Reply(id=1)
+        assert exchange.take_stop() == "browser_lost"
         assert exchange.take_stop() is None
         assert not may_end.is_set()
 
         writer.finish(JournalEnd(reason="completed"))
         may_end.set()
-        exchange.finish()
+        exchange.wake()
+        assert service.hear() == JournalClosed(path=str(writer.path))
         assert read(writer.path).end is not None
         assert exchange.journal_ok
+
+
+def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None:
+    busy, may_end = threading.Event(), threading.Event()
+
+    class SlowWrite(Files):
+        def write(self, file: int, data: bytearray) -> int:
+            busy.set()
+            assert may_end.wait(LIMIT_S)
+            return super().write(file, data)
+
+    with running(tmp_path, SlowWrite()) as service:
+        writer = service.exchange.open_journal(HEADER)
+        service.exchange.wake()
+        assert busy.wait(LIMIT_S)
+        service.ask(1, Stop())
+        assert service.hear() == Reply(id=1)
+        assert service.exchange.take_stop() == "operator_stop"
+        give(writer, 0)
+        writer.finish(JournalEnd(reason="stopped"))
+        may_end.set()
+    kept = read(writer.path)
+    assert (len(kept.t_ns), kept.truncated) == (1, False)
+    assert kept.end is not None
 
 
 def test_a_journal_is_on_the_disk_when_the_process_ends_without_anybody_to_tell(tmp_path: Path) -> None:
     service, device = socket.socketpair()
     with device:
-        exchange = Exchange(StationConfig(), device, tmp_path)
+        exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), FakeLoader())
         exchange.start()
         service.close()
         until(lambda: exchange.closing)
@@ -80,3 +239,259 @@ def test_a_journal_is_on_the_disk_when_the_process_ends_without_anybody_to_tell(
         kept = read(writer.path)
     assert (len(kept.t_ns), kept.truncated) == (1, False)
     assert kept.end is not None
+
+
+def test_the_last_words_reach_the_service(tmp_path: Path) -> None:
+    service = Service(tmp_path)
+    service.exchange.start()
+    writer = service.exchange.open_journal(HEADER)
+    writer.finish(JournalEnd(reason="unloaded"))
+    service.exchange.reply(Reply(id=9))
+    service.exchange.finish()
+    heard = [service.hear(), service.hear()]
+    service.close()
+    assert JournalClosed(path=str(writer.path)) in heard
+    assert Reply(id=9) in heard
+
+
+# -- stop ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_stop_behind_an_hours_load_is_answered_at_once(tmp_path: Path) -> None:
+    """The builder never answers."""
+    with running(tmp_path) as service:
+        service.ask(1, an_hour())
+        service.ask(2, Stop())
+        load, stop = service.hear(), service.hear()
+        assert (load.id, load.refusal.code) == (1, "stopped_meanwhile")
+        assert stop == Reply(id=2)
+        assert service.exchange.take_stop() == "operator_stop"
+
+
+def test_stop_and_heartbeat_go_between_the_parts_of_a_load(service: Service) -> None:
+    first, second, *_ = frames_of(Request(id=1, command=an_hour()))
+    incoming = bytearray()
+    for part in (first, frame(Heartbeat(run_id="")), frame(Request(id=2, command=Stop())), second):
+        incoming += part
+        service._socket.sendall(part)
+    service.exchange._receive(bytearray())
+    assert service.exchange.belief == (1, "")
+    assert service.answers() == [(1, "stopped_meanwhile"), (2, None)]
+    assert max(len(part) for part in frames_of(Request(id=1, command=an_hour()))) < 70_000
+
+
+def test_a_stop_discards_every_queued_command(service: Service) -> None:
+    commands: tuple[Command, ...] = (Approach(), Pause(), Acknowledge())
+    for number, command in enumerate(commands, start=1):
+        service.deliver(number, command)
+    service.deliver(4, Stop())
+    assert service.exchange.take_command() is None
+    discarded = [(number, "stopped_meanwhile") for number in (1, 2, 3)]
+    assert service.answers() == [*discarded, (4, None)]
+    assert service.exchange.take_stop() == "operator_stop"
+    assert service.exchange.take_command() is None
+
+
+def test_stops_are_counted_and_the_first_reason_stays(service: Service) -> None:
+    service.deliver(1, Stop(because="browser_lost"))
+    service.deliver(2, Stop())
+    assert service.exchange.stop_requests == 2
+    assert service.exchange.take_stop() == "browser_lost"
+    assert service.exchange.take_stop() is None
+
+
+def test_a_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
+    service.deliver(1, Stop())
+    service.deliver(2, Approach())
+    service.deliver(3, Pause())
+    assert service.exchange.take_command() is None
+    assert service.exchange.take_stop() == "operator_stop"
+    taken = [service.exchange.take_command(), service.exchange.take_command()]
+    assert [command and command.id for command in taken] == [2, 3]
+
+
+class StopInBetween(deque[Taken]):
+    """Lets a Stop come between two instructions of the control thread."""
+
+    def __init__(self, service: Service) -> None:
+        super().__init__()
+        self._service = service
+        self._come = False
+
+    def popleft(self) -> Taken:
+        taken = super().popleft()
+        if not self._come:
+            self._come = True
+            self._service.deliver(9, Stop())
+        return taken
+
+
+def test_a_stop_while_a_command_is_taken_discards_it(service: Service) -> None:
+    service.exchange._commands = StopInBetween(service)
+    service.deliver(1, Approach())
+    assert service.exchange.take_stop() is None
+    assert service.exchange.take_command() is None
+    assert sorted(service.answers()) == [(1, "stopped_meanwhile"), (9, None)]
+    assert service.exchange.take_stop() == "operator_stop"
+    assert service.exchange.take_command() is None
+
+
+def test_a_stop_while_a_stop_is_taken_is_not_lost(service: Service) -> None:
+    """Whichever instruction it comes between."""
+
+    class Stops(deque[Any]):
+        def popleft(self) -> Any:
+            taken = super().popleft()
+            if service.exchange.stop_requests == 1:
+                service.deliver(2, Stop())
+            return taken
+
+    service.exchange._stops = Stops()
+    service.deliver(1, Stop())
+    assert service.exchange.take_stop() == "operator_stop"
+    assert service.exchange.stop_requests == 2
+    service.deliver(3, Approach())
+    assert service.exchange.take_command() is not None
+
+
+# -- loading ------------------------------------------------------------------------------------------------------
+
+
+def test_a_checked_load_is_handed_on_without_its_samples(service: Service) -> None:
+    service.deliver(1, message())
+    assert service.exchange.take_command() is None
+    built = a_reference()
+    service.loader.answer(1, built)
+    service.exchange._take_loaded()
+    taken = service.exchange.take_command()
+    assert taken is not None
+    assert isinstance(taken.command, Load)
+    assert (taken.id, taken.trajectory, taken.command.times_s) == (1, built.trajectory, b"")
+    sent = b"".join(part.data for part in service.loader.sent if isinstance(part, LoadPart))
+    assert sent == message().times_s + message().angles_deg
+
+
+def test_what_the_builder_refuses_is_refused(service: Service) -> None:
+    service.deliver(1, message())
+    service.loader.answer(1, UNPLAYABLE)
+    service.exchange._take_loaded()
+    assert service.answers() == [(1, "unplayable")]
+    assert service.exchange.take_command() is None
+
+
+def test_a_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
+    is_playing = not_in_this_mode("load", "playing")
+    assert is_playing
+    playing = msgspec.structs.replace(snapshot, mode="playing", refusals={"load": is_playing})
+    service.exchange.publish_snapshot(playing)
+    service.deliver(1, message())
+    assert service.answers() == [(1, "is_playing")]
+    assert service.loader.sent == []
+    service.exchange.publish_snapshot(snapshot)
+    service.deliver(2, message())
+    assert service.answers() == []
+    assert service.loader.sent != []
+
+
+def test_a_load_of_the_other_side_does_not_reach_the_builder(service: Service) -> None:
+    service.deliver(1, message(side="right" if StationConfig().side == "left" else "left"))
+    assert service.answers() == [(1, "other_side")]
+    assert service.loader.sent == []
+
+
+def test_a_second_load_meanwhile_is_refused(service: Service) -> None:
+    service.deliver(1, message())
+    service.deliver(2, message())
+    assert service.answers() == [(2, "busy")]
+    assert {part.id for part in service.loader.sent} == {1}
+
+
+@pytest.mark.parametrize("command", [Stop(), Unload(), Teach(teaching_id="t")])
+def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command: Command) -> None:
+    service.deliver(1, message())
+    service.deliver(2, command)
+    assert (1, "stopped_meanwhile") in service.answers()
+    # The builder is still busy with it.
+    service.deliver(3, message())
+    assert service.answers() == [(3, "busy")]
+    service.exchange.take_stop()
+    service.exchange.take_command()
+    service.loader.answer(1, a_reference())
+    service.exchange._take_loaded()
+    assert service.exchange.take_command() is None
+    assert service.answers() == []
+    service.deliver(4, message())
+    assert service.loader.sent[-1].id == 4
+
+
+def test_a_load_stopped_in_the_middle_of_its_parts_is_forgotten(service: Service) -> None:
+    *parts, last = parts_of(1, message())
+    for part in parts:
+        service.take(part)
+    service.deliver(2, Stop())
+    before = len(service.loader.sent)
+    service.take(last)
+    assert len(service.loader.sent) == before
+    service.deliver(3, message())
+    assert service.loader.sent[-1].id == 3
+
+
+def test_a_load_without_end_is_refused(service: Service) -> None:
+    head, *_ = parts_of(1, message())
+    service.take(head)
+    part = LoadPart(id=1, field="times_s", data=bytes(1 << 16), last=False)
+    for _ in range(LONGEST_LOAD_BYTES >> 16):
+        service.take(part)
+    assert service.answers() == []
+    service.take(part)
+    service.take(part)
+    assert service.answers() == [(1, "unplayable")]
+    assert len(service.loader.sent) == 1 + (LONGEST_LOAD_BYTES >> 16)
+
+
+def test_a_refused_recording_leaves_the_exchange_alive(tmp_path: Path) -> None:
+    """With the builder's own process: angles near the end of the float range, then an ordinary Load and a Stop."""
+    near, device = socket.socketpair()
+    loader = ReferenceLoader(StationConfig())
+    with near, device:
+        exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), loader)
+        loader.start(exchange.notify)
+        exchange.start()
+        near.settimeout(LIMIT_S)
+        huge = message(angles(motor1=np.where(TIMES_S > 1, 1e308, -1e308)))
+        near.sendall(frame(Request(id=1, command=huge)))
+        (heard,) = frames(bytearray(near.recv(1 << 16)))
+        reply = msgspec.msgpack.decode(heard, type=Reply)
+        assert reply.refusal
+        assert (reply.id, reply.refusal.code) == (1, "unplayable")
+        near.sendall(frame(Request(id=2, command=message())))
+        until(lambda: exchange._commands)
+        taken = exchange.take_command()
+        assert taken is not None
+        assert taken.trajectory is not None
+        near.sendall(frame(Request(id=3, command=Stop())))
+        until(exchange.take_stop)
+        assert not exchange.closing
+        loader.finish()
+        exchange.finish()
+
+
+# -- the socket ---------------------------------------------------------------------------------------------------
+
+
+def test_a_damaged_length_ends_the_connection_but_no_thread(tmp_path: Path) -> None:
+    with running(tmp_path) as service:
+        service._socket.sendall(b"\xff" * 8)
+        until(lambda: service.exchange.closing)
+        assert service.exchange._thread.is_alive()
+
+
+def test_a_reply_goes_out_with_the_cycle_that_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
+    """A Load sent on the strength of a reply is judged by that cycle's snapshot, not by the one before."""
+    with running(tmp_path) as service:
+        service.exchange.reply(Reply(id=1))
+        service.ask(2, Stop())
+        assert service.hear() == Reply(id=2)
+        service.exchange.publish_snapshot(snapshot)
+        service.exchange.wake()
+        assert service.hear() == Reply(id=1)

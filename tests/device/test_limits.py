@@ -3,10 +3,17 @@
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from kata.device.messages import Approach, Play, Unload
+from kata.device.faults import largest_step_deg
+from kata.device.messages import Approach, Less, Play, Return, Unload
+from kata.motion.linkage import Floats
+from kata.motion.method import Method, reference
+from kata.motion.trajectory import Trajectory
 from tests.device.conftest import LOAD, a_trajectory
 from tests.device.stepped import REST_DEG, Stepped
+from tests.device.test_methods import station
 
 MECHANISM = ((-21.0, 45.0), (86.0, 131.0))
 """Of the first two axes: the range and half of the tolerance of 4 deg."""
@@ -41,25 +48,140 @@ def test_the_tighter_of_mechanism_and_patient_counts_at_each_end(stepped: Steppe
     assert stepped.loop._machine.limits_deg == stepped.config.mechanism_deg
 
 
-def test_an_arm_outside_the_patients_limits_may_be_fetched_from_there_and_brought_back(stepped: Stepped) -> None:
+def test_an_arm_outside_the_patients_limits_is_fetched_and_brought_back_to_them(stepped: Stepped) -> None:
     load(stepped, 5.0, 42.0)
     assert stepped.send(Approach()) is None
     assert stepped.loop._machine.limits_deg[MOVING] == (0.0, 42.0)
     stepped.until("paused")
+    assert stepped.loop._machine.limits_deg[MOVING] == (5.0, 42.0)
     stepped.send(Play())
     stepped.until("idle")
 
     assert stepped.causes() == []
-    assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
+    rest_deg = list(REST_DEG)
+    rest_deg[MOVING] = 5.0
+    assert stepped.apparatus.angles_deg == pytest.approx(rest_deg, abs=0.01)
 
 
-def test_and_so_from_above(stepped: Stepped) -> None:
+def test_limits_tighten_behind_the_arm_during_the_approach(stepped: Stepped) -> None:
     stepped.apparatus.angles_deg[MOVING] = 60.0
     stepped.forward(0.05)
     load(stepped, 5.0, 42.0)
     assert stepped.send(Approach()) is None
     assert stepped.loop._machine.limits_deg[MOVING] == (5.0, 60.0)
     assert stepped.loop._machine.limits_deg[:2] == MECHANISM
+    highest = [60.0]
+    while stepped.mode == "approaching":
+        stepped.cycle()
+        highest.append(stepped.loop._machine.limits_deg[MOVING][1])
+    assert np.all(np.diff(highest) <= 0.0)
+    assert highest[-1] == 42.0
+
+
+def test_an_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
+    """Limits that have tightened do not widen for an arm that leaves them."""
+    stepped.apparatus.angles_deg[MOVING] = 60.0
+    stepped.forward(0.05)
+    load(stepped, 5.0, 42.0)
+    assert stepped.send(Approach()) is None
+    stepped.forward(1.5)
+    reached_deg = stepped.loop._machine.limits_deg[MOVING][1]
+    assert 42.0 < reached_deg < 55.0
+    stepped.apparatus.drift_deg_s[MOVING] = 50.0
+    stepped.until("stopped")
+    assert stepped.causes() == ["position_limit"]
+    assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(reached_deg + 2.25, abs=0.5)
+
+
+@pytest.mark.parametrize(("outside_deg", "waits_s"), [(0.9, 0.0), (1.1, 1.0), (2.1, 1.0)])
+def test_the_approach_ends_when_the_arm_is_inside_or_a_second_later(
+    stepped: Stepped, outside_deg: float, waits_s: float
+) -> None:
+    """A drive that stays behind its setpoint is outside for a while. Beyond half of the tolerance it is a fault."""
+    stepped.apparatus.angles_deg[MOVING] = 18.0 - outside_deg
+    stepped.forward(0.05)
+    load(stepped, 18.0, 42.0)
+    stepped.apparatus.stuck = {MOVING}
+    assert stepped.send(Approach()) is None
+    movement = stepped.loop._machine._movement
+    assert movement is not None
+    cycles = 0
+    while stepped.mode == "approaching":
+        stepped.cycle()
+        cycles += movement.ended
+    assert cycles / 100 == pytest.approx(waits_s, abs=0.02)
+    stepped.forward(0.1)
+    assert stepped.causes() == (["position_limit"] if outside_deg > 2.0 else [])
+
+
+def test_the_papers_way_holds_within_the_patients_limits(stepped: Stepped) -> None:
+    """It has no approach to the start, but an arm outside the limits is brought to them."""
+    stepped.apparatus.angles_deg[MOVING] = 14.0
+    stepped.forward(0.05)
+    of_patient = msgspec.structs.replace(LOAD, limits_deg=limits(18.0, 42.0), method="paper")
+    motion = a_trajectory()
+    times = np.arange(0.0, 2.001, 0.1)
+    assert stepped.send(of_patient, reference("paper", times, motion.along(times))) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(18.0, abs=0.01)
+    stepped.send(Play())
+    stepped.until("idle")
+    assert stepped.causes() == []
+    assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(18.0, abs=0.01)
+
+
+def outside(angles_deg: Floats, low_deg: Floats, high_deg: Floats) -> Floats:
+    """How far each angle is outside its limits."""
+    return np.maximum(np.maximum(low_deg - angles_deg, angles_deg - high_deg), 0.0)
+
+
+shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
+
+
+@given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
+@settings(max_examples=15)
+def test_no_setpoint_moves_away_from_the_patients_limits(
+    tmp_path_factory: pytest.TempPathFactory,
+    picked_up: tuple[float, ...],
+    lows: tuple[float, ...],
+    highs: tuple[float, ...],
+    starts: tuple[float, ...],
+    lag_s: float,
+    method: Method,
+) -> None:
+    """Wherever in the mechanism the arm is picked up, whatever the limits are, and wherever between them the recording is."""
+    config = station(lag_s=lag_s, lag2_s2=lag_s / 20, friction_deg=lag_s)
+    stepped = Stepped(tmp_path_factory.mktemp("run"), config)
+    range_low, range_high = np.array([(axis.min_deg, axis.max_deg) for axis in config.axes]).T
+    a, b = (range_low + np.array(share) * (range_high - range_low) for share in (lows, highs))
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    stepped.apparatus.angles_deg = (range_low + np.array(picked_up) * (range_high - range_low)).tolist()
+    stepped.forward(0.1)
+    here = np.array(stepped.apparatus.angles_deg)
+
+    times = np.arange(0.0, 2.005, 0.01)
+    swing = np.minimum(8.0, (high - low) / 2) * np.sin(np.pi * times / 2.0)[:, None]
+    start = low + np.array(starts) * (high - low)
+    trajectory = Trajectory(times, start + np.where(start < (low + high) / 2, swing, -swing))
+    # Smoothing strays from the samples: what load compares with the limits is the smoothed motion.
+    played = trajectory.along(np.linspace(0.0, 2.0, 4001))
+    low, high = np.minimum(low, played.min(0) - 1e-6), np.maximum(high, played.max(0) + 1e-6)
+    of_patient = msgspec.structs.replace(
+        LOAD, limits_deg=tuple(zip(low.tolist(), high.tolist(), strict=True)), method=method
+    )
+    assert stepped.send(of_patient, trajectory) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused", 60.0)
+    approached = len(stepped.apparatus.written)
+    stepped.send(Play())
+    stepped.until("idle", 60.0)
+
+    assert stepped.causes() == []
+    away = outside(np.array(stepped.apparatus.written), low, high)
+    assert np.all(np.diff(away[:approached], axis=0) <= 1e-9)
+    assert away[approached:].max() <= 1e-9
+    assert stepped.apparatus.angles_deg == pytest.approx(np.clip(here, low, high), abs=0.01)
 
 
 def test_a_setpoint_beyond_the_patients_limits_is_never_sent(stepped: Stepped) -> None:
@@ -102,3 +224,58 @@ def test_torque_is_not_switched_on_where_the_arm_stands_out_of_its_range_by_more
     assert stepped.causes() == []
     if refusal:
         assert refusal.message == f"Motor 1 stands at {angle_deg:.0f} deg, outside its range."
+
+
+# -- the patient's speed limit ----------------------------------------------------------------------------------------
+
+
+def speeds_deg_s(stepped: Stepped) -> Floats:
+    """Of every axis, from setpoint to setpoint."""
+    speeds: Floats = np.abs(np.diff(np.array(stepped.apparatus.written), axis=0)) * 100
+    return speeds
+
+
+@pytest.mark.parametrize(("limit_deg_s", "fastest_deg_s"), [(None, 15.0), (20.0, 15.0), (4.0, 4.0)])
+def test_approach_and_return_keep_the_patients_speed_limit(
+    stepped: Stepped, limit_deg_s: float | None, fastest_deg_s: float
+) -> None:
+    of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=limit_deg_s)
+    assert stepped.send(of_patient, a_trajectory(20.0)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused", 60.0)
+    assert speeds_deg_s(stepped).max() == pytest.approx(fastest_deg_s, abs=0.1)
+    stepped.apparatus.written.clear()
+    assert stepped.send(Return()) is None
+    stepped.until("idle", 60.0)
+    assert speeds_deg_s(stepped).max() == pytest.approx(fastest_deg_s, abs=0.1)
+
+
+def test_less_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
+    """The path's own highest speed is 3.1 deg/s; at the end of its range less range would add 2.5."""
+    of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.2)
+    assert stepped.send(of_patient, a_trajectory(20.0)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused", 60.0)
+    assert stepped.send(Play()) is None
+    for _ in range(40):
+        stepped.forward(0.5)
+        stepped.send(Less())
+    stepped.until("idle", 60.0)
+    assert stepped.causes() == []
+    assert speeds_deg_s(stepped).max() <= 3.2 * 1.01
+
+
+def test_the_guard_of_setpoints_knows_the_patients_speed_limit(stepped: Stepped) -> None:
+    """A step of 1.5 deg is one of half a second at 3 deg/s; at the station's own limit it is none."""
+    of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.0)
+    assert stepped.send(of_patient, a_trajectory(20.0)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused", 60.0)
+    assert largest_step_deg(stepped.config.axes[MOVING], 100) > 1.5
+    machine = stepped.loop._machine
+    assert largest_step_deg(machine.config.axes[MOVING], 100) == pytest.approx(1.0 + 1.5 * 0.03)
+    assert machine._movement is not None
+    stepped.send(Play())
+    machine._movement.position_s = 5.0  # as a defect would
+    stepped.cycle()
+    assert "setpoint_step" in stepped.causes()

@@ -1,17 +1,16 @@
 """What is checked of a recording before it is loaded, outside the control thread: in each method, and what was learned of it."""
 
 import math
-import socket
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.exchange import Exchange, Taken
-from kata.device.messages import Load, Request, frame
+from kata.device.exchange import Taken
+from kata.device.messages import Load, Refusal
+from kata.device.references import build
 from kata.motion.learning import LARGEST_DEG, rows
 from kata.motion.linkage import Floats
 from kata.motion.trajectory import Held, Trajectory
@@ -41,20 +40,16 @@ def message(angles_deg: Floats | None = None, **changes: object) -> Load:
 
 
 @pytest.fixture
-def loading(tmp_path: Path) -> Iterator[Loading]:
+def loading() -> Loading:
     """What comes of a Load at a station."""
-    service, device = socket.socketpair()
 
     def load(command: Load, config: StationConfig | None = None) -> Taken:
-        exchange = Exchange(config or StationConfig(), device, tmp_path)
-        service.sendall(frame(Request(id=1, command=command)))
-        exchange._receive(bytearray())
-        taken = exchange.take_command()
-        assert taken is not None
-        return taken
+        built = build(command, config or StationConfig())
+        if isinstance(built, Refusal):
+            return Taken(1, command, None, built)
+        return Taken(1, command, built.trajectory, None, built.correction)
 
-    with service, device:
-        yield load
+    return load
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
@@ -94,7 +89,8 @@ def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(lo
 
     def station(acceleration: float) -> StationConfig:
         axes = tuple(
-            msgspec.structs.replace(axis, max_acceleration_deg_s2=acceleration) for axis in StationConfig().axes
+            msgspec.structs.replace(axis, max_speed_deg_s=80.0, max_acceleration_deg_s2=acceleration)
+            for axis in StationConfig().axes
         )
         return StationConfig(axes=axes)
 
@@ -105,10 +101,13 @@ def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(lo
 
 
 def test_the_papers_way_has_all_of_it(loading: Loading) -> None:
-    stepping = angles(motor4=np.where(TIMES_S < 1.0, 0.0, 10.0))
-    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=1001.0) for axis in StationConfig().axes)
+    """Samples that go up and down by 9.9 deg in turn: 1,980 deg/s2 at its 10 Hz."""
+    stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
+    axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
     assert loading(message(stepping, method="paper"), StationConfig(axes=axes)).refusal is None
-    assert loading(message(stepping), StationConfig(axes=axes)).refusal is not None
+    refusal = loading(message(stepping), StationConfig(axes=axes)).refusal
+    assert refusal is not None
+    assert "motor 4 would" in refusal.message
 
 
 @pytest.mark.parametrize(("cycle_hz", "refused"), [(100, False), (50, False), (125, True)])
@@ -164,3 +163,71 @@ def test_a_correction_at_the_bound_is_good(loading: Loading) -> None:
     for deg in (LARGEST_DEG, -LARGEST_DEG):
         taken = loading(message(method="learned", correction_deg=correction(deg), correction_step_s=0.02))
         assert taken.refusal is None
+
+
+@pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
+def test_a_recording_faster_than_the_patient_may_go_is_refused(loading: Loading, method: str) -> None:
+    """31 deg/s, where the station itself allows more."""
+    up = angles(motor3=10 + 30 * np.sin(np.pi * TIMES_S / SECONDS))
+    assert loading(message(up, method=method, max_speed_deg_s=33.0)).refusal is None
+    refusal = loading(message(up, method=method, max_speed_deg_s=30.0)).refusal
+    assert refusal is not None
+    assert refusal.code == "unplayable"
+    assert "motor 3 would move at 31 deg/s" in refusal.message
+    assert "30 deg/s is its limit" in refusal.message
+
+
+@pytest.mark.parametrize("limit_deg_s", [0.0, -1.0, math.nan, math.inf])
+def test_a_speed_limit_that_is_none_is_refused(loading: Loading, limit_deg_s: float) -> None:
+    refusal = loading(message(max_speed_deg_s=limit_deg_s)).refusal
+    assert refusal is not None
+    assert "speed limit must be above 0 deg/s" in refusal.message
+
+
+def test_a_recording_too_short_to_judge_is_refused(loading: Loading) -> None:
+    """Two samples within a millisecond, and 14 deg between them: less than 150 deg/s over a tenth of a second."""
+    short = {"times_s": np.array([0.0, 0.001]).tobytes()}
+    two = angles()[:2]
+    two[1, 2] += 14.0
+    refusal = loading(message(two, **short)).refusal
+    assert refusal is not None
+    assert refusal.code == "unplayable"
+    assert "it lasts 1 ms; 200 ms is the shortest" in refusal.message
+
+
+def test_a_jump_at_the_very_end_is_refused(loading: Loading) -> None:
+    """Of 10 deg in 4 ms, of which only the last triple of setpoints shows more than a fifth."""
+    times = np.append(TIMES_S, TIMES_S[-1] + 0.004)
+    still = angles(motor3=np.full(len(TIMES_S), 60.0))
+    jump = np.vstack([still, still[-1] + (0, 0, 10, 0, 0)])
+    refusal = loading(message(jump, times_s=times.tobytes())).refusal
+    assert refusal is not None
+    assert "motor 3 would jerk at 3.0 s" in refusal.message
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"limits_deg": ((math.nan, 90.0),) * 5}, "a lower and a higher angle"),
+        ({"limits_deg": ((90.0, -90.0),) * 5}, "a lower and a higher angle"),
+        ({"limits_deg": ((-90.0, 90.0),) * 4}, "for some axes only"),
+        ({"max_speed_deg_s": math.nan}, "above 0 deg/s"),
+        ({"max_speed_deg_s": 0.0}, "above 0 deg/s"),
+        ({"repetition_s": math.nan}, "must be 0 s or longer"),
+        ({"repetition_s": -1.0}, "must be 0 s or longer"),
+        ({"load_level": 26}, "must be 1 to 25"),
+    ],
+)
+def test_a_limit_that_limits_nothing_is_refused(loading: Loading, changes: dict[str, object], sentence: str) -> None:
+    refusal = loading(msgspec.structs.replace(message(), **changes)).refusal
+    assert refusal is not None
+    assert refusal.code == "unplayable"
+    assert sentence in refusal.message
+
+
+def test_a_patients_speed_limit_is_held(loading: Loading) -> None:
+    up = angles(motor3=10 + 10 * TIMES_S)
+    assert loading(message(up, max_speed_deg_s=10.5)).refusal is None
+    refusal = loading(message(up, max_speed_deg_s=9.5)).refusal
+    assert refusal is not None
+    assert "motor 3 would move at 10 deg/s" in refusal.message

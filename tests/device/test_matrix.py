@@ -54,7 +54,7 @@ def _reach(stepped: Stepped, mode: Mode) -> None:
         assert stepped.send(Return()) is None
         stepped.forward(0.5)
         return
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.forward(0.5)
 
 

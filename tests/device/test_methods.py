@@ -1,14 +1,19 @@
 """A run in each of its ways: what is sent ahead of the reference, what was learned, and the paper's own way of playing."""
 
 from pathlib import Path
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
-from kata.device.messages import Approach, Load, Pause, Play, Return
+from kata.device.faults import FAULTS
+from kata.device.messages import Approach, Command, Less, Load, Pause, Play, Refusal, Return
+from kata.device.references import build
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -34,9 +39,18 @@ def load(method: Method, **changes: object) -> Load:
 
 
 def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
+    """As quick as a station may be configured."""
     config = StationConfig()
     axes = tuple(
-        msgspec.structs.replace(axis, lag_s=lag_s, lag2_s2=lag2_s2, friction_deg=friction_deg) for axis in config.axes
+        msgspec.structs.replace(
+            axis,
+            lag_s=lag_s,
+            lag2_s2=lag2_s2,
+            friction_deg=friction_deg,
+            max_speed_deg_s=150.0,
+            max_acceleration_deg_s2=6_000.0,
+        )
+        for axis in config.axes
     )
     return msgspec.structs.replace(config, axes=axes, **settings)
 
@@ -157,6 +171,28 @@ def test_nothing_is_sent_beyond_a_limit_for_being_ahead(tmp_path: Path) -> None:
     assert sent(stepped).min() == -1.0
 
 
+@pytest.mark.parametrize("rate_hz", [50, 100, 200])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, direction: int) -> None:
+    """With the default limits of speed and acceleration, a reference that turns round just inside the patient's limit."""
+    limits = [(-180.0, 180.0)] * 5
+    limits[MOVING] = (-10.1, 50.1)
+    axes = tuple(msgspec.structs.replace(axis, lag_s=0.1, friction_deg=2.0) for axis in StationConfig().axes)
+    config = StationConfig(axes=axes, rate_hz=rate_hz, cycle_hz=rate_hz)
+    angles = rows()
+    swing = np.interp(TIMES_S, [0.0, 0.3, 1.7, 1.9, 2.1, 2.3, 4.0], [0.0, 0.0, 29.5, 30.0, 30.0, 29.5, 0.0])
+    angles[:, MOVING] = 20.0 + direction * swing
+    stepped, _ = begin(tmp_path, config, "smooth", angles, limits_deg=tuple(limits))
+    stepped.apparatus.written.clear()
+    stepped.send(Play())
+    stepped.until("returning")
+    assert stepped.causes() == []
+    furthest = sent(stepped).max() if direction > 0 else 40.0 - sent(stepped).min()
+    assert 49.9 < furthest <= 50.1
+    bend = config.axes[MOVING].max_acceleration_deg_s2 / rate_hz**2
+    assert np.abs(np.diff(sent(stepped), 2)).max() < 0.98 * bend
+
+
 @pytest.mark.parametrize("rate_hz", [50, 100])
 def test_a_fast_arm_taken_back_is_not_dropped_for_a_jerk_of_our_own(tmp_path: Path, rate_hz: int) -> None:
     """The slowest drives that may be configured, the highest speed, the quickest turn."""
@@ -171,7 +207,7 @@ def test_a_fast_arm_taken_back_is_not_dropped_for_a_jerk_of_our_own(tmp_path: Pa
     assert stepped.causes() == []
     stepped.send(Play())
     stepped.forward(0.3)
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.forward(0.5)
     assert stepped.causes() == ["operator_stop"]
 
@@ -283,15 +319,15 @@ def test_what_was_learned_forwards_is_not_added_on_the_way_back(tmp_path: Path) 
 
 
 def test_a_correction_that_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
-    """Its share of the highest acceleration: 0.96 deg more or less in a step than in the one before, at 100 Hz."""
-    jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 20 < 10, 3.0, -3.0)[:, None], 5))
+    """Its share of the highest acceleration: 0.288 deg more or less in a step than in the one before, at 100 Hz."""
+    jumping = Correction(0.02, np.tile(np.where(np.arange(201) % 40 < 20, 3.0, -3.0)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", rows(reach_deg=0.0), correction=jumping)
     stepped.send(Play())
     stepped.until("returning")
     assert stepped.causes() == []
     steps = np.abs(np.diff(sent(stepped)))
-    assert steps.max() == pytest.approx(0.96)
-    assert np.abs(np.diff(sent(stepped), 2)).max() <= 1.0 + 1e-9
+    assert steps.max() == pytest.approx(0.288)
+    assert np.abs(np.diff(sent(stepped), 2)).max() <= 0.3 + 1e-9
     assert np.abs(sent(stepped) - trajectory.at(0.0)[MOVING]).max() == pytest.approx(3.0, abs=0.2)
 
 
@@ -391,7 +427,7 @@ def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing
 def test_a_stop_in_the_papers_way_ramps_down_before_the_torque_goes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
-    paper.exchange.stop = True
+    paper.exchange.request_stop()
     paper.forward(0.15)
     assert paper.torque
     paper.forward(0.1)
@@ -469,3 +505,149 @@ def test_each_method_comes_to_its_end(tmp_path: Path, method: Method) -> None:
     assert end is not None
     assert end.reason == "completed"
     assert stepped.causes() == []
+
+
+# -- whatever load accepts --------------------------------------------------------------------------------------------
+
+MIDDLE_DEG = np.array((12.0, 108.0, 60.0, 60.0, -25.0))
+Shape = Literal["short", "gaps", "steep", "steps", "swing"]
+Act = Literal["play", "pause", "less", "push", "return", "wait"]
+
+
+@st.composite
+def samples(draw: st.DrawFn) -> tuple[Floats, Floats]:
+    """Times and angles of one moving axis: short, with gaps, steep at the start, with steps, or as fast as may be."""
+    shape = draw(st.sampled_from(get_args(Shape)))
+    size_deg = draw(st.floats(1.0, 35.0))
+    swing_hz = draw(st.floats(30.0, 145.0)) / size_deg / (2 * np.pi)
+    if shape == "short":
+        times = np.linspace(0.0, 10 ** draw(st.floats(-3.0, -1.0)), draw(st.integers(2, 4)))
+    else:
+        times = np.arange(0.0, draw(st.floats(0.1, 4.0)), draw(st.sampled_from([0.01, 0.02])))
+        if shape == "gaps":
+            times += 0.5 * (np.arange(len(times)) // draw(st.integers(5, 50)))
+    lasts_s = times[-1]
+    way = {
+        "short": times / lasts_s if shape == "short" else times,
+        "gaps": np.sin(times),
+        "steep": 1.0 - np.exp(-times / 10 ** draw(st.floats(-2.0, 0.0))),
+        "steps": (times > lasts_s * draw(st.floats(0.0, 1.0))).astype(np.float64),
+        "swing": np.sin(2 * np.pi * swing_hz * times + draw(st.sampled_from([0.0, 1.0, 1.6]))),
+    }[shape]
+    angles = np.tile(MIDDLE_DEG, (len(times), 1))
+    angles[:, draw(st.sampled_from([2, 3, 4]))] += size_deg * way
+    return times, angles
+
+
+def of_little_acceleration(config: StationConfig, speed_deg_s: float) -> StationConfig:
+    """Return a station whose axes have hardly more acceleration than turning back from their speed limit takes."""
+    limits = {"max_speed_deg_s": speed_deg_s, "max_acceleration_deg_s2": 36.0 * speed_deg_s}
+    return msgspec.structs.replace(config, axes=tuple(msgspec.structs.replace(axis, **limits) for axis in config.axes))
+
+
+COMMANDS: dict[str, Command] = {"play": Play(), "pause": Pause(), "less": Less(), "return": Return(), "push": Pause()}
+
+
+def do(stepped: Stepped, act: Act) -> None:
+    """One command, or a push, at a run; it may be refused."""
+    run = stepped.loop._machine._run
+    if act == "push" and run is not None:
+        rated_nm = [axis.max_torque_nm for axis in stepped.config.axes]
+        stepped.apparatus.torques_nm = np.copysign(rated_nm, run._speed_deg_s).tolist()
+        stepped.forward(0.12)
+        stepped.apparatus.torques_nm = [0.0] * 5
+    elif act != "wait":
+        stepped.send(COMMANDS[act])
+
+
+@given(
+    samples(),
+    st.sampled_from(METHODS),
+    st.sampled_from([(0.0, 0.0, 0.0), (0.054, 0.0015, 0.08), (0.127, 0.0043, 0.28), (0.3, 0.02, 5.0)]),
+    st.sampled_from([(100, 150.0), (100, 56.0), (50, 56.0), (10, 56.0)]),
+    st.lists(st.tuples(st.integers(1, 120), st.sampled_from(get_args(Act))), max_size=5),
+)
+@settings(max_examples=150)
+def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
+    tmp_path_factory: pytest.TempPathFactory,
+    recording: tuple[Floats, Floats],
+    method: Method,
+    lag: tuple[float, float, float],
+    station_is: tuple[int, float],
+    acts: list[tuple[int, Act]],
+) -> None:
+    """Approached, played, paused, lessened, taken back and returned, by drives without a fault."""
+    rate_hz, speed_deg_s = station_is
+    config = of_little_acceleration(station(*lag, rate_hz=rate_hz), speed_deg_s)
+    times, angles = recording
+    command = load(
+        method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes(), load_level=20
+    )
+    built = build(command, config)
+    if isinstance(built, Refusal):
+        return
+    stepped = Stepped(tmp_path_factory.mktemp("run"), config)
+    stepped.apparatus.angles_deg = angles[0].tolist()
+    stepped.forward(0.1)
+    assert stepped.send(command, built.trajectory) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    do(stepped, "play")
+    for cycles, act in acts:
+        for _ in range(cycles):
+            stepped.cycle()
+        do(stepped, act)
+    for _ in range(1500):
+        if stepped.mode not in ("playing", "returning"):
+            break
+        stepped.cycle()
+    assert not OF_OUR_OWN.intersection(stepped.causes())
+
+
+OF_OUR_OWN = {fault.code for fault in FAULTS if fault.code.startswith("setpoint_")} | {"unexpected_error"}
+
+
+@pytest.mark.parametrize("lag", [(0.0, 0.0, 0.0), (0.3, 0.01, 0.6), (0.127, 0.02, 0.0)])
+@pytest.mark.parametrize("after_s", [0.18, 0.4])
+@pytest.mark.parametrize("act", ["push", "pause", "less", "return", "wait"])
+def test_an_axis_of_little_acceleration_is_not_jerked(
+    tmp_path: Path, act: Act, after_s: float, lag: tuple[float, float, float]
+) -> None:
+    """At 125 deg/s, with all of the acceleration that a reference may take; at last the recording breaks off in full motion."""
+    config = station(*lag)
+    config = of_little_acceleration(config, 126.0)
+    turn_s = 2 * np.pi / 18.0
+    times = np.arange(0.0, 3.0 * turn_s, 0.01)
+    angles = np.tile(MIDDLE_DEG, (len(times), 1))
+    angles[:, MOVING] += 6.9 * np.sin(18.0 * times)
+    trajectory = reference("smooth", times, angles)
+    config.check_reference("smooth", trajectory)
+    stepped = Stepped(tmp_path, config)
+    stepped.apparatus.angles_deg = MIDDLE_DEG.tolist()
+    stepped.forward(0.1)
+    assert stepped.send(load("smooth", load_level=20), trajectory) is None
+    stepped.send(Approach())
+    stepped.until("paused")
+    stepped.send(Play())
+    stepped.forward(turn_s + after_s)
+    do(stepped, "pause" if act == "return" else act)
+    while stepped.mode in ("playing", "returning", "paused"):
+        if stepped.mode == "paused":
+            stepped.send(Return() if act == "return" else Play())
+        stepped.cycle()
+    assert stepped.causes() == []
+    assert stepped.mode == "idle"
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("lasts_s", "refused"), [(0.001, True), (0.199, True), (0.2, False)])
+def test_a_recording_shorter_than_a_start_and_a_stop_is_refused(method: Method, lasts_s: float, refused: bool) -> None:
+    times = np.array([0.0, lasts_s])
+    angles = np.tile(MIDDLE_DEG, (2, 1))
+    angles[1, MOVING] += 4.0
+    command = load(method, times_s=times.astype("<f8").tobytes(), angles_deg=angles.astype("<f8").tobytes())
+    refusal = build(command, StationConfig())
+    assert isinstance(refusal, Refusal) is refused
+    if isinstance(refusal, Refusal):
+        assert refusal.code == "unplayable"
+        assert f"it lasts {lasts_s * 1000:.0f} ms; 200 ms is the shortest" in refusal.message

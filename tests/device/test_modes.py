@@ -145,6 +145,8 @@ def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_again
     assert set(COMMAND_NAMES) - set(refusals) == {*ALLOWED[mode], "stop"}
     for name, refusal in refusals.items():
         nothing_to_do = {"acknowledge": "not_stopped", "finish_teaching": "not_teaching"}
+        if mode == "stopped":
+            nothing_to_do["release_torque"] = "no_torque_found"
         assert refusal.code == nothing_to_do.get(name, f"is_{mode}")
         assert refusal.message.endswith(".")
         assert refusal.next_step.endswith(".")
@@ -199,7 +201,7 @@ def test_every_event_is_numbered_and_none_is_left_out(stepped: Stepped) -> None:
 @pytest.mark.parametrize("mode", WITH_TORQUE)
 def test_stop_ramps_down_wherever_there_is_torque_and_then_cuts_it(stepped: Stepped, mode: Mode) -> None:
     bring(stepped, mode)
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["operator_stop"]
@@ -216,19 +218,32 @@ def test_stop_ramps_down_wherever_there_is_torque_and_then_cuts_it(stepped: Step
     assert steps_deg.max() < 0.6
 
 
-@pytest.mark.parametrize("mode", ["idle", "ready"])
-def test_a_stop_where_nothing_moves_and_nothing_is_recorded_latches_nothing(stepped: Stepped, mode: Mode) -> None:
-    bring(stepped, mode)
-    stepped.exchange.stop = True
+def test_a_stop_in_idle_latches_nothing_and_counts(stepped: Stepped) -> None:
+    before = stepped.snapshot.stops
+    stepped.exchange.request_stop()
     stepped.forward(0.1)
-    assert stepped.mode == mode
+    assert stepped.mode == "idle"
     assert stepped.causes() == []
+    assert stepped.snapshot.stops == before + 1
+
+
+def test_a_stop_in_ready_ends_the_run(stepped: Stepped) -> None:
+    bring(stepped, "ready")
+    stepped.exchange.request_stop()
+    stepped.forward(0.1)
+    assert stepped.mode == "stopped"
+    assert stepped.causes() == ["operator_stop"]
+    end = stepped.journal().end
+    assert end is not None
+    assert (end.reason, end.cause_code) == ("stopped", "operator_stop")
+    assert stepped.send(Acknowledge()) is None
+    assert stepped.mode == "idle"
 
 
 def test_a_stop_on_top_of_another_is_a_further_cause_and_told_once(stepped: Stepped) -> None:
     bring(stepped, "stopped")
     for _ in range(3):
-        stepped.exchange.stop = True
+        stepped.exchange.request_stop()
         stepped.cycle()
     assert stepped.causes() == ["estop_pressed", "operator_stop"]
     assert len(events(stepped, "fault")) == 2
@@ -258,7 +273,7 @@ def test_a_ramp_that_does_not_come_to_a_stand_is_cut_after_twice_its_time(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Movement, "stands", False)  # as a defect of our own would
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.cycle()
     playing.forward(0.4)
     assert playing.torque
@@ -267,7 +282,7 @@ def test_a_ramp_that_does_not_come_to_a_stand_is_cut_after_twice_its_time(
 
 
 def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped) -> None:
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.cycle()
     refusal = playing.send(Acknowledge())
     assert refusal is not None
@@ -278,7 +293,7 @@ def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped)
 
 
 def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.forward(0.05)
     assert playing.torque
     movement = playing.loop._machine._movement
@@ -313,7 +328,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
 def test_an_error_is_a_stop_of_the_cycle_that_met_it_and_keeps_an_earlier_cause_first(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     playing.cycle()
     stop = playing.snapshot.stop
     assert stop is not None
@@ -398,7 +413,7 @@ def test_when_the_service_asks_to_end_while_there_is_torque_it_is_first_taken(pl
     playing.exchange.closing = True  # and it is still heard
     assert playing.cycle()
     assert playing.torque
-    playing.exchange.stop = True
+    playing.exchange.request_stop()
     for _ in range(30):
         if not playing.cycle():
             break

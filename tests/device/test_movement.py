@@ -1,11 +1,12 @@
 """Going along a path: from a stand to its pace in a fifth of a second, gently to its end, and back."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import pytest
 
-from kata.device.movement import Movement, longest_step
+from kata.device.movement import RAMP_S, Movement, longest_step
 from kata.motion.path import Motion
 
 DT_S = 0.01
@@ -81,29 +82,30 @@ def test_the_end_is_met_exactly_and_slowly(duration_s: float) -> None:
     assert len(paces) * DT_S <= duration_s + 0.6
 
 
-def test_slowing_down_for_the_end_begins_when_what_is_left_is_the_ramps_way_and_a_cycle() -> None:
-    # From pace 1: 0.1 s of path for the ramp, 0.01 s for the cycle.
-    at_the_limit = Movement(Straight(), position_s=2.0 - 0.11 + 1e-9, pace=1.0)
-    assert advance(at_the_limit, 1) == pytest.approx([0.95])
-    before = Movement(Straight(), position_s=2.0 - 0.11 - 1e-6, pace=1.0)
-    assert advance(before, 1) == pytest.approx([1.0])
-    # Exactly there it does; in numbers that are exact.
-    assert Movement(Straight(), position_s=1.75, pace=1.0)._left_s == 0.1 + 0.15
-    exactly = Movement(Straight(), position_s=1.75, pace=1.0)
-    exactly.advance(0.15)
-    assert exactly.pace == pytest.approx(0.25)
-    # From half of the pace it is a quarter of the way.
-    at_the_limit = Movement(Straight(), position_s=2.0 - 0.03 + 1e-9, pace=0.5)
-    assert advance(at_the_limit, 1) == pytest.approx([0.45])
-    before = Movement(Straight(), position_s=2.0 - 0.03 - 1e-6, pace=0.5)
-    assert advance(before, 1) == pytest.approx([0.55])
+@pytest.mark.parametrize(("pace", "ramp_way_s"), [(1.0, 0.105), (0.5, 0.0275)])
+def test_slowing_down_for_the_end_begins_just_in_time(pace: float, ramp_way_s: float) -> None:
+    """At a pace of 1 the ramp's own way is 0.1 s of path; half a cycle more is gone in steps."""
+    just_in_time = Movement(Straight(), position_s=2.0 - ramp_way_s + pace * DT_S / 2, pace=pace)
+    assert advance(just_in_time, 1)[0] < pace
+    earlier = Movement(Straight(), position_s=2.0 - ramp_way_s - 1.5 * pace * DT_S, pace=pace)
+    assert advance(earlier, 1)[0] >= pace
 
 
-def test_going_back_slows_down_for_where_it_ends_just_so() -> None:
-    at_the_limit = Movement(Straight(), position_s=1.0 + 0.11 - 1e-9, pace=-1.0, course=-1, back_to_s=1.0)
-    assert advance(at_the_limit, 1) == pytest.approx([-0.95])
-    before = Movement(Straight(), position_s=1.0 + 0.11 + 1e-6, pace=-1.0, course=-1, back_to_s=1.0)
-    assert advance(before, 1) == pytest.approx([-1.0])
+@pytest.mark.parametrize("course", [1, -1])
+@pytest.mark.parametrize("shortest_ramp_s", [0.0, 0.4])
+@pytest.mark.parametrize("left_s", [0.9, 0.903, 0.907])
+def test_an_end_is_met_no_faster_than_one_change_of_pace(
+    course: Literal[1, -1], shortest_ramp_s: float, left_s: float
+) -> None:
+    """What is left is no whole number of steps, so that the last one may be a change of pace more than the creeping."""
+    position_s = 2.0 - left_s if course == 1 else left_s
+    movement = Movement(
+        Straight(), position_s, pace=course * 1.0, course=course, shortest_ramp_s=shortest_ramp_s, creep=0.02
+    )
+    paces = np.abs(until_ended(movement))
+    change = DT_S / max(RAMP_S, shortest_ramp_s)
+    assert paces[-1] <= 0.02 + change
+    assert np.abs(np.diff(paces)).max() <= change + 1e-12
 
 
 def test_the_end_is_crept_to_at_a_tenth_of_the_pace() -> None:

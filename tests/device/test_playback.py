@@ -189,7 +189,7 @@ def test_while_playing_nothing_else_can_begin(playing: Stepped, command: Load | 
 def test_the_snapshot_says_what_is_allowed_and_why_the_rest_is_not(playing: Stepped) -> None:
     refusals = playing.snapshot.refusals
     assert set(refusals) == {
-        "teach", "finish_teaching", "load", "unload", "approach", "play", "return", "acknowledge",
+        "teach", "finish_teaching", "load", "unload", "approach", "play", "return", "release_torque", "acknowledge",
     }  # fmt: skip
     assert refusals["play"].message == "The recording is playing."
 

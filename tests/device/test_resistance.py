@@ -1,15 +1,19 @@
 """A patient who pushes against the movement: the stroke turns back, twice in the same place ends the run, the arm is held."""
 
 from pathlib import Path
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalHeader, JournalWriter
 from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
+from kata.device.resistance import FARTHEST_DEG, RELIEVE_NS, GivingWay, ResistanceMonitor
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
 from tests.device.conftest import LOAD, a_trajectory
@@ -264,7 +268,7 @@ def test_an_arm_that_still_slows_down_to_be_held_is_not_let_go(stroke: Stepped) 
 
 def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.stop = True
+    held.exchange.request_stop()
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "operator_stop"]
@@ -273,7 +277,7 @@ def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) ->
 
 def test_an_arm_that_is_held_when_the_browser_is_lost_is_let_go_and_the_stop_says_why(held: Stepped) -> None:
     held.forward(1.0)
-    held.exchange.stop, held.exchange.stop_because = True, "browser_lost"
+    held.exchange.request_stop("browser_lost")
     held.forward(0.05)
 
     assert held.causes() == ["load_repeated", "browser_lost"]
@@ -304,35 +308,176 @@ def test_resistance_on_the_way_there_or_back_holds_the_arm_where_it_is(stepped: 
     assert end.cause_code == "load_on_the_way"
 
 
-def test_what_was_felt_in_one_stroke_does_not_count_in_the_next(stroke: Stepped) -> None:
-    """A push just before a pause and one just after it are two short ones."""
-    stroke.apparatus.torques_nm[PUSHED] = 2.0
-    stroke.forward(0.09)
+def test_pushes_before_and_after_a_pause_are_separate(stroke: Stepped) -> None:
+    push(stroke, cycles=9)
     stroke.send(Pause())
     stroke.until("paused")
     stroke.send(Play())
-    stroke.forward(0.05)
-    stroke.apparatus.torques_nm[PUSHED] = 0.0
+    push(stroke, cycles=9)
     stroke.forward(0.2)
 
     assert reversals(stroke) == 0
 
 
-def test_while_it_slows_down_for_a_pause_nothing_is_turned_back(stroke: Stepped) -> None:
-    stroke.apparatus.torques_nm[PUSHED] = 2.0
-    stroke.forward(0.05)
+def test_play_does_not_make_a_push_begin_again(stroke: Stepped) -> None:
+    """It began in the pause, and counts from there."""
     stroke.send(Pause())
     stroke.until("paused")
-    assert reversals(stroke) == 0
+    stroke.apparatus.torques_nm[PUSHED] = 2.0
+    stroke.forward(0.05)
+    stroke.send(Play())
+    stroke.forward(0.06)
+    stroke.apparatus.torques_nm[PUSHED] = 0.0
+    stroke.forward(0.1)
+    assert reversals(stroke) == 1
 
 
-def test_pushing_the_other_way_while_the_arm_is_taken_back_changes_nothing(stroke: Stepped) -> None:
+def test_resistance_while_slowing_down_for_a_pause_turns_back(stroke: Stepped) -> None:
+    push(stroke, cycles=5)
+    stroke.apparatus.torques_nm[PUSHED] = 2.0
+    stroke.send(Pause())
+    stroke.forward(0.06)
+    stroke.apparatus.torques_nm[PUSHED] = 0.0
+    stroke.forward(0.1)
+    assert reversals(stroke) == 1
+    stroke.until("paused")
+    assert stroke.causes() == []
+
+
+def test_resistance_on_the_way_back_holds_the_arm(stroke: Stepped) -> None:
     push(stroke)
     stroke.forward(0.5)
-    push(stroke, torque_nm=-3.0, cycles=50)
+    push(stroke, torque_nm=-3.0, cycles=12)
+    assert stroke.mode == "stopped"
+    assert stroke.causes() == ["load_on_the_way"]
+    assert stroke.torque
+
+
+@pytest.mark.parametrize("push_nm", [2.0, -2.0])
+def test_resistance_in_a_pause_holds_the_arm(stroke: Stepped, push_nm: float) -> None:
+    stroke.send(Pause())
     stroke.until("paused")
+    push(stroke, torque_nm=push_nm, cycles=12)
+    assert stroke.causes() == ["load_while_held"]
+    stroke.forward(1.0)
+    assert stroke.torque
+    assert stroke.send(Acknowledge()) is None
+    stroke.forward(0.1)
+    assert stroke.mode == "idle"
+
+
+def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
+    """A reversal inside a hold leads nowhere: what still pushes after it stops the run."""
+    times = np.arange(0.0, 12.01, 0.01)
+    angles = np.tile(np.array(REST_DEG), (len(times), 1))
+    stroke.exchange.request_stop()
+    stroke.forward(0.5)
+    assert stroke.send(Acknowledge()) is None
+    load = msgspec.structs.replace(LOAD, load_level=LEVEL, run_id="hold")
+    assert stroke.send(load, Trajectory(times, angles)) is None
+    assert stroke.send(Approach()) is None
+    stroke.until("paused")
+    stroke.send(Play())
+    stroke.forward(5.0)
+    stroke.apparatus.torques_nm[PUSHED] = 3.9
+    stroke.forward(0.3)
     assert reversals(stroke) == 1
     assert stroke.causes() == []
+    stroke.forward(RELIEVE_NS / 1e9)
+    assert stroke.causes() == ["load_on_the_way"]
+
+
+# -- giving way -------------------------------------------------------------------------------------------------------
+
+
+def test_a_held_arm_gives_way_to_the_push_and_stays_there(stroke: Stepped) -> None:
+    stroke.send(Pause())
+    stroke.until("paused")
+    at_deg = stroke.apparatus.angles_deg[PUSHED]
+    push(stroke, torque_nm=2.0, cycles=40)
+    gone_deg = stroke.apparatus.angles_deg[PUSHED] - at_deg
+    assert -2.0 < gone_deg < -0.3
+    stroke.forward(1.0)
+    assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(at_deg + gone_deg, abs=0.05)
+
+
+def test_a_torque_within_the_level_moves_no_held_arm(held: Stepped) -> None:
+    held.forward(1.0)
+    at_deg = list(held.apparatus.angles_deg)
+    push(held, torque_nm=THRESHOLD_NM - 0.01, cycles=200)
+    assert held.apparatus.angles_deg == pytest.approx(at_deg, abs=1e-9)
+
+
+def test_giving_way_ends_at_the_patients_limit(stepped: Stepped) -> None:
+    limits = [(-180.0, 180.0)] * 5
+    limits[PUSHED] = (19.0, 41.0)
+    load = msgspec.structs.replace(LOAD, load_level=LEVEL, limits_deg=tuple(limits))
+    stepped.apparatus.angles_deg[PUSHED] = 22.0
+    assert stepped.send(load, a_trajectory(8.0)) is None
+    assert stepped.send(Approach()) is None
+    stepped.until("paused")
+    push(stepped, torque_nm=3.9, cycles=300)
+    assert stepped.causes() == ["load_while_held"]
+    assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(19.0)
+
+
+def test_a_stuck_torque_reading_moves_an_arm_fifteen_degrees_at_most(stroke: Stepped) -> None:
+    stroke.send(Pause())
+    stroke.until("paused")
+    at_deg = stroke.apparatus.angles_deg[PUSHED]
+    push(stroke, torque_nm=-3.9, cycles=1000)
+    assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(at_deg + FARTHEST_DEG, abs=0.01)
+
+
+def test_after_giving_way_the_recording_is_met_slowly(stepped: Stepped) -> None:
+    """Two degrees off the path, at 5 deg/s."""
+    at_the_start(stepped)
+    stepped.send(Play())
+    stepped.forward(3.0)
+    push(stepped, torque_nm=3.9, cycles=40)
+    stepped.until("paused")
+    run = stepped.loop._machine._run
+    assert run is not None
+    off_deg = stepped.apparatus.angles_deg[PUSHED] - run.reference_deg[PUSHED]
+    assert off_deg < -1.0
+    stepped.send(Play())
+    before = len(stepped.apparatus.written)
+    stepped.forward(1.0)
+    steps_deg = np.abs(np.diff(np.array(stepped.apparatus.written)[before - 1 :, PUSHED]))
+    assert steps_deg.max() < 0.05 + 0.08 + 0.01  # of the way back to the path, and of the path itself
+    assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(run.reference_deg[PUSHED], abs=0.01)
+    stepped.until("idle")
+    assert stepped.causes() == []
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100])
+@pytest.mark.parametrize(("p_nm_deg", "i_nm_deg_s", "rated_nm"), [(2.79, 6.98, 4.0), (0.21, 1.05, 2.0)])
+@pytest.mark.parametrize("level", [0.1, 0.4, 0.9])
+@pytest.mark.parametrize("wound_up", [False, True])
+def test_the_push_against_a_blocked_arm_ends_in_time(
+    rate_hz: int, p_nm_deg: float, i_nm_deg_s: float, rated_nm: float, level: float, wound_up: bool
+) -> None:
+    """A drive's position control, 40 ms late, with all of its push in the proportional or in the integral part."""
+    threshold_nm = level * rated_nm
+    giving = GivingWay([threshold_nm], rate_hz, 15.0)
+    integral_nm = 0.99 * rated_nm if wound_up else 0.0
+    began_deg = 0.0 if wound_up else 0.99 * rated_nm / p_nm_deg
+    late = [began_deg] * 40
+    ended_ms, torques_nm = None, []
+    for ms in range(4000):
+        ahead_deg = late[-40]
+        torque_nm = float(np.clip(p_nm_deg * ahead_deg + integral_nm, -rated_nm, rated_nm))
+        if abs(torque_nm) < rated_nm:
+            integral_nm += i_nm_deg_s * ahead_deg / 1000
+        torques_nm.append(abs(torque_nm))
+        if ended_ms is None and abs(torque_nm) < threshold_nm:
+            ended_ms = ms
+        if ms % (1000 // rate_hz) == 0:
+            giving.yield_to(np.array([torque_nm]), np.array([late[-1]]), np.array([0.0]))
+        late.append(began_deg + float(giving.offset_deg[0]))
+    assert ended_ms is not None and ended_ms <= (RELIEVE_NS / 1e6 if rate_hz == 100 else 1500)
+    # It does not begin again, and the drive does not hunt.
+    assert max(torques_nm[3000:]) <= 1.4 * threshold_nm
 
 
 # -- exactly at the limits --------------------------------------------------------------------------------------------
@@ -369,27 +514,137 @@ def test_a_place_of_long_ago_is_remembered(tmp_path: Path) -> None:
     assert run.resisted_again
 
 
-@pytest.mark.parametrize("rate_hz", [10, 100])
-@pytest.mark.parametrize("direction", [1, -1])
-def test_an_axis_slower_than_two_degrees_a_second_has_no_direction_to_push_in(
-    stepped: Stepped, tmp_path: Path, rate_hz: int, direction: int
-) -> None:
-    run = a_run(tmp_path, a_trajectory(), rate_hz=rate_hz)
+def felt(stepped: Stepped, speed_deg_s: float, torque_nm: float, ahead_deg: float = 0.0) -> int | None:
+    """What a monitor of motor 5 finds after a tenth of a second."""
+    monitor = ResistanceMonitor([4.0, 4.0, 4.0, 4.0, 1.0])
     facts = stepped.loop._observer.facts(0, None, stepped.loop._situation(0, 0.0))
+    for t_ns in (0, 100_000_000):
+        now = msgspec.structs.replace(
+            facts,
+            t_ns=t_ns,
+            torque_nm=(0.0, 0.0, 0.0, 0.0, torque_nm),
+            setpoint_deg=(*REST_DEG[:4], REST_DEG[4] + ahead_deg),
+            measured_deg=REST_DEG,
+        )
+        axis = monitor.resisting_axis(now, [0.0, 0.0, 0.0, 0.0, speed_deg_s])
+    return axis
 
-    def felt(speed_deg_s: float, torque_nm: float) -> int | None:
-        run.forget_resistance()
-        before = np.array(REST_DEG)
-        after = before + np.array([0, 0, 0, 0, direction * speed_deg_s / rate_hz])
-        for t_ns in (0, 100_000_000):
-            torques = (0.0, 0.0, 0.0, 0.0, direction * torque_nm)
-            axis = run.resisted(
-                msgspec.structs.replace(facts, t_ns=t_ns, torque_nm=torques), tuple(before), tuple(after)
-            )
-        return axis
 
-    rated_nm = run.config.axes[4].max_torque_nm
-    assert felt(2.0, rated_nm) == 4
-    assert felt(1.999, rated_nm) is None
-    assert felt(2.001, rated_nm * 0.98) == 4
-    assert felt(2.001, rated_nm * 0.98 - 0.001) is None
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("speed_deg_s", "ahead_deg", "pushes"),
+    [
+        (60.0, 0.0, True),
+        (0.001, -5.0, True),  # along the path, however slow
+        (-60.0, 5.0, False),  # the motor brakes
+        (-1.0, 5.0, False),
+        (-0.999, 5.0, True),  # too slow to have a direction: towards the setpoint
+        (0.0, 0.0, True),  # on the setpoint: an integral part
+        (0.0, -0.099, True),
+        (0.0, -0.1, False),  # beyond the setpoint: the torque ends by itself
+    ],
+)
+def test_a_drive_pushes_along_its_path_or_towards_its_setpoint(
+    stepped: Stepped, sign: int, speed_deg_s: float, ahead_deg: float, pushes: bool
+) -> None:
+    assert (felt(stepped, sign * speed_deg_s, sign * 1.0, sign * ahead_deg) == 4) is pushes
+    assert felt(stepped, sign * speed_deg_s, sign * 0.999, sign * ahead_deg) is None
+
+
+# -- every phase ------------------------------------------------------------------------------------------------------
+
+STROKE_DEG = 30.0
+MIDDLE_DEG = (12.0, 108.5, 60.0, 60.0, -25.0)
+"""Of each axis' range."""
+ANSWER_CYCLES = 12
+"""A tenth of a second, and a cycle each to see the push and to answer it."""
+Phase = Literal["approach", "play", "hold", "pause", "reversal", "return"]
+ANSWERS: dict[Phase, str] = {
+    "approach": "load_on_the_way",
+    "play": "load_reversal",
+    "hold": "load_reversal",
+    "pause": "load_while_held",
+    "reversal": "load_on_the_way",
+    "return": "load_on_the_way",
+}
+
+
+def there_and_hold(axis: int, speed_deg_s: float) -> Trajectory:
+    """One axis goes at a speed for eight seconds or through its stroke, and holds for three."""
+    moving_s = min(8.0, STROKE_DEG / speed_deg_s)
+    times = np.arange(0.0, moving_s + 3.0, 0.01)
+    angles = np.tile(np.array(MIDDLE_DEG), (len(times), 1))
+    angles[:, axis] += np.minimum(times, moving_s) * speed_deg_s - min(STROKE_DEG, 8.0 * speed_deg_s) / 2
+    return Trajectory(times, angles)
+
+
+def answers(stepped: Stepped) -> list[str]:
+    """Everything that was done about resistance so far."""
+    return [event.code for event in stepped.exchange.events if event.code == "load_reversal"] + stepped.causes()
+
+
+def reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, strong_nm: float) -> int:
+    """Bring a loaded run into a phase. Return the direction in which the axis moves there, 0 where it stands."""
+    assert stepped.send(Approach()) is None
+    if phase == "approach":
+        stepped.forward(0.3)
+        return 1
+    stepped.until("paused")
+    moving_s = trajectory.duration_s - 3.0
+    if phase in ("pause", "return"):
+        stepped.forward(0.1)
+    if phase == "return":
+        stepped.send(Return())
+        stepped.forward(0.5)
+        return -1
+    if phase == "pause":
+        return 0
+    stepped.send(Play())
+    stepped.forward(moving_s + 1.0 if phase == "hold" else 0.6 * moving_s)
+    if phase == "reversal":
+        stepped.apparatus.torques_nm[axis] = strong_nm
+        while not answers(stepped):
+            stepped.cycle()
+        stepped.apparatus.torques_nm[axis] = 0.0
+        stepped.forward(0.14)
+    return {"play": 1, "hold": 0, "reversal": -1}[phase]
+
+
+@given(
+    st.sampled_from(get_args(Phase)),
+    st.integers(0, 4),
+    st.floats(-3.0, 5.9).map(lambda exponent: min(60.0, max(0.05, 2.0**exponent))),
+    st.integers(1, 25),
+    st.floats(1.001, 1.02),
+    st.sampled_from([-1, 1]),
+)
+@example("play", 3, 0.05, 1, 1.01, 1)
+@example("play", 4, 60.0, 25, 1.01, 1)
+@example("reversal", 1, 60.0, 12, 1.01, 1)
+@settings(max_examples=40)
+def test_a_push_above_the_level_is_answered_in_every_phase(
+    tmp_path_factory: pytest.TempPathFactory,
+    phase: Phase,
+    axis: int,
+    speed_deg_s: float,
+    level: int,
+    above: float,
+    either: int,
+) -> None:
+    stepped = Stepped(tmp_path_factory.mktemp("run"))
+    trajectory = there_and_hold(axis, speed_deg_s)
+    stepped.apparatus.angles_deg = trajectory.start_deg.tolist()
+    stepped.apparatus.angles_deg[axis] -= 6.5
+    stepped.forward(0.1)
+    assert stepped.send(msgspec.structs.replace(LOAD, load_level=level), trajectory) is None
+    level_nm = level / 25 * 0.98 * stepped.config.axes[axis].max_torque_nm
+    direction = reach(stepped, phase, trajectory, axis, 1.01 * level_nm) or either
+    before = answers(stepped)
+
+    stepped.apparatus.torques_nm[axis] = direction * level_nm / above
+    stepped.forward(0.15)
+    assert answers(stepped) == before
+    stepped.apparatus.torques_nm[axis] = direction * level_nm * above
+    for _ in range(ANSWER_CYCLES):
+        stepped.cycle()
+    assert answers(stepped) == [*before, ANSWERS[phase]]

@@ -125,7 +125,7 @@ def test_the_emergency_stop_ends_the_teaching_and_keeps_what_was_taught(stepped:
 
 def test_stop_in_teaching_latches(stepped: Stepped) -> None:
     stepped.send(TEACH)
-    stepped.exchange.stop = True
+    stepped.exchange.request_stop()
     stepped.forward(0.1)
 
     assert stepped.mode == "stopped"

@@ -89,7 +89,7 @@ def test_what_is_done_every_day_takes_few_clicks(page: Page, counted: dict[str, 
         visit.get_by_role("button", name="Load").click()
         expect(visit.get_by_role("button", name="Move to the start")).to_be_enabled(timeout=LONG_MS)
     visit.get_by_role("button", name="Move to the start").click(delay=HOLD_MS)
-    visit.get_by_role("button", name="Play", exact=True).click(timeout=LONG_MS)
+    visit.get_by_role("button", name="Play", exact=True).click(timeout=LONG_MS, delay=HOLD_MS)
     expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
 
     with task(page, counted, "a patient's last session, to its worst motor"):

@@ -35,7 +35,7 @@ class Elsewhere:
 
     def __init__(self, database_url: str, patient_id: str) -> None:
         self._told = StationTold(
-            station="Station 2", service=uuid4(), simulated=False, device="running", mode="playing", torque_on=True,
+            station="Station 2", service=uuid4(), simulated=False, device="running", mode="playing", torque="on",
             estop="closed", causes=[], arm_held=False, operator="Sato Jun", patient=PatientRef(id=UUID(patient_id), name=NAME),
             recording_name="Her flexion", take_s=None,
             progress=PlaybackProgress(position_s=10, duration_s=40, left_s=30, reversing=False),

@@ -97,6 +97,8 @@ def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(pag
     expect(visit.get_by_role("button", name="Pain before: 7")).to_have_attribute("aria-pressed", "true")
     page.screenshot(path=artefacts / "pain-before.png", full_page=True)
     press(page, visit.get_by_role("button", name="Pain before: 4"))
+    # By keys alone: the level is chosen on its slider.
+    visit.get_by_role("slider", name="Resistance level").press("End")
     press(page, visit.get_by_role("button", name="Load"))
     # A key that is let go at once moves no arm.
     move = visit.get_by_role("button", name="Move to the start")
@@ -109,7 +111,8 @@ def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(pag
     play = visit.get_by_role("button", name="Play", exact=True)
     expect(play).to_be_enabled(timeout=LONG_MS)
     press(page, visit.get_by_role("button", name="Less", exact=True))
-    press(page, play)
+    with held(page, play):
+        expect(page.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
     expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
     expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
     press(page, visit.get_by_role("button", name="Enough played: on to pain after"))

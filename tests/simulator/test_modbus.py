@@ -90,7 +90,7 @@ def test_what_a_drive_cannot_do_it_refuses(client: ModbusSerialClient) -> None:
     assert refused(client.read_holding_registers(8, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(STATUS, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(GOAL, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS  # Half of it.
-    assert refused(client.read_discrete_inputs(1, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
+    assert refused(client.read_discrete_inputs(2, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.read_discrete_inputs(0, count=2, device_id=2)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(TORQUE_ENABLE, 2, device_id=1)) == modbus.ILLEGAL_VALUE
     assert refused(client.write_register(TORQUE_LIMIT, 1001, device_id=1)) == modbus.ILLEGAL_VALUE

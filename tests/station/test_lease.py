@@ -5,15 +5,15 @@ from uuid import UUID
 
 import pytest
 
-from kata.device.messages import Mode
+from kata.device.messages import Mode, TorqueState
 from kata.station.lease import Browser, Due, Lease, Moment
 
 SATO = Browser(UUID(int=1), "Sato")
 KATO = Browser(UUID(int=2), "Kato")
 NOON = Moment(0.0, datetime(2026, 5, 1, 12, tzinfo=UTC))
-TORQUE: dict[Mode, bool] = {
-    "offline": False, "idle": False, "teaching": False, "ready": False, "approaching": True, "playing": True,
-    "paused": True, "returning": True, "stopped": False,
+TORQUE: dict[Mode, TorqueState] = {
+    "offline": "off", "idle": "off", "teaching": "off", "ready": "off", "approaching": "on", "playing": "on",
+    "paused": "on", "returning": "on", "stopped": "off",
 }  # fmt: skip
 
 
@@ -30,8 +30,8 @@ def lease() -> Lease:
     return made
 
 
-def due(lease: Lease, s: float, mode: Mode, *, torque_on: bool | None = None) -> Due | None:
-    return lease.due(at(s), mode, torque_on=TORQUE[mode] if torque_on is None else torque_on)
+def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -> Due | None:
+    return lease.due(at(s), mode, torque or TORQUE[mode])
 
 
 # -- who operates -----------------------------------------------------------------------------------------------------
@@ -86,19 +86,27 @@ def test_taking_what_one_has_changes_nothing(lease: Lease) -> None:
 
 
 def test_it_is_given_back_only_without_torque_and_only_by_its_holder(lease: Lease) -> None:
-    refusal = lease.release(SATO, torque_on=True)
+    refusal = lease.release(SATO, "on")
     assert refusal is not None
     assert refusal.code == "torque_on"
-    refusal = lease.release(KATO, torque_on=False)
+    refusal = lease.release(KATO, "off")
     assert refusal is not None
     assert refusal.code == "not_operating"
     assert lease.holder == SATO
 
-    assert lease.release(SATO, torque_on=False) is None
+    assert lease.release(SATO, "off") is None
     assert lease.holder is None
-    assert lease.release(SATO, torque_on=False) is None
+    assert lease.release(SATO, "off") is None
     assert lease.take(KATO, at(1)) is None
     assert lease.told(KATO, at(1)).taken_from is None
+
+
+def test_unknown_torque_keeps_the_lease(lease: Lease) -> None:
+    refusal = lease.release(SATO, "unknown")
+
+    assert refusal is not None
+    assert refusal.code == "torque_unknown"
+    assert lease.holder == SATO
 
 
 # -- without its browser ----------------------------------------------------------------------------------------------
@@ -124,7 +132,23 @@ def test_a_playback_without_its_browser_is_paused_after_two_seconds_and_let_go_a
     assert due(lease, 40.0, "playing") == "stop"
     assert due(lease, 40.0, "approaching") == "stop"
     # Held by a stop of category 2.
-    assert due(lease, 40.0, "stopped", torque_on=True) == "stop"
+    assert due(lease, 40.0, "stopped", "on") == "stop"
+
+
+@pytest.mark.parametrize("mode", ["idle", "offline"])
+def test_unknown_torque_without_motion_is_waited_for(lease: Lease, mode: Mode) -> None:
+    lease.left(SATO, at(10))
+
+    assert due(lease, 40.0, mode, "unknown") is None
+    assert lease.holder == SATO
+    assert due(lease, 41.0, mode, "off") is None
+    assert lease.holder is None
+
+
+def test_unknown_torque_after_a_fault_is_stopped(lease: Lease) -> None:
+    lease.left(SATO, at(10))
+
+    assert due(lease, 40.0, "stopped", "unknown") == "stop"
 
 
 def test_a_way_back_is_let_go_to_its_end_where_the_arm_lies(lease: Lease) -> None:

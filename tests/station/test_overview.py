@@ -17,7 +17,7 @@ BEGIN = Moment(1000.0, datetime(2026, 3, 1, 9, 0, tzinfo=UTC))
 
 def state(station: str = "Station 2", service: int = 1, **told: Any) -> StationTold:
     given: dict[str, Any] = {
-        "simulated": True, "device": "running", "mode": "idle", "torque_on": False, "estop": "closed", "causes": [],
+        "simulated": True, "device": "running", "mode": "idle", "torque": "off", "estop": "closed", "causes": [],
         "arm_held": False, "operator": None, "patient": None, "recording_name": None, "progress": None, "take_s": None,
     }  # fmt: skip
     return StationTold(station=station, service=UUID(int=service), **(given | told))
@@ -29,7 +29,7 @@ def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationShown:
 
 def test_a_station_that_falls_silent_is_silent_since_it_was_heard_and_not_in_its_last_state() -> None:
     roster = Roster("Station 1")
-    roster.take(state(mode="playing", torque_on=True), BEGIN)
+    roster.take(state(mode="playing", torque="on"), BEGIN)
     shown = one(roster, BEGIN.later(SILENT_AFTER_S))
     assert shown.state
     assert (shown.silent, shown.state.mode) == (False, "playing")
@@ -80,7 +80,7 @@ def test_progress_alone_is_no_news_and_everything_else_is() -> None:
 
     assert at(1.0).steady == at(2.0).steady
     assert state(take_s=1.0).steady == state(take_s=2.0).steady
-    for changed in ({"estop": "pressed"}, {"torque_on": True}, {"device": "restarting"}, {"operator": "Sato"}):
+    for changed in ({"estop": "pressed"}, {"torque": "unknown"}, {"device": "restarting"}, {"operator": "Sato"}):
         assert at(1.0, **changed).steady != at(1.0).steady
 
 

@@ -16,6 +16,7 @@ from kata.access.audit import entry
 from kata.access.sign_in import COOKIE
 from kata.access.verify import verify
 from kata.settings import Settings
+from tests.operating import operate
 from tests.signed_in import signed_in
 from tests.web.conftest import running
 from tests.web.test_station import until_mode
@@ -116,13 +117,13 @@ def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
 
 def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) -> None:
     until_mode(client, "idle")
-    client.post("/api/station/play")
+    operate(client, "play")
     with acting_as(client, "technician"):
         client.post("/api/station/stop")
     told = acts(client, station=client.get("/api/station").json()["station"]["name"])
     assert ("administrator", "play", "refused") in told
     assert ("technician", "stop", "done") in told
-    client.post("/api/station/acknowledge")
+    operate(client, "acknowledge")
 
 
 def test_who_watches_live_is_told(client: TestClient) -> None:

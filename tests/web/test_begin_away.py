@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -33,7 +33,7 @@ from tests.web.test_visit import eventually
 from tests.web.visits import WHO, still_open, try_estop
 
 LIMIT_S = 60.0
-THERE = checks.Apparatus("Station 1", pedal_answers=True)
+THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
 @pytest.fixture(scope="module")

@@ -24,10 +24,10 @@ def test_serve_wants_to_know_which_apparatus(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("rate_hz = 30", "rate_hz: must divide cycle_hz"),
+        ("rate_hz = 30", "rate_hz: 30 must divide cycle_hz (100)"),
         ("rate = 30", "unknown field `rate`"),
         ("= =", "station.toml"),
-        ("cycle_hz = 10\nrate_hz = 10", "emergency stop would be seen too late"),
+        ("cycle_hz = 10\nrate_hz = 10", "the emergency stop is seen later than 50 ms"),
         ("[inputs]\ndrive_id = 9", "inputs.drive_id"),
     ],
 )

@@ -14,6 +14,7 @@ import httpx2
 from kata.access.sign_in import COOKIE
 from kata.bench import postgresql
 from tests.conftest import free_port
+from tests.operating import operate
 from tests.signed_in import signed_in_at
 
 LIMIT_S = 60.0
@@ -35,6 +36,9 @@ class Served:
         answer = self._client.request(method, f"/api/{path}", json=body)
         answer.raise_for_status()
         return answer.json()
+
+    def operate(self, command: str) -> None:
+        operate(self._client, command).raise_for_status()
 
     def metrics(self) -> str:
         return self._client.get("/metrics").raise_for_status().text
@@ -71,7 +75,7 @@ def try_estop(served: Served, patient_id: str) -> None:
         served.call("POST", "simulator/estop", {"pressed": pressed})
         served.until(lambda wanted=state: served.live()["estop"] == wanted)  # type: ignore[misc]
     served.until(lambda: "acknowledge" not in served.live()["refusals"])
-    served.call("POST", "station/acknowledge")
+    served.operate("acknowledge")
     served.until(lambda: "estop" not in still_open())
 
 
@@ -98,9 +102,9 @@ def play(served: Served, session_id: str, **what: Any) -> str:
         given = {"checked_by": "T", "recording_id": what["recording_id"]}
         served.call("PUT", f"sessions/{session_id}/checklist/{check}", given)
     run_id: str = served.call("POST", "station/load", {"session_id": session_id, **what})["id"]
-    served.call("POST", "station/approach")
+    served.operate("approach")
     served.until(lambda: served.live()["mode"] == "paused")
-    served.call("POST", "station/play")
+    served.operate("play")
     served.until(lambda: served.live()["run"]["position_s"] > 1.0)
     return run_id
 
@@ -114,7 +118,7 @@ def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
 
     second = Served(tmp_path)
     try:
-        assert second.live()["torque_on"] is False
+        assert second.live()["torque"] == "off"
         assert second.live()["run"] is None
         kept = second.call("GET", f"runs/{run_id}")
         assert kept["outcome"] == "stopped"

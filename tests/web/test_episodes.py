@@ -8,6 +8,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.database.base import utc_now
+from kata.device.messages import Load
+from kata.station.station import Station
 from tests.web.test_derived import lifted, taught
 from tests.web.test_records import problem
 from tests.web.test_station import accepted, until_mode
@@ -27,7 +29,7 @@ def test_an_episode_is_changed_closed_and_reopened(client: TestClient, episode: 
     given: dict[str, Any] = {
         "diagnosis": "Adhesive capsulitis", "onset_on": "2026-05-01", "contraindications": "No traction.",
         "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 90.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
-        "updated_at": episode["updated_at"],
+        "max_speed_deg_s": 20.5, "updated_at": episode["updated_at"],
     }  # fmt: skip
     changed = client.patch(url, json=given)
     assert changed.status_code == 200, changed.text
@@ -135,8 +137,23 @@ def test_limits_name_their_doctor_and_each_motion_once(client: TestClient, episo
     one = {"motion": 5, "highest_deg": 120.0}
     problem(client.patch(url, json={"limits": [one]}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"max_load_level": 5}), 422, "limits_by_nobody")
+    problem(client.patch(url, json={"max_speed_deg_s": 20.0}), 422, "limits_by_nobody")
     problem(client.patch(url, json={"limits": [one, one], "limits_by": "Dr. Mori"}), 422, "invalid")
     assert client.get(url).json()["limits"] == []
+
+
+@pytest.mark.parametrize("given", [0.0, 0.9, 150.1, -20.0, "fast"])
+def test_a_speed_limit_out_of_range_is_refused(client: TestClient, episode: dict[str, Any], given: object) -> None:
+    url = f"/api/episodes/{episode['id']}"
+    told = problem(client.patch(url, json={"max_speed_deg_s": given, "limits_by": "Dr. Mori"}), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == ["#/max_speed_deg_s"]
+
+
+def test_a_speed_limit_can_be_taken_away(client: TestClient, episode: dict[str, Any]) -> None:
+    url = f"/api/episodes/{episode['id']}"
+    assert client.patch(url, json={"max_speed_deg_s": 20.0, "limits_by": "Dr. Mori"}).json()["max_speed_deg_s"] == 20.0
+    assert client.patch(url, json={"diagnosis": "Other"}).json()["max_speed_deg_s"] == 20.0
+    assert client.patch(url, json={"max_speed_deg_s": None}).json()["max_speed_deg_s"] is None
 
 
 def test_what_is_not_there_is_not_found(client: TestClient, episode: dict[str, Any]) -> None:
@@ -168,6 +185,35 @@ def test_a_recording_beyond_the_doctors_limit_is_not_loaded(
     go_through_checklist(client, visit["id"], recording["id"])
     loaded = client.post("/api/station/load", json=wanted | {"range_percent": 20})
     assert loaded.status_code == 200, loaded.text
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+def test_the_device_is_given_the_doctors_speed_limit(
+    client: TestClient, patient: dict[str, Any], episode: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = taught(client, patient, lifted())
+    visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    given = {"max_speed_deg_s": 1.0, "limits_by": "Dr. Mori"}
+    assert client.patch(f"/api/episodes/{episode['id']}", json=given).status_code == 200
+    until_mode(client, "idle")
+    wanted = {"session_id": visit["id"], "recording_id": recording["id"], "load_level": 12}
+    told = problem(client.post("/api/station/load", json=wanted), 422, "too_fast_for_doctor")
+    assert "Dr. Mori allows no more than 1 deg/s" in told["detail"]
+
+    assert client.patch(f"/api/episodes/{episode['id']}", json={"max_speed_deg_s": 140.0}).status_code == 200
+    go_through_checklist(client, visit["id"], recording["id"])
+    sent: list[object] = []
+    real = Station.command
+
+    async def command(station: Station, wanted: Any, *given: Any, **named: Any) -> Any:
+        sent.append(wanted)
+        return await real(station, wanted, *given, **named)
+
+    monkeypatch.setattr(Station, "command", command)
+    loaded = client.post("/api/station/load", json=wanted)
+    assert loaded.status_code == 200, loaded.text
+    assert [one.max_speed_deg_s for one in sent if isinstance(one, Load)] == [140.0]
     accepted(client, "unload")
     until_mode(client, "idle")
 

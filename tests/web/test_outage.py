@@ -3,6 +3,8 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -129,7 +131,7 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
         live = until(client, lambda live: live["kept"]["away_since"])
         assert live["run"]["run_id"] == run["id"]
         accepted(client, "stop")
-        stopped = until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+        stopped = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         assert stopped["kept"]["waiting"] > 0
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
@@ -153,7 +155,7 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
     with client.websocket_connect("/api/live"), server.killed():
         until(client, lambda live: live["kept"]["away_since"])
         accepted(client, "stop")
-        until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+        until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
@@ -161,7 +163,7 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
     accepted(client, "acknowledge")
 
 
-THERE = checks.Apparatus("Station 1", pedal_answers=True)
+THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
 def still_open_ahead(ahead: Ahead, session_id: str, recording_id: str) -> list[str] | None:
@@ -186,6 +188,17 @@ def visit(client: TestClient) -> dict[str, Any]:
     ahead: Ahead = app.state.ahead
     eventually(lambda: still_open_ahead(ahead, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
+
+
+def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
+    client: TestClient, visit: dict[str, Any]
+) -> None:
+    app: Any = client.app
+    reconnected = replace(THERE, verified_since=utc_now())
+
+    found = app.state.ahead.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+
+    assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
 
 def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(

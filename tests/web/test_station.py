@@ -16,9 +16,10 @@ from starlette.websockets import WebSocketDisconnect
 from kata.motion.taught import Taught
 from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
+from tests.operating import operate
 from tests.web.conftest import running
 from tests.web.test_records import problem
-from tests.web.visits import go_through_checklist, teaching
+from tests.web.visits import go_through_checklist, still_open, teaching
 
 
 def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
@@ -30,7 +31,7 @@ def until(client: TestClient, condition: Callable[[dict[str, Any]], object], wit
             live |= socket.receive_json().get("live", {})
             if condition(live):
                 return live
-            assert time.monotonic() < limit, live
+            assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
 
 
 def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
@@ -38,7 +39,7 @@ def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[st
 
 
 def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
-    answer = client.post(f"/api/station/{command}", json=body)
+    answer = operate(client, command, body)
     assert answer.status_code == 200, answer.text
     told: dict[str, Any] = answer.json()
     return told
@@ -150,6 +151,9 @@ def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
     accepted(client, "side", {"side": "left"})
     live = until_mode(client, "idle")
     assert live["side"] == "left"
+    # Another control program has connected: the emergency stop is tested again.
+    assert still_open(client, run["session_id"], recording["id"]) == ["estop"]
+    go_through_checklist(client, run["session_id"], recording["id"])
     body = {"session_id": run["session_id"], "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_side")
     assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
@@ -169,7 +173,7 @@ def test_play_stop_by_switch_reset_and_play_again(
     live = until_mode(client, "ready")
     assert live["run"]["patient"]["name"] == "Suzuki Aoi"
     assert live["refusals"]["play"]["code"] == "is_ready"
-    problem(client.post("/api/station/play"), 409, "is_ready")
+    problem(operate(client, "play"), 409, "is_ready")
     accepted(client, "approach")
     until_mode(client, "paused")
     accepted(client, "play")
@@ -178,7 +182,7 @@ def test_play_stop_by_switch_reset_and_play_again(
     live = until_mode(client, "stopped")
     assert live["estop"] == "pressed"
     assert live["stop"]["causes"][0]["code"] == "estop_pressed"
-    told = problem(client.post("/api/station/acknowledge"), 409, "estop_pressed")
+    told = problem(operate(client, "acknowledge"), 409, "estop_pressed")
     assert "release" in told["next_step"]
 
     client.post("/api/simulator/estop", json={"pressed": False})
@@ -211,7 +215,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     accepted(client, "approach")
     until_mode(client, "paused")
     accepted(client, "stop")
-    live = until(client, lambda live: live["mode"] == "stopped" and not live["torque_on"])
+    live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
     assert live["stop"]["causes"][0]["code"] == "operator_stop"
     accepted(client, "acknowledge")
     until_mode(client, "idle")
@@ -222,7 +226,7 @@ def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left
 ) -> None:
     load(client, taught_patient, recording)
     accepted(client, "approach")
-    until(client, lambda live: live["torque_on"])
+    until(client, lambda live: live["torque"] == "on")
     with client.websocket_connect("/api/live") as socket:
         for nothing in ("", "stop", "[]", '{"kind": "play"}', '{"kind": "stop"}', '{"kind": "stop", "number": -1}'):
             socket.send_text(nothing)
@@ -414,19 +418,25 @@ def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_s
     with closing(client.app.state.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
         jammed.fault("stuck", 3)
         accepted(client, "play")
+        # A shaft that stays jammed could not be taken back at all.
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 1)
+        jammed.clear_faults()
         live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
         assert live["run"]["reversals"] == 1
         assert "Motor 3 met resistance" in live["run"]["resistance"]
         assert live["stop"] is None
 
+        jammed.fault("stuck", 3)
         accepted(client, "play")
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 2)
+        jammed.clear_faults()
         live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
         assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
         assert live["stop"]["arm_held"] is True
-        assert live["torque_on"] is True
+        assert live["torque"] == "on"
         jammed.clear_faults()
     accepted(client, "acknowledge")
-    until(client, lambda live: live["mode"] == "idle" and not live["torque_on"])
+    until(client, lambda live: live["mode"] == "idle" and live["torque"] == "off")
 
 
 def test_when_service_and_device_mean_different_runs_the_arm_is_stopped(
@@ -487,14 +497,20 @@ def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
         os.kill(client.app.state.station._process._child.pid, signal.SIGKILL)  # type: ignore[attr-defined]
 
         live = until(client, lambda live: live["device"] == "restarting")
-        assert (live["mode"], live["estop"]) == ("offline", "unknown")
-        problem(client.post("/api/station/play"), 503, "device_offline")
-        live = until_mode(client, "idle")
-        assert live["run"] is None
-        assert live["torque_on"] is False
-        hand = client.app.state.simulation.process.client()  # type: ignore[attr-defined]
-        assert not any(axis.torque_on for axis in hand.state().axes)
-        hand.close()
+        assert (live["mode"], live["estop"], live["torque"]) == ("offline", "unknown", "unknown")
+        problem(operate(client, "play"), 503, "device_offline")
+        # The drives' watchdogs have stopped the arm, and hold it.
+        live = until_mode(client, "stopped")
+        assert {cause["code"] for cause in live["stop"]["causes"]} == {"torque_found"}
+        assert (live["run"], live["torque"], live["stop"]["arm_held"]) == (None, "on", True)
+        with closing(client.app.state.simulation.process.client()) as hand:  # type: ignore[attr-defined]
+            assert all(axis.torque_on for axis in hand.state().axes)
+            problem(operate(client, "acknowledge"), 409, "torque_found")
+            accepted(client, "release-torque")
+            until(client, lambda live: live["torque"] == "off" and "acknowledge" not in live["refusals"])
+            assert not any(axis.torque_on for axis in hand.state().axes)
+        accepted(client, "acknowledge")
+        until_mode(client, "idle")
         kept = client.get(f"/api/runs/{run['id']}").json()
         assert kept["outcome"] == "interrupted"
         assert kept["comparison"]["samples"] > 20

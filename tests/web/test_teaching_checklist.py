@@ -42,14 +42,17 @@ def test_nothing_is_taught_before_the_emergency_stop_was_tried_and_somebody_has_
         "The apparatus stands for the right shoulder, and its pin is in",
         "The arm lies in arm fixer 2 and elbow fixer 1, closed",
         "The belt holds the patient in the seat",
-        "The emergency stop was pressed and released today",
+        "The emergency stop was pressed and released today, after the apparatus was connected or turned",
     ):
         assert part in told["detail"]
     assert told["next_step"] == "Go through the checklist first."
     # That somebody says so is not enough for what the apparatus itself tells.
     everything = [*LOOKED_AT, "pedal", "estop"]
     told = problem(client.post("/api/station/teach", json=wanted | {"looked_at": everything}), 409, "checklist_open")
-    assert told["detail"] == "Not everything is in order yet: The emergency stop was pressed and released today."
+    assert (
+        told["detail"]
+        == "Not everything is in order yet: The emergency stop was pressed and released today, after the apparatus was connected or turned."
+    )
     until_mode(client, "idle")
     assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []
 

@@ -47,8 +47,8 @@ STATION: Final = {"get_station", "list_stations", "list_events", "stop"}
 BEHIND_A_LOCK: Final = {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
-    "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest", "acknowledge",
-    "take_lease", "release_lease",
+    "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest",
+    "release_torque", "acknowledge", "take_lease", "release_lease",
 }  # fmt: skip
 ADMINISTER: Final = {
     "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",

@@ -5,6 +5,8 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
+from tests.operating import operate
+
 LIMIT_S = 30.0
 WHO = "Ito Mai"
 LOOKED_AT = ("side", "fixtures", "belt")
@@ -37,7 +39,7 @@ def try_estop(client: TestClient) -> None:
         while "acknowledge" in refusals:
             refusals = socket.receive_json().get("live", {}).get("refusals", refusals)
             assert time.monotonic() < limit
-    assert client.post("/api/station/acknowledge").status_code == 200
+    assert operate(client, "acknowledge").status_code == 200
     until_estop(client, "closed")
 
 

@@ -16,6 +16,7 @@ from kata.device.messages import (
     Command,
     Event,
     FromDevice,
+    Guarded,
     Heartbeat,
     JournalClosed,
     Refusal,
@@ -27,6 +28,9 @@ from kata.device.messages import (
 )
 from kata.simulator.apparatus import Happening
 from kata.simulator.process import SimulatorProcess
+
+_EXPIRES_NS = 20_000_000_000
+"""As long as an answer is waited for: in these tests no command is late."""
 
 
 class Rig:
@@ -103,7 +107,10 @@ class Rig:
         self.until(lambda: self.snapshots and self.snapshot.mode == mode, within_s)
 
     def send(self, command: Command) -> Refusal | None:
-        """Send and wait for the answer."""
+        """Send and wait for the answer. A guarded command is based on the newest snapshot."""
+        if isinstance(command, Guarded):
+            expires_ns = time.monotonic_ns() + _EXPIRES_NS
+            command = msgspec.structs.replace(command, stops=self.snapshot.stops, expires_ns=expires_ns)
         self._requests += 1
         number = self._requests
         self._send(Request(id=number, command=command))

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, Teach
+from kata.device.config import Inputs
+from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, ReleaseTorque, Teach
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.taught import Taught
@@ -96,7 +97,13 @@ def play_once(rig: Rig, recording: Samples, run_id: str) -> bool:
 
 
 DYNAMIXEL_10, DYNAMIXEL_100 = {"rate_hz": 10}, {"rate_hz": 100}
-MODBUS_AS_SLOW_AS_MOST = {"protocol": "modbus", "baud": 115_200, "rate_hz": 40, "cycle_hz": 40}
+MODBUS_AS_SLOW_AS_MOST = {
+    "protocol": "modbus",
+    "baud": 115_200,
+    "rate_hz": 25,
+    "cycle_hz": 25,
+    "inputs": Inputs(max_age_cycles=7, estop_second_port=3),
+}
 
 
 @pytest.mark.parametrize("station", [DYNAMIXEL_10, DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST])
@@ -228,6 +235,9 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         # From the start: what is jammed further on cannot be taken back either, and that is another fault.
         rig.hand.fault("stuck", 4)
         assert rig.send(Play()) is None
+        # A shaft that stays jammed could not be taken back at all.
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.reversals == 1)
+        rig.hand.clear_faults()
         rig.until_mode("paused")
 
         run = rig.snapshot.run
@@ -236,13 +246,16 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         assert any(event.code == "load_reversal" and "Motor 4" in event.message for event in rig.events)
         assert rig.snapshot.stop is None
 
+        rig.hand.fault("stuck", 4)
         assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.reversals == 2)
+        rig.hand.clear_faults()
         rig.until_mode("stopped")
         rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
         stop = rig.snapshot.stop
         assert stop is not None
         assert [(cause.code, cause.category, cause.axis) for cause in stop.causes] == [("load_repeated", 2, 4)]
-        assert rig.snapshot.torque_on
+        assert rig.snapshot.torque == "on"
         assert all(axis.torque_on for axis in rig.hand.state().axes)
 
         assert rig.send(Acknowledge()) is None
@@ -279,7 +292,7 @@ def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_bac
         os.kill(rig.simulator.pid, signal.SIGSTOP)
         rig.until_mode("stopped")
         os.kill(rig.simulator.pid, signal.SIGCONT)
-        rig.until(lambda: all_cleared(rig))
+        rig.until(lambda: all_cleared(rig) and "acknowledge" not in rig.snapshot.refusals)
         assert rig.snapshot.mode == "stopped"
         assert rig.send(Acknowledge()) is None
         rig.until_mode("idle")
@@ -297,8 +310,13 @@ def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again
         assert rig.snapshot.stop is not None
         assert rig.snapshot.stop.causes[0].code == "bus_lost"
 
+        # The drives hold the arm, and go on holding it until somebody has said that it is supported.
+        assert rig.snapshot.torque == "unknown"
         rig.hand.clear_faults()
-        rig.until(lambda: all_cleared(rig))
+        rig.until(lambda: "release_torque" not in rig.snapshot.refusals)
+        assert all(axis.torque_on for axis in rig.hand.state().axes)
+        assert rig.send(ReleaseTorque()) is None
+        rig.until(lambda: all_cleared(rig) and "acknowledge" not in rig.snapshot.refusals)
         assert not any(axis.torque_on for axis in rig.hand.state().axes)
         assert rig.send(Acknowledge()) is None
         rig.until_mode("idle")

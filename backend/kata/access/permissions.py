@@ -209,6 +209,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "pause": _GO_ON,
         "less": _GO_ON,
         "return_to_rest": _GO_ON,
+        "release_torque": _GO_ON,
         "acknowledge": _GO_ON,
         "get_simulator": Rule("diagnose", away=True),
         "set_pedal": _DIAGNOSE,

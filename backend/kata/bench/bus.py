@@ -37,7 +37,7 @@ _GOALS_BYTES: Final = 39
 _SYNC_READ_BYTES: Final = 19 + 5 * 21
 _FAST_READ_BYTES: Final = 19 + 8 + 5 * 14
 _ANSWER_BYTES: Final = 21
-_CYCLE_BYTES: Final = _GOALS_BYTES + (_FAST_READ_BYTES + 2.5) + (14 + 46) + (14 + 17.5)
+_CYCLE_BYTES: Final = _GOALS_BYTES + (_FAST_READ_BYTES + 2.5) + (14 + 51) + (14 + 17.5)
 """With a drive's status and the inputs; the answers are longer in some cycles than in others, this is the mean."""
 _MODBUS_ANSWER_BYTES: Final = 5
 """And two for each register."""

@@ -24,6 +24,8 @@ from kata.device import config
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 
+GUARDED: Final = frozenset({"approach", "play", "return", "release-torque", "acknowledge"})
+"""Commands that carry the state that their sender saw last."""
 _START_LIMIT_S: Final = 60.0
 _ANSWER_LIMIT_S: Final = 60.0
 _LOOK_AGAIN_S: Final = 0.005
@@ -148,19 +150,19 @@ class Clinic:
 
         :raises BenchError: when the service cannot answer.
         """
-        return self._post(f"/api/station/{name}", body)
+        return self._post(f"/api/station/{name}", body | (self._seen() if name in GUARDED else {}))
 
     def insist(self, name: str, within_s: float = 5.0, **body: object) -> None:
         """Ask for it until it is accepted.
 
         :raises BenchError: when it is not in time.
         """
-        self._insist(f"/api/station/{name}", body, within_s)
+        self._until_accepted(name, lambda: self.command(name, **body), within_s)
 
     def begin_another(self, records: Prepared) -> Prepared:
         """The patient's session ends, as soon as what was played in it is kept, and the next one begins."""
         here = f"/api/sessions/{records.session_id}"
-        self._insist(f"{here}/end", {}, _ANSWER_LIMIT_S)
+        self._until_accepted("end", lambda: self._post(f"{here}/end", {}), _ANSWER_LIMIT_S)
         patient_id = self._ask("GET", here)["patient"]["id"]
         return replace(records, session_id=UUID(self._ask("POST", "/api/sessions", {"patient_id": patient_id})["id"]))
 
@@ -209,12 +211,17 @@ class Clinic:
             return str(told["code"])
         return None
 
-    def _insist(self, path: str, body: object, within_s: float) -> None:
+    def _until_accepted(self, what: str, ask: Callable[[], str | None], within_s: float) -> None:
         limit = time.monotonic() + within_s
-        while refusal := self._post(path, body):
+        while refusal := ask():
             if time.monotonic() > limit:
-                raise BenchError(f"{path} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
+                raise BenchError(f"{what} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
             time.sleep(_LOOK_AGAIN_S)
+
+    def _seen(self) -> dict[str, object]:
+        """Return the body of a guarded command that is based on the newest state."""
+        live = self._ask("GET", "/api/station")["live"]
+        return {"stops": live["stops"], "seen_at": live["at"]}
 
     def _still_open(self, checklist: str) -> list[str]:
         return [one["check"] for one in self._ask("GET", checklist)["checks"] if not one["given"]]

@@ -68,6 +68,25 @@ def estop(
 
 
 @app.command()
+def stop(
+    stops: Annotated[int, typer.Option(min=1, help="How often to stop under each load.")] = 1000,
+    loads: Annotated[
+        str,
+        typer.Option(help="With commas, of idle, built, loaded, second_client, slow_disk, extreme; all unless given."),
+    ] = "",
+    fifo: Annotated[bool, typer.Option("--fifo/--no-fifo", help="With real-time privileges, or without.")] = True,
+    json_out: Json = None,
+) -> None:
+    """How long from a Stop on the socket to torque off at all five drives, while the device process is kept busy."""
+    from kata.bench import stop as benchmark
+
+    wanted = loads.split(",") if loads else benchmark.LOADS
+    if unknown := set(wanted) - set(benchmark.LOADS):
+        raise typer.BadParameter(f"{', '.join(sorted(unknown))}: no such load", param_hint="--loads")
+    _carry_out(lambda progress: benchmark.run(stops, wanted, fifo, progress), json_out)
+
+
+@app.command()
 def bus(
     seconds: Annotated[float, typer.Option(min=0.01, help="Time for each library on each wire.")] = 6.0,
     rounds: Annotated[int, typer.Option(min=1, help="Turns in which that time is spent.")] = 3,

@@ -19,6 +19,7 @@ class KataDrives:
         """``fast``: the drives know Fast Sync Read."""
         self._bus = DynamixelBus(config, SerialLine if fast else _OlderDrives)
         self._bus.open()
+        self._bus.configure(range(len(config.axes)))
         self._goals = Goals(config)
 
     def cycle(self) -> int:
@@ -38,6 +39,7 @@ class KataCycle:
     def __init__(self, config: StationConfig) -> None:
         self._bus = make_bus(config)
         self._bus.open()
+        self._bus.configure(range(len(config.axes)))
         self._goals = Goals(config)
 
     def cycle(self) -> int:

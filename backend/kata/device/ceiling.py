@@ -9,8 +9,10 @@ BITS_A_BYTE: Final = 10
 _SILENCE_BITS_A_CHARACTER: Final = 11
 """Of the silence that ends a Modbus frame, as its specification counts."""
 
-_DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 22 + 14 + 46 + 14 + 22
-"""Sync Write of five goals; Sync Read of current, velocity and position; a Read of the status registers, and of two ports."""
+_DYNAMIXEL_BYTES: Final = 39 + 19 + 5 * 22 + 14 + 51 + 14 + 18
+"""Sync Write of five goals; Sync Read of current, velocity and position; a Read of the status registers, and of the ports: 11 bytes and
+on average 7 that tell its answer from others."""
+_DYNAMIXEL_PORT_BYTES: Final = 2
 _DYNAMIXEL_ANSWERS: Final = 7
 _MODBUS_INPUTS_BYTES: Final = 8 + 6
 _MODBUS_READ_BYTES: Final = 8 + 5
@@ -30,13 +32,18 @@ def cycle_ns(config: "StationConfig") -> float:
     byte_ns = BITS_A_BYTE * 1e9 / config.baud
     delay_ns = config.return_delay_us * 1e3
     if config.protocol == "dynamixel":
-        return _DYNAMIXEL_BYTES * byte_ns + _DYNAMIXEL_ANSWERS * delay_ns
+        ports = config.inputs.ports
+        contacts = _DYNAMIXEL_PORT_BYTES * (max(ports) - min(ports) + 1)
+        return (_DYNAMIXEL_BYTES + contacts) * byte_ns + _DYNAMIXEL_ANSWERS * delay_ns
     drives, registers = len(config.axes), 2 * config.modbus.block_registers
     exchanges = 1 + drives if config.modbus.function_23 else 1 + 2 * drives
     both = _MODBUS_BOTH_BYTES if config.modbus.function_23 else _MODBUS_READ_BYTES + _MODBUS_WRITE_BYTES
     # Silence ends the request, and again the answer, before the next request may begin.
     apart_ns = 2 * silence_ns(config) + delay_ns
-    return (_MODBUS_INPUTS_BYTES + drives * (both + registers)) * byte_ns + exchanges * apart_ns
+    verified_registers = max((span.stop - span.start for span in config.modbus.verified_spans), default=0)
+    verification = _MODBUS_READ_BYTES + 2 * verified_registers if verified_registers else 0
+    bytes_of_all = _MODBUS_INPUTS_BYTES + drives * (both + registers) + verification
+    return bytes_of_all * byte_ns + (exchanges + bool(verification)) * apart_ns
 
 
 def silence_ns(config: "StationConfig") -> float:

@@ -1,26 +1,29 @@
 """A station's configuration: one TOML file, read once, checked before anything moves.
 
-The defaults describe the apparatus of Sun et al. (2025) with drives that speak Dynamixel Protocol 2.0.
+The defaults describe the apparatus of Sun et al. (2025) with drives that speak Dynamixel Protocol 2.0. What each field may be is in
+:mod:`kata.device.config_rules`; docs/configuration.md shows it.
 """
 
-import math
+import re
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
 import numpy as np
 
-from kata.device.ceiling import ceiling_hz
-from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, POSE_RANGE_DEG, Side
+from kata.device.config_rules import MOTOR_RANGES_DEG, problems
+from kata.device.config_rules import NO_REGISTER as NO_REGISTER
+from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
 from kata.motion.method import Lag, Method
-from kata.motion.trajectory import AxisLimits, Trajectory
+from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
 REFERENCE_SHARE: Final = 0.5
 """Of the highest acceleration a reference may take this much; the rest is for going ahead of it."""
-LARGEST_LAG_S: Final = 0.3
-"""A drive that follows later than this is out of order, not to be compensated; so with the other two."""
-LARGEST_LAG2_S2: Final = 0.02
-LARGEST_FRICTION_DEG: Final = 5.0
+SHORTEST_REFERENCE_S: Final = 0.2
+"""Starting and stopping take so long at full pace. In a shorter recording speed and acceleration are not defined by what they are checked by."""
+
+_WRONG_TYPE: Final = re.compile(r"(?P<why>.*) - at `\$\.(?P<field>.*)`", re.DOTALL)
+"""How msgspec reports a value of the wrong type."""
 
 
 class ConfigError(ValueError):
@@ -31,6 +34,9 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """One motor: its address on the bus, how its encoder is mounted, and what it may do."""
 
     id: int
+    model: int = 1120
+    """Model number that a Dynamixel drive reports in registers 0 and 1 (1120: XH540-W270). Another one is refused: torque constant and
+    gains belong to the model."""
     zero_count: int | None = None
     """What the drive says at motor angle 0, in its own counts; unless given 2048 for Dynamixel (4096 a turn), 0 for Modbus."""
     direction: int = 1
@@ -38,9 +44,12 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     min_deg: float
     max_deg: float
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
-    max_speed_deg_s: float = 150.0
-    max_acceleration_deg_s2: float = 20_000.0
-    """A change of speed by 200 deg/s within one cycle of 100 Hz: far above what an arm does, or what noise in a recording looks like."""
+    max_speed_deg_s: float = 100.0
+    """The fastest recorded motion has 60 deg/s, and 90 when it is played at 150 %; 10 % more are for noise. A measured speed of 1.5 times
+    as much is a fault. A doctor can allow a patient less. See backend/decisions/0022-speed-and-acceleration-limits.md."""
+    max_acceleration_deg_s2: float = 4_000.0
+    """2.6 times the 1,505 deg/s2 that the drives reach for longer than 30 ms in the paper's way of playing at 150 %. A reference may take
+    half of it, 2,000; the sharpest recorded motion takes 600, and 1,163 at 150 %. See the same page."""
     max_torque_nm: float = 4.0
     """Rated torque; sent to the drive as its goal current, so that the drive gives way above it."""
     lag_s: float = 0.0
@@ -66,14 +75,27 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     drive_id: int = 1
     estop_port: int = 1
+    """The normally closed contact."""
+    estop_second_port: int | None = None
+    """A normally open contact of the same switch. The two must always differ (antivalent contacts): a lost port mode, a short circuit or
+    a welded contact is then noticed. Recommended; None: the switch has one contact."""
+    contacts_disagree_ms: int = 100
+    """Both contacts may say the same for this long, while the switch moves."""
     pedal_port: int = 2
     max_age_cycles: int = 2
     """What an input said counts for this long; after that the emergency stop counts as pressed, the pedal as up."""
     usb_pedal: str | None = None
     """A pedal that is a keyboard to the computer, as the RI-PF1BK: /dev/input/by-id/...-event-kbd. ``pedal_port`` is then not looked at."""
 
+    @property
+    def ports(self) -> frozenset[int]:
+        """Every port that has a contact."""
+        second = () if self.estop_second_port is None else (self.estop_second_port,)
+        return frozenset((self.estop_port, self.pedal_port, *second))
 
-NO_REGISTER: Final = -1
+
+_CLOSE_REGISTERS: Final = 16
+"""Registers within so many are cheaper to read at once than one by one."""
 
 
 class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -109,6 +131,18 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     torque_per_nm: float = 100.0
 
     @property
+    def verified_spans(self) -> tuple[range, ...]:
+        """Registers that are read back in a rotation: one span where they lie close together, else one for each."""
+        singles = (self.watchdog_ms, self.torque_limit, self.response_delay_us)
+        spans = [range(first, first + 1) for first in singles if first != NO_REGISTER]
+        if self.position_limits != NO_REGISTER:
+            spans.append(range(self.position_limits, self.position_limits + 4))
+        if not spans:
+            return ()
+        whole = range(min(span.start for span in spans), max(span.stop for span in spans))
+        return (whole,) if len(whole) <= _CLOSE_REGISTERS else tuple(spans)
+
+    @property
     def block_start(self) -> int:
         """First register of the block that is read every cycle."""
         return min(self.status, self.error, self.position, self.speed, self.torque)
@@ -117,10 +151,6 @@ class ModbusMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     def block_registers(self) -> int:
         """How many registers that block has."""
         return max(self.status, self.error, self.position + 1, self.speed, self.torque) - self.block_start + 1
-
-
-# The image of the scapula's +-20 deg square under the linkage, rounded outwards (tests hold it to that).
-_MOTOR_RANGES_DEG: Final = ((-19.0, 43.0), (88.0, 129.0), *POSE_RANGE_DEG[2:])
 
 
 _MOTOR_5: Final[dict[str, Any]] = {
@@ -135,7 +165,7 @@ _MOTOR_5: Final[dict[str, Any]] = {
 def _default_axes() -> tuple[Axis, ...]:
     return tuple(
         Axis(id=n, min_deg=low, max_deg=high, **(_MOTOR_5 if n == N_AXES else {}))
-        for n, (low, high) in enumerate(_MOTOR_RANGES_DEG, start=1)
+        for n, (low, high) in enumerate(MOTOR_RANGES_DEG, start=1)
     )
 
 
@@ -199,11 +229,26 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """How the drives fall behind their setpoints, as identified."""
         return Lag(*np.array([(axis.lag_s, axis.lag2_s2, axis.friction_deg) for axis in self.axes]).T)
 
+    def with_speed_limit(self, max_speed_deg_s: float | None) -> "StationConfig":
+        """Return this configuration with no axis, and no approach, faster than ``max_speed_deg_s``; None: as it is."""
+        if max_speed_deg_s is None:
+            return self
+        axes = tuple(
+            msgspec.structs.replace(axis, max_speed_deg_s=min(axis.max_speed_deg_s, max_speed_deg_s))
+            for axis in self.axes
+        )
+        approach_deg_s = min(self.approach_speed_deg_s, max_speed_deg_s)
+        return msgspec.structs.replace(self, axes=axes, approach_speed_deg_s=approach_deg_s)
+
     def check_reference(self, method: Method, reference: Trajectory) -> None:
         """Refuse what this station may not play: a recording before it is loaded, and before one is made of another.
 
         :raises TrajectoryError: naming motor, time, value and limit.
         """
+        if reference.duration_s < SHORTEST_REFERENCE_S:
+            raise TrajectoryError(
+                f"it lasts {reference.duration_s * 1000:.0f} ms; {SHORTEST_REFERENCE_S * 1000:.0f} ms is the shortest"
+            )
         # The paper's way leads nothing ahead.
         share = 1.0 if method == "paper" else REFERENCE_SHARE
         limits = [
@@ -219,55 +264,9 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         return 1.0 / self.cycle_hz if self.protocol == "modbus" and self.modbus.function_23 else 0.0
 
     def __post_init__(self) -> None:
-        problems = self._problems()
-        if problems:
-            raise ConfigError("; ".join(problems))
-
-    def _problems(self) -> list[str]:
-        found: list[str] = []
-        if len(self.axes) != N_AXES:
-            found.append(f"axes: {N_AXES} are needed, {len(self.axes)} given")
-        ids = [axis.id for axis in self.axes]
-        if len(set(ids)) != len(ids):
-            found.append(f"axes: ids must differ, got {ids}")
-        for n, axis in enumerate(self.axes, start=1):
-            if axis.direction not in (-1, 1):
-                found.append(f"axes[{n}].direction: must be 1 or -1")
-            if not (math.isfinite(axis.min_deg) and math.isfinite(axis.max_deg)):
-                found.append(f"axes[{n}]: min_deg and max_deg must be numbers")
-            elif not axis.min_deg < axis.max_deg:
-                found.append(f"axes[{n}]: min_deg must be below max_deg")
-            if not 0 < axis.max_speed_deg_s <= 450:
-                found.append(f"axes[{n}].max_speed_deg_s: must be above 0 and at most 450 (75 rpm)")
-            if not axis.max_acceleration_deg_s2 > 0:
-                found.append(f"axes[{n}].max_acceleration_deg_s2: must be above 0")
-            if not 0 < axis.max_torque_nm <= 4:
-                found.append(f"axes[{n}].max_torque_nm: must be above 0 and at most 4 (rated torque)")
-            for name, value, largest in (
-                ("lag_s", axis.lag_s, LARGEST_LAG_S),
-                ("lag2_s2", axis.lag2_s2, LARGEST_LAG2_S2),
-                ("friction_deg", axis.friction_deg, LARGEST_FRICTION_DEG),
-            ):
-                if not 0 <= value <= largest:
-                    found.append(f"axes[{n}].{name}: must be 0 to {largest:g}")
-        if self.bus_watchdog_ms not in range(40, 201, 20):
-            found.append("bus_watchdog_ms: must be 40 to 200, in steps of 20")
-        if self.inputs.max_age_cycles < 1:
-            found.append("inputs.max_age_cycles: must be at least 1")
-        if self.inputs.drive_id not in ids:
-            found.append("inputs.drive_id: must be the id of one of the axes")
-        if self.baud <= 0 or self.return_delay_us < 0:
-            return [*found, "baud: must be above 0, and return_delay_us not below"]
-        if not 1 <= self.rate_hz <= self.cycle_hz or self.cycle_hz % self.rate_hz:
-            found.append("rate_hz: must divide cycle_hz")
-        if not 20 <= self.cycle_hz <= 500:
-            found.append("cycle_hz: must be 20 to 500, or the emergency stop would be seen too late")
-        elif self.cycle_hz > (ceiling := ceiling_hz(self)):
-            found.append(
-                f"cycle_hz: this bus carries at most {int(ceiling)} cycles a second ({self.protocol} at {self.baud} bit/s); "
-                f"{self.cycle_hz} are asked for"
-            )
-        return found
+        found = problems(self)
+        if found:
+            raise ConfigError("; ".join(found))
 
 
 _SIMULATED_LAGS: Final = (
@@ -286,7 +285,7 @@ def simulated(port: str) -> StationConfig:
     axes = tuple(
         msgspec.structs.replace(axis, **lag) for axis, lag in zip(_default_axes(), _SIMULATED_LAGS, strict=True)
     )
-    return StationConfig(port=port, inputs=Inputs(max_age_cycles=30), silence_ms=300, axes=axes)
+    return StationConfig(port=port, inputs=Inputs(max_age_cycles=30, estop_second_port=3), silence_ms=300, axes=axes)
 
 
 def at_rate(config: StationConfig, rate_hz: int) -> StationConfig:
@@ -308,7 +307,16 @@ def read(path: Path) -> StationConfig:
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
-        raise ConfigError(f"{path}: {error}") from error
+        raise ConfigError(f"{path}: {_field_first(str(error))}") from error
+
+
+def _field_first(message: str) -> str:
+    """Put the field before the message, with axes counted from 1: ``Expected `int` - at `$.axes[0].id``` is about ``axes[1].id``."""
+    wrong = _WRONG_TYPE.fullmatch(message)
+    if wrong is None:
+        return message
+    field = re.sub(r"\[(\d+)\]", lambda index: f"[{int(index[1]) + 1}]", wrong["field"])
+    return f"{field}: {wrong['why']}"
 
 
 def write(config: StationConfig, path: Path) -> None:

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
+from kata.device.config_page import configuration
 from kata.device.faults import FAULTS
 from kata.device.modes import TRANSITIONS
 
@@ -56,7 +57,7 @@ def _shown(message: str) -> str:
     return message.replace("{motor}", "*n*")
 
 
-PAGES: Final = {"state-machine.md": state_machine, "faults.md": faults}
+PAGES: Final = {"state-machine.md": state_machine, "faults.md": faults, "configuration.md": configuration}
 
 
 def main() -> None:

@@ -1,7 +1,8 @@
-"""Between the control thread and everybody else: commands in, telemetry and journals out.
+"""Between the control thread and the service: commands in, telemetry and journals out.
 
-The control thread's side takes and leaves without ever waiting. The I/O thread's side moves bytes between queues, the
-socket to the service and the journal files; a third thread only waits for the disk.
+The control thread's side takes and leaves without ever waiting. The I/O thread's side moves small messages between queues
+and the socket to the service, and does nothing that takes long: a Stop waits for nothing. Threads of their own write the
+journals (:mod:`kata.device.keeper`) and wait for recordings to be checked (:mod:`kata.device.loader`).
 """
 
 import logging
@@ -12,50 +13,61 @@ import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Protocol
 
 import msgspec
-import numpy as np
 
 from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
-from kata.device.keeper import JournalKeeper, next_sync_ns
+from kata.device.keeper import JournalKeeper, JournalThreads
 from kata.device.messages import (
-    LOAD_LEVELS,
+    LONGEST_LOAD_BYTES,
     Command,
     Event,
     FromDevice,
     Heartbeat,
     JournalClosed,
     Load,
+    LoadPart,
     Refusal,
     Reply,
     Request,
     Snapshot,
     Stop,
     StopCode,
+    Teach,
     ToDevice,
+    Unload,
     frame,
     frames,
 )
-from kata.motion.axes import N_AXES
-from kata.motion.learning import LARGEST_DEG, Correction
-from kata.motion.method import rate_hz, reference
-from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
+from kata.device.references import Reference, unplayable
+from kata.device.refusals import STOPPED_MEANWHILE, other_side
+from kata.motion.learning import Correction
+from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
 
 _POLL_S: Final = 0.01
+_SLICE_BYTES: Final = 1 << 18
+"""Limits how much is received before the other sources are looked at again."""
+_FLOOD_BYTES: Final = 1 << 16
+"""So much at once are parts of a Load."""
+_REST_S: Final = 0.001
+"""After so much, to limit the processor's time that a Load takes: the kernel thread that brings the bus's bytes has no priority, and
+this thread has one. A Stop may wait for it."""
 _SNAPSHOTS_KEPT: Final = 20
 _COMMANDS_KEPT: Final = 100
 _LAST_WORDS_S: Final = 1.0
 
-
-class _UnusableError(ValueError):
-    """It cannot be played in this way; the message says why."""
+_CROWDED: Final = Refusal(code="busy", message="Too many commands are waiting.", next_step="Wait a moment.")
+_LOADING: Final = Refusal(
+    code="busy", message="Another recording is being checked.", next_step="Wait a moment, then load it again."
+)
 
 
 @dataclass(frozen=True)
@@ -64,13 +76,43 @@ class Taken:
 
     id: int
     command: Command
-    trajectory: Trajectory | None
-    refusal: Refusal | None
+    trajectory: Trajectory | None = None
+    """Of a Load, as its correction."""
+    refusal: Refusal | None = None
     correction: Correction | None = None
+    stop_requests: int = 0
+    """How many Stop commands had come before it."""
+
+
+@dataclass
+class _Loading:
+    """A Load that has been accepted, and is being received or checked."""
+
+    request: Request
+    stop_requests: int
+    bytes_left: int = LONGEST_LOAD_BYTES
+    complete: bool = False
+    """All of it is with the loader, which will have a result."""
+    discarded: bool = False
+    """It has been answered; its result is not wanted."""
+
+
+class Loader(Protocol):
+    """What takes Loads and brings references back: :class:`kata.device.loader.ReferenceLoader`."""
+
+    def send(self, message: Request | LoadPart) -> None:
+        """Pass on a Load or a part of it; never waits."""
+
+    def results(self) -> Iterator[tuple[int, Reference | Refusal]]:
+        """Take what has come since the last time, each with the id of its Load."""
 
 
 class Counterpart(Protocol):
-    """What the control loop wants of whoever is on the other side; nothing here ever waits."""
+    """What the control loop wants of the other side; nothing here ever waits."""
+
+    @property
+    def stop_requests(self) -> int:
+        """How many Stop commands have come; it only grows. One that :meth:`take_stop` has not returned yet is counted already."""
 
     @property
     def closing(self) -> bool:
@@ -116,19 +158,30 @@ class Counterpart(Protocol):
 class Exchange:
     """The queues, and the threads that serve them: the :class:`Counterpart` of a device process."""
 
-    def __init__(self, config: StationConfig, connection: socket.socket, journal_folder: Path) -> None:
+    def __init__(
+        self, config: StationConfig, connection: socket.socket, journals: JournalKeeper, loader: Loader
+    ) -> None:
+        """``loader``: started, and told to call :meth:`wake`, by the caller."""
         self._config = config
         self._socket = connection
-        self._journals = JournalKeeper(journal_folder)
+        self._keeper = journals
+        self._journals = JournalThreads(journals, self._tell_closed, self._close)
+        self._loader = loader
+        self._loading: _Loading | None = None
         self._commands: deque[Taken] = deque()
-        self._stop_requested: StopCode | None = None
+        self._stops: deque[StopCode] = deque()
+        """Stop commands that the control thread has not taken."""
         self._heard_ns = time.monotonic_ns()
         self._snapshots: deque[Snapshot] = deque()
+        self._newest: Snapshot | None = None
+        self._replies: list[Reply] = []
+        """Of this cycle."""
         self._letters: deque[Reply | Event | JournalClosed] = deque()
-        self._ended = threading.Event()
+        self._finished = threading.Event()
         self._woken = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        self._thread = threading.Thread(target=self._serve, args=(self._move_bytes,), name="io", daemon=True)
-        self._syncing = threading.Thread(target=self._serve, args=(self._keep_synced,), name="sync", daemon=True)
+        self._thread = threading.Thread(target=self._serve, name="io", daemon=True)
+        self._slice = memoryview(bytearray(_SLICE_BYTES))
+        """Kept: with locked memory each new one would be 64 pages that the kernel clears at once."""
         self._decoder = msgspec.msgpack.Decoder(ToDevice)
         self.closing = False
         """The service is gone, or asked this process to end."""
@@ -136,15 +189,19 @@ class Exchange:
         """How many heartbeats came, and the run that the last one named."""
         self.dropped = 0
         """Snapshots that a slow service never got."""
+        self.stop_requests = 0
+        """How many Stop commands have come."""
 
     def start(self) -> None:
-        """Start both threads."""
+        """Start the threads."""
         self._thread.start()
-        self._syncing.start()
+        self._journals.start()
 
     def finish(self) -> None:
         """The control thread has ended: let the last journal reach the disk and the last words the service."""
-        self._ended.set()
+        self._journals.finish()
+        self._finished.set()
+        self._wake_io()
         self._thread.join()
         os.close(self._woken)
 
@@ -152,12 +209,31 @@ class Exchange:
 
     def take_stop(self) -> StopCode | None:
         """See :class:`Counterpart`."""
-        requested, self._stop_requested = self._stop_requested, None
-        return requested
+        first: StopCode | None = None
+        while self._stops:
+            because = self._stops.popleft()
+            first = first or because
+        return first
 
     def take_command(self) -> Taken | None:
-        """See :class:`Counterpart`."""
-        return self._commands.popleft() if self._commands else None
+        """See :class:`Counterpart`.
+
+        A Stop may come at any moment in between. The I/O thread first counts it, then leaves it for :meth:`take_stop`, then
+        discards what is queued; what comes later bears the new count. So a command with an old count came before the Stop and is
+        discarded here, if it was taken just before the I/O thread would have done so. One with the new count, while the Stop still
+        waits, came after it and must not be carried out before it: it waits for the next cycle, which takes the Stop first.
+        """
+        try:
+            taken = self._commands.popleft()
+        except IndexError:
+            return None
+        if taken.stop_requests != self.stop_requests:
+            self.reply(Reply(id=taken.id, refusal=STOPPED_MEANWHILE))
+            return None
+        if self._stops:
+            self._commands.appendleft(taken)
+            return None
+        return taken
 
     def service_age_ms(self, t_ns: int) -> float:
         """See :class:`Counterpart`."""
@@ -165,7 +241,7 @@ class Exchange:
 
     def reply(self, reply: Reply) -> None:
         """See :class:`Counterpart`."""
-        self._letters.append(reply)
+        self._replies.append(reply)
 
     def publish_event(self, event: Event) -> None:
         """See :class:`Counterpart`."""
@@ -176,55 +252,65 @@ class Exchange:
         if len(self._snapshots) >= _SNAPSHOTS_KEPT:
             self._snapshots.popleft()
             self.dropped += 1
+        self._newest = snapshot
         self._snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
         """See :class:`Counterpart`."""
-        return self._journals.open(header)
+        return self._keeper.open(header)
 
     @property
     def journal_ok(self) -> bool:
         """See :class:`Counterpart`."""
-        return self._journals.ok
+        return self._keeper.ok
 
     def wake(self) -> None:
-        """See :class:`Counterpart`."""
-        os.eventfd_write(self._woken, 1)
+        """See :class:`Counterpart`.
+
+        Replies go now: the service may send a Load on the strength of one, which is judged by this cycle's snapshot.
+        """
+        self._letters.extend(self._replies)
+        self._replies.clear()
+        self._wake_io()
+        self._journals.wake()
 
     # -- the other threads' side ----------------------------------------------------------------------------------
 
-    def _serve(self, part: Callable[[], None]) -> None:
+    def notify(self) -> None:
+        """The loader has a result."""
+        self._wake_io()
+
+    def _wake_io(self) -> None:
+        os.eventfd_write(self._woken, 1)
+
+    def _tell_closed(self, journal: Path) -> None:
+        self._letters.append(JournalClosed(path=str(journal)))
+
+    def _close(self) -> None:
+        """A thread has ended: the control thread must not go on without it."""
+        self.closing = True
+
+    def _serve(self) -> None:
         try:
-            part()
+            self._move_messages()
         finally:
-            # Whatever ends this thread, the control thread must not go on without it.
-            self.closing = True
+            self._close()
 
-    def _keep_synced(self) -> None:
-        """Until the control thread has ended; the I/O thread does it for the last time."""
-        due_ns = time.monotonic_ns()
-        while not self._ended.wait(max(0, due_ns - time.monotonic_ns()) / 1e9):
-            began_ns = time.monotonic_ns()
-            self._sync_journals()
-            due_ns = next_sync_ns(began_ns, time.monotonic_ns())
-
-    def _move_bytes(self) -> None:
+    def _move_messages(self) -> None:
         incoming = bytearray()
         outgoing = bytearray()
         self._socket.setblocking(False)
-        while not self._ended.is_set():
+        while not self._finished.is_set():
             sources: list[socket.socket | int] = [self._woken] if self.closing else [self._woken, self._socket]
             wants_write = [self._socket] if outgoing else []
             readable, _, _ = select.select(sources, wants_write, [], _POLL_S)
             if self._woken in readable:
                 os.eventfd_read(self._woken)
-            self._journals.write()
             if self._socket in readable:
                 self._receive(incoming)
+            self._take_loaded()
             self._send(outgoing)
-        self._syncing.join()
-        self._journals.write()
-        self._sync_journals()
+        self._letters.extend(self._replies)
         until_ns = time.monotonic_ns() + int(_LAST_WORDS_S * 1e9)
         self._send(outgoing)
         while outgoing and time.monotonic_ns() < until_ns:
@@ -233,42 +319,118 @@ class Exchange:
 
     def _receive(self, incoming: bytearray) -> None:
         try:
-            data = self._socket.recv(1 << 20)
+            count = self._socket.recv_into(self._slice)
         except BlockingIOError:
             return
         except OSError:
-            data = b""
-        if not data:
+            count = 0
+        if not count:
             log.info("the service is gone")
             self.closing = True
             return
-        incoming += data
-        for data in frames(incoming):
-            self._heard_ns = time.monotonic_ns()
-            try:
-                message = self._decoder.decode(data)
-            except msgspec.MsgspecError as error:
-                log.error("a message that cannot be understood was ignored: %s", error)
-                continue
-            if isinstance(message, Heartbeat):
+        incoming += self._slice[:count]
+        try:
+            for encoded in frames(incoming):
+                self._heard_ns = time.monotonic_ns()
+                self._understand(encoded)
+        except ValueError as error:
+            log.error("the service cannot be understood any more: %s", error)
+            self.closing = True
+        if count >= _FLOOD_BYTES:
+            time.sleep(_REST_S)
+
+    def _understand(self, encoded: bytes) -> None:
+        try:
+            message = self._decoder.decode(encoded)
+        except msgspec.MsgspecError as error:
+            log.error("a message that cannot be understood was ignored: %s", error)
+            return
+        match message:
+            case Heartbeat():
                 self.belief = (self.belief[0] + 1, message.run_id)
-            else:
+            case LoadPart():
+                self._take_part(message)
+            case Request():
                 self._accept(message)
 
     def _accept(self, request: Request) -> None:
-        if isinstance(request.command, Stop):
-            self._stop_requested = self._stop_requested or request.command.because
-            self._letters.append(Reply(id=request.id))
-            return
+        match request.command:
+            case Stop():
+                self._stop(request.id, request.command.because)
+                return
+            case Load():
+                self._begin_load(request, request.command)
+                return
+            case Teach() | Unload():
+                self._discard_load(STOPPED_MEANWHILE)
         if len(self._commands) >= _COMMANDS_KEPT:
-            crowded = Refusal(code="busy", message="Too many commands are waiting.", next_step="Wait a moment.")
-            self._letters.append(Reply(id=request.id, refusal=crowded))
-            return
-        self._commands.append(checked(request, self._config))
+            self._refuse(request.id, _CROWDED)
+        else:
+            self._commands.append(Taken(request.id, request.command, stop_requests=self.stop_requests))
 
-    def _sync_journals(self) -> None:
-        for path in self._journals.sync():
-            self._letters.append(JournalClosed(path=str(path)))
+    def _stop(self, request_id: int, because: StopCode) -> None:
+        """In this order: see :meth:`take_command`."""
+        self.stop_requests += 1
+        self._stops.append(because)
+        while self._commands:
+            # The control thread may have taken the last one just now.
+            with suppress(IndexError):
+                self._refuse(self._commands.popleft().id, STOPPED_MEANWHILE)
+        self._discard_load(STOPPED_MEANWHILE)
+        self._letters.append(Reply(id=request_id))
+
+    def _refuse(self, request_id: int, refusal: Refusal) -> None:
+        self._letters.append(Reply(id=request_id, refusal=refusal))
+
+    # -- loading --------------------------------------------------------------------------------------------------
+
+    def _begin_load(self, request: Request, load: Load) -> None:
+        """Refuse what can be refused at once; the control thread has the last word when the recording has been checked."""
+        not_now = self._newest.refusals.get("load") if self._newest else None
+        refusal = not_now or other_side(load.side, self._config.side) or (_LOADING if self._loading else None)
+        if refusal:
+            self._refuse(request.id, refusal)
+        else:
+            self._loading = _Loading(request, self.stop_requests)
+            self._loader.send(request)
+
+    def _take_part(self, part: LoadPart) -> None:
+        loading = self._loading
+        if loading is None or loading.request.id != part.id or loading.discarded:
+            return
+        loading.bytes_left -= len(part.data)
+        if loading.bytes_left < 0:
+            self._discard_load(unplayable("it is longer than the apparatus can take"))
+            return
+        loading.complete = part.last
+        self._loader.send(part)
+
+    def _discard_load(self, refusal: Refusal) -> None:
+        loading = self._loading
+        if loading is None or loading.discarded:
+            return
+        self._refuse(loading.request.id, refusal)
+        if loading.complete:
+            # The loader is busy with it until its result comes.
+            loading.discarded = True
+        else:
+            self._loading = None
+
+    def _take_loaded(self) -> None:
+        for request_id, result in self._loader.results():
+            loading = self._loading
+            if loading is None or loading.request.id != request_id:
+                continue
+            self._loading = None
+            if loading.discarded:
+                continue
+            if isinstance(result, Refusal):
+                self._refuse(request_id, result)
+                continue
+            command, count = loading.request.command, loading.stop_requests
+            self._commands.append(Taken(request_id, command, result.trajectory, None, result.correction, count))
+
+    # -- to the service -------------------------------------------------------------------------------------------
 
     def _send(self, outgoing: bytearray) -> None:
         if self.closing and not outgoing and not self._letters:
@@ -287,67 +449,3 @@ class Exchange:
         except OSError:
             self.closing = True
             outgoing.clear()
-
-
-def checked(request: Request, config: StationConfig) -> Taken:
-    """A command with all that can be worked out before the control thread has it: a long recording costs that nothing."""
-    trajectory: Trajectory | None = None
-    correction: Correction | None = None
-    refusal: Refusal | None = None
-    if isinstance(request.command, Load):
-        try:
-            trajectory = _trajectory(request.command, config)
-            correction = _correction(request.command, trajectory)
-        except TrajectoryError as error:
-            refusal = Refusal(
-                code="unplayable",
-                message=f"This recording cannot be played: {error}.",
-                next_step="Teach the motion again, within the range and more slowly.",
-            )
-        except _UnusableError as error:
-            refusal = Refusal(
-                code="unusable", message=f"This cannot be played so: {error}.", next_step="Choose another method."
-            )
-    return Taken(request.id, request.command, trajectory, refusal, correction)
-
-
-def _trajectory(load: Load, config: StationConfig) -> Trajectory:
-    try:
-        times = np.frombuffer(load.times_s, dtype="<f8")
-        angles = np.frombuffer(load.angles_deg, dtype="<f8").reshape(-1, len(config.axes))
-    except ValueError as error:
-        raise TrajectoryError("its samples are cut short") from error
-    if config.cycle_hz % rate_hz(load.method, config.rate_hz):
-        raise _UnusableError("this station's cycles do not divide into the paper's 10 Hz")
-    trajectory = reference(load.method, times, angles)
-    if not 1 <= load.load_level <= LOAD_LEVELS:
-        raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
-    if load.limits_deg and len(load.limits_deg) != len(config.axes):
-        raise TrajectoryError("it has limits for some axes only")
-    config.check_reference(load.method, trajectory)
-    if load.limits_deg:
-        patients = [
-            AxisLimits(low, high, axis.max_speed_deg_s)
-            for axis, (low, high) in zip(config.axes, load.limits_deg, strict=True)
-        ]
-        trajectory.check(patients, 0.0)
-    return trajectory
-
-
-def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
-    """What was learned, whole and bounded, or nothing."""
-    if not load.correction_deg:
-        return None
-    if load.method != "learned":
-        raise _UnusableError("a correction belongs to the learned method only")
-    if len(load.correction_deg) % (N_AXES * 8):
-        raise _UnusableError("what was learned is cut short")
-    angles = np.frombuffer(load.correction_deg, dtype="<f8").reshape(-1, N_AXES)
-    step_s = load.correction_step_s
-    # Its last row lies within a step of the recording's end. What is no number is within no limit.
-    lasts_s = trajectory.duration_s
-    if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
-        raise _UnusableError("what was learned is as long as another recording")
-    if not np.all(np.abs(angles) <= LARGEST_DEG):
-        raise _UnusableError(f"what was learned is more than {LARGEST_DEG:g} deg somewhere")
-    return Correction(step_s, angles)

@@ -7,9 +7,12 @@ from msgspec import Struct, structs
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Axis, StationConfig
+from kata.device.messages import TorqueState
 
 _SWITCHING_NS: Final = 50_000_000
 """A drive's word on its torque counts from this long after the torque was switched."""
+_TORQUE_KNOWN_MS: Final = 1000.0
+"""A drive's word on its torque counts for this long; its status is read every few cycles."""
 _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
 _TORQUE_TOLERANCE: Final = 1.1
@@ -33,6 +36,8 @@ class Situation(Struct, frozen=True):
     """The tightest of mechanism and run."""
     rate_hz: int
     """Setpoints a second: the run's own, without one the station's."""
+    torque_left: bool = False
+    """Torque is neither commanded on nor off: the port has been opened, and a drive may hold an arm."""
 
 
 class Facts(Struct, frozen=True):
@@ -45,8 +50,10 @@ class Facts(Struct, frozen=True):
     situation: Situation
     bus_ok: bool
     complete: bool
-    """Every drive, its status and the inputs have been seen since the bus is there, and no drive has torque."""
+    """Every drive, its status and the inputs have been seen since the bus is there, every register is verified, and no drive has torque."""
     estop: Contact
+    contacts_disagree_ms: float
+    """How long the two antivalent contacts of the emergency stop have said the same."""
     pedal_down: bool | None
     """None: unknown."""
     measured_deg: tuple[float, ...]
@@ -56,7 +63,7 @@ class Facts(Struct, frozen=True):
     drive_age_ms: tuple[float, ...]
     """inf where a drive never answered."""
     status_age_ms: tuple[float, ...]
-    """inf where a drive never told its status since the bus is there."""
+    """Since the status came, or since the port was opened where none has come; inf without a port."""
     garbled: tuple[bool, ...]
     """Since its last sound answer something unsound came at least as often as nothing. Once is not enough: what a busy computer
     hands over late looks unsound too, and a drive that is switched off is not to be called damaged for that.
@@ -64,9 +71,18 @@ class Facts(Struct, frozen=True):
     measured_t_ns: int | None
     """When this cycle's angles came; None unless all five did."""
     hardware_error: tuple[int, ...]
+    """Of the newest status, or 1 where the newest answer carries the alert bit; 0 for none."""
     watchdog_tripped: tuple[bool, ...]
     torque_reported: tuple[bool | None, ...]
     """What each drive last said of its torque; None while that may be older than the last switching."""
+    torque: tuple[TorqueState, ...]
+    """What is known of each drive's torque, never more reassuring than its own word."""
+    verified: tuple[bool, ...]
+    """Every configured register of the drive has its value, as far as its newest status on this connection tells."""
+    mismatch: tuple[str, ...]
+    """The register that has another value; empty where none is known."""
+    reset: tuple[bool, ...]
+    """A register had another value, and the drive has not been verified again since."""
     torque_on: bool
     """What was last commanded."""
     setpoint_deg: tuple[float, ...]
@@ -113,9 +129,14 @@ class Observer:
         self._nothing, self._unsound = [0] * axes, [0] * axes
         self._following, self._overtorque, self._accelerating = _Lasting(axes), _Lasting(axes), _Lasting(axes)
         self._frozen_since: list[float | None] = [None] * axes
+        self._torque: list[TorqueState] = ["unknown"] * axes
+        self._reset = [False] * axes
         self._inputs: InputReading | None = None
+        self._disagree_since_ns: int | None = None
         self._input_limit_ms = config.inputs.max_age_cycles * 1000 / config.cycle_hz
         self._opened = False
+        self._opened_ns = -math.inf
+        """When the port was opened; -inf without one."""
         self._pedal_down: bool | None = None
         self._pedal_changed_ns: int | None = None
         self._torque_on = False
@@ -142,9 +163,10 @@ class Observer:
     def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
         """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
         replies = reading or _NOTHING
-        self._take(replies, bus_ok=reading is not None)
+        self._take(t_ns, replies, bus_ok=reading is not None)
         inputs = self._inputs
         inputs_known = inputs is not None and _age_ms(t_ns, inputs.t_ns) <= self._input_limit_ms
+        self._know_torque(t_ns, bus_ok=reading is not None)
         answered = [drive.t_ns for drive in replies.drives if drive]
         axes = range(len(self._drives))
         reported = tuple([self._torque_reported(status) for status in self._status])
@@ -152,21 +174,29 @@ class Observer:
             t_ns=t_ns,
             situation=situation,
             bus_ok=reading is not None,
-            complete=inputs_known and all(self._drives) and all(torque is False for torque in reported),
+            complete=inputs_known
+            and all(self._drives)
+            and all(torque is False for torque in reported)
+            and all(status is not None and status.verified for status in self._status),
             estop="unknown" if not inputs_known or inputs is None else "open" if inputs.estop_open else "closed",
+            contacts_disagree_ms=0.0 if self._disagree_since_ns is None else _age_ms(t_ns, self._disagree_since_ns),
             pedal_down=self._pedal_down if inputs_known else None,
             measured_deg=tuple([drive.position_deg if drive else math.nan for drive in self._drives]),
             speed_deg_s=tuple([drive.speed_deg_s if drive else 0.0 for drive in self._drives]),
             torque_nm=tuple([drive.torque_nm if drive else 0.0 for drive in self._drives]),
             drive_age_ms=tuple([_age_ms(t_ns, drive.t_ns) if drive else math.inf for drive in self._drives]),
-            status_age_ms=tuple([_age_ms(t_ns, status.t_ns) if status else math.inf for status in self._status]),
+            status_age_ms=tuple([_age_ms(t_ns, status.t_ns if status else self._opened_ns) for status in self._status]),
             garbled=tuple(
                 [0 < unsound >= nothing for unsound, nothing in zip(self._unsound, self._nothing, strict=True)]
             ),
             measured_t_ns=max(answered) if len(answered) == len(self._drives) else None,
-            hardware_error=tuple([status.hardware_error if status else 0 for status in self._status]),
+            hardware_error=tuple([self._hardware_error(n) for n in axes]),
             watchdog_tripped=tuple([bool(status and status.watchdog_tripped) for status in self._status]),
             torque_reported=reported,
+            torque=tuple(self._torque),
+            verified=tuple([bool(status and status.verified) for status in self._status]),
+            mismatch=tuple([status.mismatch if status else "" for status in self._status]),
+            reset=tuple(self._reset),
             torque_on=self._torque_on,
             setpoint_deg=self._setpoint,
             setpoint_cycles=self._setpoint_cycles,
@@ -177,7 +207,7 @@ class Observer:
             frozen_deg=tuple([self._frozen_deg(n) for n in axes]),
         )
 
-    def _take(self, replies: Reading, *, bus_ok: bool) -> None:
+    def _take(self, t_ns: int, replies: Reading, *, bus_ok: bool) -> None:
         for n, drive in enumerate(replies.drives):
             if drive:
                 self._before[n], self._drives[n] = self._drives[n], drive
@@ -186,14 +216,25 @@ class Observer:
                 self._nothing[n] += n in replies.silent
                 self._unsound[n] += n in replies.garbled
         if not bus_ok:
-            # Whoever comes back may have been switched off and on: what it said of itself no longer counts.
+            # A drive that comes back may have been without power: its last status no longer counts.
             self._status = [None] * len(self._status)
+            self._opened_ns = -math.inf
+        elif self._opened_ns == -math.inf:
+            self._opened_ns = t_ns
         for status in replies.statuses:
             self._status[status.axis] = status
+            self._reset[status.axis] = bool(status.mismatch) or (self._reset[status.axis] and not status.verified)
         if replies.inputs:
+            self._note_contacts(replies.inputs)
             opened, self._opened = self._opened, False
             self._inputs = structs.replace(replies.inputs, estop_open=True) if opened else replies.inputs
             self._settle_pedal(replies.inputs)
+
+    def _note_contacts(self, inputs: InputReading) -> None:
+        if not inputs.contacts_disagree:
+            self._disagree_since_ns = None
+        elif self._disagree_since_ns is None:
+            self._disagree_since_ns = inputs.t_ns
 
     def _settle_pedal(self, inputs: InputReading) -> None:
         if inputs.pedal_down is None:
@@ -212,6 +253,22 @@ class Observer:
         if status is None or status.t_ns < self._torque_switched_ns + _SWITCHING_NS:
             return None
         return status.torque_on
+
+    def _know_torque(self, t_ns: int, *, bus_ok: bool) -> None:
+        """A drive has torque from the command on until it says itself that it has none; without a recent word it is unknown."""
+        for n, status in enumerate(self._status):
+            reported = self._torque_reported(status)
+            recent = status is not None and _age_ms(t_ns, status.t_ns) <= _TORQUE_KNOWN_MS
+            if self._torque_on and bus_ok:
+                self._torque[n] = "on"
+            elif not (bus_ok and recent):
+                self._torque[n] = "unknown"
+            elif reported is not None:
+                self._torque[n] = "on" if reported else "off"
+
+    def _hardware_error(self, n: int) -> int:
+        status, drive = self._status[n], self._drives[n]
+        return (status.hardware_error if status else 0) or int(drive is not None and drive.alert)
 
     # -- one axis each, judged over more than this cycle ------------------------------------------------------------
 
@@ -252,6 +309,6 @@ class Observer:
         return self._config.axes[n]
 
 
-def _age_ms(t_ns: int, then_ns: int) -> float:
+def _age_ms(t_ns: int, then_ns: float) -> float:
     """A cycle's time is its deadline; what was answered within it is a little younger than that, so of age 0."""
     return max(0, t_ns - then_ns) / 1e6

@@ -89,7 +89,20 @@ def _torque_lost(facts: Facts, config: StationConfig) -> Iterable[int]:
 
 
 def _torque_remains(facts: Facts, config: StationConfig) -> Iterable[int]:
-    return (n for n, reported in enumerate(facts.torque_reported) if not facts.torque_on and reported)
+    switched_off = not facts.torque_on and not facts.situation.torque_left
+    return (n for n, reported in enumerate(facts.torque_reported) if switched_off and reported)
+
+
+def _torque_found(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, reported in enumerate(facts.torque_reported) if facts.situation.torque_left and reported)
+
+
+def _drive_reset(facts: Facts, config: StationConfig) -> Iterable[int]:
+    return (n for n, reset in enumerate(facts.reset) if reset)
+
+
+def _contacts_disagree(facts: Facts, config: StationConfig) -> Iterable[None]:
+    return (None,) if facts.contacts_disagree_ms > config.inputs.contacts_disagree_ms else ()
 
 
 def _position_limit(facts: Facts, config: StationConfig) -> Iterable[int]:
@@ -177,17 +190,38 @@ FAULTS: Final = (
         _estop_unknown,
     ),
     Fault(
+        "contacts_disagree",
+        0,
+        "The two contacts of the emergency stop contradict each other.",
+        "Support the arm. Have the switch and its wires checked, test the emergency stop, then acknowledge.",
+        _contacts_disagree,
+    ),
+    Fault(
         "bus_lost",
         0,
         "The connection to the motors is lost.",
-        "Check the RS-485 adapter and the power supplies; it is reconnected by itself. Then acknowledge.",
+        "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection comes back by itself.",
         _bus_lost,
+    ),
+    Fault(
+        "torque_found",
+        2,
+        "Motor {motor} has held the arm since before the connection came back.",
+        "Support the arm, then release the torque.",
+        _torque_found,
+    ),
+    Fault(
+        "drive_reset",
+        0,
+        "Motor {motor} has lost its settings.",
+        "Support the arm. Wait until the motor is set up again, test the emergency stop, then acknowledge.",
+        _drive_reset,
     ),
     Fault(
         "drive_silent",
         0,
         "Motor {motor} does not answer.",
-        "Check its cable and power supply, then acknowledge.",
+        "Support the arm: this motor may still hold it. Check its cable and power supply, then acknowledge.",
         _drive_silent,
     ),
     Fault(
@@ -201,7 +235,7 @@ FAULTS: Final = (
         "drive_error",
         0,
         "Motor {motor} reports a hardware error.",
-        "Let it cool down, switch its power supply off and on, then acknowledge.",
+        "Support the arm. Let the motor cool down, switch its power supply off and on, then acknowledge.",
         _drive_error,
     ),
     Fault(
@@ -215,14 +249,14 @@ FAULTS: Final = (
         "torque_lost",
         0,
         "Motor {motor} has switched its torque off by itself.",
-        "Check its power supply, then acknowledge.",
+        "Support the arm. Check the motor's power supply, then acknowledge.",
         _torque_lost,
     ),
     Fault(
         "torque_remains",
         0,
         "Motor {motor} still has torque although it was switched off.",
-        "Switch the power supplies off.",
+        "Support the arm, then switch the power supplies off.",
         _torque_remains,
     ),
     Fault(
@@ -299,6 +333,13 @@ FAULTS: Final = (
         "load_on_the_way",
         2,
         "Motor {motor} met resistance on the way to the start or back.",
+        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        _never,
+    ),
+    Fault(
+        "load_while_held",
+        2,
+        "Motor {motor} met resistance while the arm was held.",
         "The arm is held: support it, then acknowledge, and its torque goes off.",
         _never,
     ),

@@ -1,11 +1,15 @@
 """Every journal that is open, on its way from the control thread's ring to the disk.
 
 Writing and syncing are two threads' work. What is written outlives the process, so it must happen at once; a sync takes
-as long as the disk likes, and meanwhile nothing written, and no Stop from the service, may wait for it.
+as long as the disk likes, and meanwhile nothing written may wait for it. A disk may keep a write waiting, too: neither
+thread does anything else, and a Stop from the service passes both.
 """
 
 import logging
 import os
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -42,7 +46,7 @@ class JournalKeeper:
         return not any(writer.failed for writer in self._open)
 
     def write(self) -> None:
-        """Write what the control thread has left: the I/O thread's, each time it wakes."""
+        """Write what the control thread has left."""
         for writer in list(self._open):
             try:
                 writer.write()
@@ -66,3 +70,63 @@ class JournalKeeper:
         if not writer.failed:
             log.error("%s cannot be written: %s", writer.path.name, os.strerror(error.errno or 0))
         writer.failed = True
+
+
+class JournalThreads:
+    """The thread that writes the journals of a keeper, and the one that syncs them."""
+
+    def __init__(self, keeper: JournalKeeper, on_closed: Callable[[Path], None], on_end: Callable[[], None]) -> None:
+        """
+        :param on_closed: is called with each journal that is finished and on the disk.
+        :param on_end: is called when a thread ends, for whatever reason.
+        """
+        self._keeper = keeper
+        self._on_closed = on_closed
+        self._on_end = on_end
+        self._ended = threading.Event()
+        self._woken = os.eventfd(0, os.EFD_CLOEXEC)
+        self._threads = [
+            threading.Thread(target=self._serve, args=(part,), name=name, daemon=True)
+            for name, part in (("journal", self._keep_written), ("sync", self._keep_synced))
+        ]
+
+    def start(self) -> None:
+        """Start both threads."""
+        for thread in self._threads:
+            thread.start()
+
+    def wake(self) -> None:
+        """Have what was left for the journals written now; never waits."""
+        os.eventfd_write(self._woken, 1)
+
+    def finish(self) -> None:
+        """End both threads, then write and sync the rest; waits for the disk."""
+        self._ended.set()
+        self.wake()
+        for thread in self._threads:
+            thread.join()
+        os.close(self._woken)
+        self._keeper.write()
+        self._sync()
+
+    def _serve(self, part: Callable[[], None]) -> None:
+        try:
+            part()
+        finally:
+            self._on_end()
+
+    def _keep_written(self) -> None:
+        while not self._ended.is_set():
+            os.eventfd_read(self._woken)
+            self._keeper.write()
+
+    def _keep_synced(self) -> None:
+        due_ns = time.monotonic_ns()
+        while not self._ended.wait(max(0, due_ns - time.monotonic_ns()) / 1e9):
+            began_ns = time.monotonic_ns()
+            self._sync()
+            due_ns = next_sync_ns(began_ns, time.monotonic_ns())
+
+    def _sync(self) -> None:
+        for path in self._keeper.sync():
+            self._on_closed(path)

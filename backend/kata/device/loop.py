@@ -22,15 +22,17 @@ from kata.device.exchange import Counterpart
 from kata.device.facts import Facts, Observer, Situation
 from kata.device.faults import refused_setpoints
 from kata.device.lateness import Lateness
-from kata.device.messages import AxisState, EstopState, LoopState, Refusal, Reply, Snapshot
+from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot, TorqueState
 from kata.device.modes import Machine
 from kata.device.pedal import UsbPedal
+from kata.device.refusals import out_of_date
 from kata.device.supervisor import judge
 
 log = logging.getLogger(__name__)
 
 SNAPSHOT_HZ: Final = 10
 _REOPEN_NS: Final = 250_000_000
+"""Between two attempts to open the port, or to configure a drive."""
 
 
 class ControlLoop:
@@ -62,7 +64,13 @@ class ControlLoop:
         self._connected = False
         self._connection_problem = ""
         self._try_open_at_ns = 0
+        self._try_configure_at_ns = 0
+        self._verified_since_ns: int | None = None
+        self._first_stops = now_ns() // 1_000_000
+        """Where the stop counter begins: no later device process repeats a value of an earlier one."""
         self._deadline_ns = now_ns()
+        self._none_was_due = False
+        """The port was opened or drives were configured, which takes many cycles; torque was not commanded on."""
         self._period_ns = 1_000_000_000 // config.cycle_hz
         self._glances = ceiling_hz(config) >= 2 * config.cycle_hz
         """The bus has time to spare."""
@@ -88,11 +96,12 @@ class ControlLoop:
 
     def turn(self) -> bool:
         """One cycle at its deadline, a glance halfway, and sleep until the next is due; False as :meth:`cycle` says."""
-        opened = not self._connected and self._open()
+        if not self._connected:
+            self._open()
         now_ns = self._now_ns()
-        if opened:
-            # Setting the drives up takes many cycles; torque is off, and none of them was due.
+        if self._none_was_due:
             self._deadline_ns = now_ns
+            self._none_was_due = False
         late_ns = now_ns - self._deadline_ns
         missed = max(0, late_ns // self._period_ns)
         self._overruns += missed
@@ -122,8 +131,10 @@ class ControlLoop:
         self._write(torque_was_on, facts)
         machine = self._machine
         self._observer.commanded(t_ns, machine.torque_on, machine.setpoint_deg, machine.setpoint_t_ns)
+        self._note_verified(facts)
         self._publish(facts)
         self._exchange.wake()
+        self._configure(facts)
         return not (self._exchange.closing and self._machine.close())
 
     def glance(self) -> None:
@@ -161,6 +172,7 @@ class ControlLoop:
             journal_ok=self._exchange.journal_ok and self._machine.journal_ok,
             limits_deg=self._machine.limits_deg,
             rate_hz=self._machine.rate_hz,
+            torque_left=self._machine.torque_left,
         )
 
     def _look_once_more(self, facts: Facts) -> None:
@@ -170,27 +182,59 @@ class ControlLoop:
             self._sent_deg.clear()
         elif machine.setpoint_due or not self._sent_deg:
             before = self._sent_deg or [facts.measured_deg]
-            refused = refused_setpoints(before, machine.setpoint_deg, machine.limits_deg, self._config, machine.rate_hz)
+            refused = refused_setpoints(
+                before, machine.setpoint_deg, machine.limits_deg, machine.config, machine.rate_hz
+            )
             if refused:
                 machine.abort(facts, refused)
             self._sent_deg = [*before[-1:], machine.setpoint_deg]
 
     # -- the bus --------------------------------------------------------------------------------------------------
 
-    def _open(self) -> bool:
+    def _open(self) -> None:
         if self._now_ns() < self._try_open_at_ns:
-            return False
+            return
+        self._none_was_due = True
         # The collector never runs by itself here (see :mod:`kata.device.realtime`); now nothing is due.
         gc.collect()
         try:
             self._bus.open()
         except BusError as error:
             self._lost(error)
-            return True
+            return
         self._connected = True
         self._connection_problem = ""
         log.info("connected to %s", self._config.port)
-        return True
+
+    def _configure(self, facts: Facts) -> None:
+        """Configure the drives that have lost their settings, while every drive that answers says that it has no torque."""
+        machine = self._machine
+        answering = [n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms <= self._config.silence_ms]
+        wanted = [n for n in answering if facts.mismatch[n]]
+        still = not machine.torque_on and not machine.torque_left and all(facts.torque[n] == "off" for n in answering)
+        if not (self._connected and wanted and still) or self._now_ns() < self._try_configure_at_ns:
+            return
+        self._none_was_due = True
+        problem = ""
+        for n in wanted:
+            try:
+                self._bus.configure([n])
+            except BusError as error:
+                problem = problem or str(error)
+        if problem and problem != machine.drive_problem:
+            log.warning("a drive cannot be configured: %s", problem)
+        machine.drive_problem = problem
+        # The drives are read before they are judged again.
+        self._try_configure_at_ns = self._now_ns() + _REOPEN_NS
+
+    def _note_verified(self, facts: Facts) -> None:
+        """Keep since when connection and settings are unbroken."""
+        if not facts.bus_ok or any(facts.reset):
+            self._verified_since_ns = None
+        elif self._verified_since_ns is None and all(facts.verified):
+            self._verified_since_ns = facts.t_ns
+            self._machine.drive_problem = ""
+            self._machine.tell("verified", "Every motor has its settings.")
 
     def _lost(self, error: BusError) -> None:
         self._bus.close()
@@ -223,6 +267,8 @@ class ControlLoop:
             return
         try:
             if not machine.torque_on:
+                if machine.torque_left:
+                    return
                 # Sent until each drive itself says that it has none.
                 if torque_was_on or any(reported is not False for reported in facts.torque_reported):
                     self._bus.torque_off()
@@ -235,7 +281,7 @@ class ControlLoop:
 
     def _torque_off_at_last(self) -> None:
         try:
-            if self._connected:
+            if self._connected and not self._machine.torque_left:
                 self._bus.torque_off()
         except BusError as error:
             log.error("torque could not be switched off: %s", error)
@@ -249,8 +295,16 @@ class ControlLoop:
         taken = self._exchange.take_command()
         if taken is None:
             return
-        refusal = taken.refusal or self._machine.command(taken.command, taken.trajectory, facts, taken.correction)
+        refusal = taken.refusal
+        if refusal is None and isinstance(taken.command, Guarded):
+            # Counted before a later command was queued: one that was sent without knowledge of the newest Stop does not agree.
+            refusal = out_of_date(taken.command, self._stops, facts.t_ns)
+        refusal = refusal or self._machine.command(taken.command, taken.trajectory, facts, taken.correction)
         self._exchange.reply(Reply(id=taken.id, refusal=refusal))
+
+    @property
+    def _stops(self) -> int:
+        return self._first_stops + self._exchange.stop_requests + self._machine.stops_latched
 
     def _publish(self, facts: Facts) -> None:
         """Ten snapshots a second, and one at once when something that matters has changed."""
@@ -258,7 +312,8 @@ class ControlLoop:
         estop = self._estop(facts)
         showing = (
             machine.mode,
-            machine.torque_on,
+            self._torque(facts),
+            self._stops,
             estop,
             machine.pedal(facts),
             machine.stop and len(machine.stop.keys),
@@ -275,24 +330,34 @@ class ControlLoop:
         stop = self._machine.stop
         return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
 
+    def _torque(self, facts: Facts) -> tuple[TorqueState, ...]:
+        """Of each drive; torque that is switched on in this very cycle included."""
+        if not self._machine.torque_on:
+            return facts.torque
+        every: list[TorqueState] = ["on"] * len(facts.torque)
+        return tuple(every)
+
     def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
         machine = self._machine
         p50_ms, p99_ms, p999_ms = self._lateness.percentiles_ms(50, 99, 99.9)
         refusals = machine.refusals(facts)
-        if machine.mode == "offline" and self._connection_problem:
-            told = Refusal(
+        if machine.mode == "offline" and (problem := self._offline_problem(facts)):
+            offline = Refusal(
                 code="is_offline",
-                message=f"The apparatus is not connected: {self._connection_problem}.",
+                message=f"The apparatus is not connected: {problem}.",
                 next_step="Switch it on and check the RS-485 adapter.",
             )
-            refusals = dict.fromkeys(refusals, told)
+            refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
+        torque = self._torque(facts)
         return Snapshot(
             t_ns=facts.t_ns,
             mode=machine.mode,
-            torque_on=machine.torque_on or any(facts.torque_reported),
+            torque="on" if "on" in torque else "unknown" if "unknown" in torque else "off",
+            stops=self._stops,
+            verified_since_ns=self._verified_since_ns,
             estop=estop,
             pedal=machine.pedal(facts),
-            axes=tuple(self._axis(n, facts) for n in range(len(self._config.axes))),
+            axes=tuple(self._axis(n, facts, torque[n]) for n in range(len(self._config.axes))),
             stop=machine.stop.state() if machine.stop else None,
             run=machine.run_state(),
             teaching=machine.teaching_state(),
@@ -314,7 +379,14 @@ class ControlLoop:
             ),
         )
 
-    def _axis(self, n: int, facts: Facts) -> AxisState:
+    def _offline_problem(self, facts: Facts) -> str:
+        """Why the apparatus does not come up; empty where nothing is known to be wrong."""
+        missing = next((n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms > self._config.silence_ms), None)
+        if self._connection_problem or missing is None:
+            return self._connection_problem or self._machine.drive_problem
+        return f"motor {missing + 1} (id {self._config.axes[missing].id}) does not answer"
+
+    def _axis(self, n: int, facts: Facts, torque: TorqueState) -> AxisState:
         known = math.isfinite(facts.drive_age_ms[n])
         return AxisState(
             motor=n + 1,
@@ -322,5 +394,6 @@ class ControlLoop:
             measured_deg=facts.measured_deg[n] if known else None,
             speed_deg_s=facts.speed_deg_s[n],
             torque_nm=facts.torque_nm[n],
+            torque=torque,
             age_ms=facts.drive_age_ms[n] if known else None,
         )

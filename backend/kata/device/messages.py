@@ -2,12 +2,13 @@
 
 In: a :class:`Request` holding one command, answered by a :class:`Reply`; and heartbeats. Out: :class:`Snapshot`
 (the newest whole state, may be skipped), :class:`Event` (numbered, never skipped) and :class:`JournalClosed`.
-Frames on the socket are a 4-byte little-endian length followed by MessagePack.
+Frames on the socket are a 4-byte little-endian length followed by MessagePack. All of them are small: the samples of a Load
+follow its Request as :class:`LoadPart`, between which a Stop or a Heartbeat may go.
 """
 
 import struct
 from collections.abc import Iterator
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import msgspec
 
@@ -25,11 +26,26 @@ EstopState = Literal["closed", "pressed", "released", "unknown"]
 """closed: contact closed, may move. pressed: contact open. released: closed again but not acknowledged. unknown: no
 reply from the input for longer than the station's ``silence_ms``, or none yet; counts as pressed."""
 
+TorqueState = Literal["on", "off", "unknown"]
+"""What is known of a drive's torque. off: the drive itself has said so since torque was last switched and the port was opened. unknown:
+nothing recent enough says either; the drive may hold the arm. Of all drives together: on if one has torque, else unknown if one may."""
+
 PedalState = Literal["up", "down", "stuck", "unknown"]
 """stuck: was down when teaching began and has not been up since; records nothing."""
 
 CommandName = Literal[
-    "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return", "stop", "acknowledge"
+    "teach",
+    "finish_teaching",
+    "load",
+    "unload",
+    "approach",
+    "play",
+    "pause",
+    "less",
+    "return",
+    "stop",
+    "release_torque",
+    "acknowledge",
 ]
 LOAD_LEVELS: Final = 25
 
@@ -44,6 +60,7 @@ COMMAND_NAMES: Final[tuple[CommandName, ...]] = (
     "less",
     "return",
     "stop",
+    "release_torque",
     "acknowledge",
 )
 
@@ -63,6 +80,18 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
 # -- commands -----------------------------------------------------------------------------------------------------
 
 
+class _Guarded(_Message, frozen=True, kw_only=True):
+    """Base of every command that can start motion, release an arm or reset a stop: it is void after a Stop and after a while.
+
+    The defaults are refused: a sender that knows nothing of stops starts nothing.
+    """
+
+    stops: int = -1
+    """:attr:`Snapshot.stops` as the sender last saw it. Another value is refused: a stop has come in between."""
+    expires_ns: int = 0
+    """``time.monotonic_ns`` after which the command is refused; service and device process read the same clock."""
+
+
 class Teach(_Message, frozen=True, kw_only=True, tag="teach"):
     """Begin teaching: torque off, record while the pedal is down. From idle."""
 
@@ -78,7 +107,8 @@ class FinishTeaching(_Message, frozen=True, kw_only=True, tag="finish_teaching")
 class Load(_Message, frozen=True, kw_only=True, tag="load"):
     """Check a recording against the limits and make it the one to be played: a new run. From idle.
 
-    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order.
+    ``times_s`` is ``(n,)`` and ``angles_deg`` ``(n, 5)``, both little-endian float64 in C order. A Load that is being checked
+    is refused with ``stopped_meanwhile`` by a Stop, Teach or Unload that comes in between, and another Load meanwhile with ``busy``.
     """
 
     run_id: str
@@ -99,17 +129,19 @@ class Load(_Message, frozen=True, kw_only=True, tag="load"):
     correction_step_s: float = 0.0
     repetition_s: float = 0.0
     """After so much of the recording the same comes again; 0: it is played once."""
+    max_speed_deg_s: float | None = None
+    """The patient's speed limit for every axis, approach and return included; None: the station's limits alone."""
 
 
 class Unload(_Message, frozen=True, kw_only=True, tag="unload"):
     """Forget the loaded recording: the run ends unplayed. From ready."""
 
 
-class Approach(_Message, frozen=True, kw_only=True, tag="approach"):
+class Approach(_Guarded, frozen=True, kw_only=True, tag="approach"):
     """Torque on, slowly to the recording's start, hold there (paused at 0 s). From ready."""
 
 
-class Play(_Message, frozen=True, kw_only=True, tag="play"):
+class Play(_Guarded, frozen=True, kw_only=True, tag="play"):
     """Play on from where the path stands. From paused."""
 
 
@@ -121,7 +153,7 @@ class Less(_Message, frozen=True, kw_only=True, tag="less"):
     """A step less range, towards the middle; it comes back slowly. From playing, and from paused for when it goes on."""
 
 
-class Return(_Message, frozen=True, kw_only=True, tag="return"):
+class Return(_Guarded, frozen=True, kw_only=True, tag="return"):
     """Slowly back to where the approach began, then torque off: the run ends. From paused."""
 
 
@@ -135,11 +167,38 @@ class Stop(_Message, frozen=True, kw_only=True, tag="stop"):
     because: StopCode = "operator_stop"
 
 
-class Acknowledge(_Message, frozen=True, kw_only=True, tag="acknowledge"):
+class ReleaseTorque(_Guarded, frozen=True, kw_only=True, tag="release_torque"):
+    """The arm is supported: switch off the torque that the drives had when the port was opened. From stopped."""
+
+
+class Acknowledge(_Guarded, frozen=True, kw_only=True, tag="acknowledge"):
     """The second act of a reset; accepted once every cause has cleared. Never starts motion."""
 
 
-Command = Teach | FinishTeaching | Load | Unload | Approach | Play | Pause | Less | Return | Stop | Acknowledge
+Guarded = Approach | Play | Return | ReleaseTorque | Acknowledge
+"""Commands that carry the stop counter and an expiry."""
+
+Command = (
+    Teach
+    | FinishTeaching
+    | Load
+    | Unload
+    | Approach
+    | Play
+    | Pause
+    | Less
+    | Return
+    | Stop
+    | ReleaseTorque
+    | Acknowledge
+)
+
+
+def stamped(command: Command, stops: int, expires_ns: int) -> Command:
+    """Return a guarded command with the stop counter that its sender has seen and its expiry; others as they are."""
+    if isinstance(command, Guarded):
+        return msgspec.structs.replace(command, stops=stops, expires_ns=expires_ns)
+    return command
 
 
 class Request(_Message, frozen=True, kw_only=True, tag="request"):
@@ -147,6 +206,21 @@ class Request(_Message, frozen=True, kw_only=True, tag="request"):
 
     id: int
     command: Command
+
+
+SampleField = Literal["times_s", "angles_deg", "correction_deg"]
+SAMPLE_FIELDS: Final[tuple[SampleField, ...]] = get_args(SampleField)
+"""The fields of a Load that are empty in its Request on the socket; parts carry what they hold."""
+
+
+class LoadPart(_Message, frozen=True, kw_only=True, tag="load_part"):
+    """A piece of one of the :data:`SAMPLE_FIELDS` of the Load with this request id; each field comes in order."""
+
+    id: int
+    field: SampleField
+    data: bytes
+    last: bool
+    """The Load is complete."""
 
 
 class Heartbeat(_Message, frozen=True, kw_only=True, tag="heartbeat"):
@@ -174,6 +248,7 @@ class AxisState(_Message, frozen=True, kw_only=True, tag="axis"):
     measured_deg: float | None
     speed_deg_s: float
     torque_nm: float
+    torque: TorqueState
     age_ms: float | None
     """Since the drive last answered; None when it never has."""
 
@@ -256,7 +331,13 @@ class Snapshot(_Message, frozen=True, kw_only=True, tag="snapshot"):
 
     t_ns: int
     mode: Mode
-    torque_on: bool
+    torque: TorqueState
+    """Of all drives together."""
+    stops: int
+    """Stops so far: each Stop command and each latched stop counts one. Guarded commands carry it."""
+    verified_since_ns: int | None
+    """``time.monotonic_ns`` since which the port has been open and every drive has had its configuration without a break; None while
+    it is not so. An emergency stop test from before counts no more."""
     estop: EstopState
     pedal: PedalState
     axes: tuple[AxisState, ...]
@@ -284,21 +365,42 @@ class JournalClosed(_Message, frozen=True, kw_only=True, tag="journal_closed"):
     path: str
 
 
-ToDevice = Request | Heartbeat
+ToDevice = Request | LoadPart | Heartbeat
 FromDevice = Reply | Snapshot | Event | JournalClosed
 
 
 # -- frames -------------------------------------------------------------------------------------------------------
 
 _LENGTH: Final = struct.Struct("<I")
-_LONGEST: Final = 64 * 1024 * 1024
-"""Room for a recording of more than ten hours at 100 Hz."""
+_LONGEST: Final = 1024 * 1024
+"""Limits what a damaged length makes the receiver wait for. The longest message is a part of a Load."""
+_PART_BYTES: Final = 64 * 1024
+"""Limits how long a Stop waits behind a part of a Load: well under a millisecond."""
+LONGEST_LOAD_BYTES: Final = 64 * 1024 * 1024
+"""Limits the memory that one Load takes: 3.8 hours at 100 Hz (48 bytes a sample)."""
 
 
 def frame(message: ToDevice | FromDevice) -> bytes:
-    """A message as it goes on the socket."""
-    data = msgspec.msgpack.encode(message)
-    return _LENGTH.pack(len(data)) + data
+    """Encode a message as it goes on the socket, a Load with all of its parts."""
+    return b"".join(frames_of(message))
+
+
+def frames_of(message: ToDevice | FromDevice) -> Iterator[bytes]:
+    """Encode a message as small frames. Only a Load has more than one, and others may be sent between them."""
+    if isinstance(message, Request) and isinstance(message.command, Load):
+        yield from map(_framed, parts_of(message.id, message.command))
+    else:
+        yield _framed(message)
+
+
+def parts_of(number: int, load: Load) -> Iterator[Request | LoadPart]:
+    """Take a Load apart: its Request without samples, then these. ``number``: the request's id."""
+    yield Request(id=number, command=msgspec.structs.replace(load, **dict.fromkeys(SAMPLE_FIELDS, b"")))
+    for field in SAMPLE_FIELDS:
+        data = getattr(load, field)
+        for begin in range(0, len(data), _PART_BYTES):
+            yield LoadPart(id=number, field=field, data=data[begin : begin + _PART_BYTES], last=False)
+    yield LoadPart(id=number, field=SAMPLE_FIELDS[-1], data=b"", last=True)
 
 
 def frames(incoming: bytearray) -> Iterator[bytes]:
@@ -314,3 +416,8 @@ def frames(incoming: bytearray) -> Iterator[bytes]:
             return
         yield bytes(incoming[_LENGTH.size : _LENGTH.size + length])
         del incoming[: _LENGTH.size + length]
+
+
+def _framed(message: ToDevice | FromDevice) -> bytes:
+    data = msgspec.msgpack.encode(message)
+    return _LENGTH.pack(len(data)) + data

@@ -32,6 +32,7 @@ from kata.device.messages import (
     PedalState,
     Play,
     Refusal,
+    ReleaseTorque,
     Return,
     RunState,
     StopCode,
@@ -42,18 +43,20 @@ from kata.device.messages import (
 from kata.device.movement import RAMP_S, Movement
 from kata.device.refusals import (
     no_less,
+    no_torque_found,
     not_in_this_mode,
+    not_verified,
     not_yet_cleared,
     other_side,
     outside_range,
     too_far_from_start,
 )
+from kata.device.resistance import TURN_S
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
 from kata.motion import approach
 from kata.motion.learning import Correction
-from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz
 from kata.motion.trajectory import Trajectory
 
@@ -69,6 +72,7 @@ _COMMAND_OF: Final[dict[type, CommandName]] = {
     Pause: "pause",
     Less: "less",
     Return: "return",
+    ReleaseTorque: "release_torque",
     Acknowledge: "acknowledge",
 }
 
@@ -82,7 +86,7 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("teaching", "stopped"): "stop or fault",
     ("ready", "idle"): "unload",
     ("ready", "approaching"): "approach: torque on",
-    ("ready", "stopped"): "fault",
+    ("ready", "stopped"): "stop or fault",
     ("approaching", "paused"): "the start is reached",
     ("approaching", "stopped"): "stop or fault",
     ("paused", "playing"): "play",
@@ -96,6 +100,9 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("stopped", "idle"): "acknowledge, once every cause has cleared",
 }
 """Every way from one mode to another, and what takes it; docs/state-machine.md is drawn from it."""
+
+_SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
+"""They may hold when the apparatus is switched on: everything else is known then."""
 
 _RAMP_LIMIT_NS: Final = int(2 * RAMP_S * 1e9)
 """A category 1 stop that has not come to a stand by then cuts the torque all the same."""
@@ -137,6 +144,12 @@ class Machine:
         self.mode: Mode = "offline"
         self.stop: LatchedStop | None = None
         self.torque_on = False
+        self.torque_left = True
+        """Torque is neither commanded on nor off: a drive may hold an arm since before the port was opened."""
+        self.drive_problem = ""
+        """Why a drive cannot be configured; empty while none is known."""
+        self.stops_latched = 0
+        """How often a stop was latched."""
         self.setpoint_deg: tuple[float, ...]
         """Without torque, where the arm is."""
         self.setpoint_t_ns: int
@@ -153,6 +166,7 @@ class Machine:
     def step(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
         self._t_ns = facts.t_ns
+        self._know_what_was_left(facts)
         if not self.torque_on:
             self.setpoint_deg, self.setpoint_t_ns = facts.measured_deg, facts.t_ns
         if self.mode == "offline":
@@ -161,18 +175,29 @@ class Machine:
             self._supervise(facts, holding, stop_requested)
         self._STEPS[self.mode](self, facts)
 
+    def _know_what_was_left(self, facts: Facts) -> None:
+        """After a loss of the port torque is left as it is, until every drive says that it has none or the switch is pressed."""
+        if not facts.bus_ok:
+            self.torque_left = True
+        elif facts.estop == "open" or all(reported is False for reported in facts.torque_reported):
+            self.torque_left = False
+
     def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
-        """Everything must have been seen to be good; only a pressed emergency stop may remain, and stops at once."""
-        if facts.complete and all(code == "estop_pressed" for code, _ in holding):
+        """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
+        # Each drive that answers has said what it has: the stop then names all that hold the arm, and none that was only not asked yet.
+        answers = zip(facts.drive_age_ms, facts.torque_reported, strict=True)
+        asked = all(age_ms > self._config.silence_ms or reported is not None for age_ms, reported in answers)
+        arm_held = self.torque_left and asked and any(facts.torque_reported)
+        if arm_held or (facts.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 
     def _supervise(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
         acted, self._raised = self._raised if self.torque_on else [], []
-        if stop_requested and (self.stop or self.torque_on or self._teaching):
+        if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
             acted.append((stop_requested, None))
         if self.stop is None and (holding or acted):
-            self.stop = LatchedStop(facts.t_ns)
+            self._latch(facts)
         if self.stop is None:
             return
         for cause in self.stop.update(holding, acted):
@@ -210,13 +235,12 @@ class Machine:
     def _step_moving(self, facts: Facts) -> None:
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
-        before_deg = run.reference_deg
+        self._feel(run, movement, facts)
         self._move(facts)
-        if self.setpoint_due:
-            self._feel(run, movement, facts, before_deg)
         if self.mode == "approaching" and movement.ended:
-            self._movement = Movement(run.trajectory, course=0)
-            self._enter("paused")
+            if run.settle(self.setpoint_deg, facts.measured_deg, self._period_s):
+                self._movement = run.along(run.trajectory, course=0)
+                self._enter("paused")
         elif self.mode == "playing":
             self._step_playing(run, movement)
         elif self.mode == "returning" and movement.ended:
@@ -236,17 +260,25 @@ class Machine:
         elif movement.stands:
             self._enter("paused")
 
-    def _feel(self, run: Run, movement: Movement, facts: Facts, before_deg: Floats) -> None:
-        """Resistance over the patient's level: back along the path, or, where there is none to go back on, a stand."""
-        axis = run.resisted(facts, before_deg.tolist(), run.reference_deg.tolist())
-        if axis is None or movement.course != 1:
+    def _feel(self, run: Run, movement: Movement, facts: Facts) -> None:
+        """Answer resistance over the patient's level: back along the path where the recording plays, else a stop that holds the arm."""
+        axis = run.resisted(facts)
+        if axis is None:
             return
-        if self.mode == "playing":
-            run.turn_back(axis, movement)
+        if self.mode == "playing" and run.resisting_axis is None:
+            run.turn_back(axis, movement, facts)
             at_s = movement.position_s
             self._emit("load_reversal", f"Motor {axis + 1} met resistance at {at_s:.1f} s; the arm is taken back.")
-        else:
-            self._raised.append(("load_on_the_way", axis))
+            return
+        movement.ramp_s = TURN_S
+        self._raised.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
+
+    def _give_way(self, run: Run, movement: Movement, facts: Facts) -> None:
+        """Let a setpoint yield that would go on pushing against the patient: held after resistance, or taken back from it."""
+        if self.mode == "stopped" and self.stop and self.stop.category == 2:
+            run.give_way(facts)
+        elif self.mode == "playing" and run.resisting_axis is not None and movement.pace <= 0.0:
+            run.give_way(facts, only_to_met=True)
 
     def _step_resting(self, facts: Facts) -> None:
         """Torque is off, nothing happens."""
@@ -272,7 +304,10 @@ class Machine:
             return refusal
         if name == "acknowledge" and self.stop:
             held = self.stop.category == 2 and self._stands
-            return not_yet_cleared(self.stop, still_stopping=self.torque_on and not held)
+            still_stopping = self.torque_on and not held
+            return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(facts, self.drive_problem)
+        if name == "release_torque":
+            return no_torque_found(facts)
         if name == "approach":
             assert self._run is not None
             start = tuple(self._run.trajectory.start_deg) if self._run.as_in_paper else facts.measured_deg
@@ -321,7 +356,7 @@ class Machine:
                 self._begin_approach(facts)
             case Play():
                 assert self._movement is not None and self._run is not None
-                self._run.forget_resistance()
+                self._run.resisting_axis = None
                 self._movement.course, self._movement.ramp_s = 1, RAMP_S
                 if self._run.as_in_paper:
                     # The first sample with the next cycle, and another every tenth of a second.
@@ -336,6 +371,9 @@ class Machine:
                 self._emit("less", f"Less range was asked for at {self._run.position_s:.1f} s.")
             case Return():
                 self._begin_return()
+            case ReleaseTorque():
+                self.torque_left = False
+                self._emit("torque", "Torque is released: the arm is supported.")
             case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
                 self._cut_torque()
                 self._end_stopped_run()
@@ -354,8 +392,8 @@ class Machine:
 
     def abort(self, facts: Facts, causes: list[Key]) -> None:
         """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
-        self.stop = self.stop or LatchedStop(facts.t_ns)
-        for cause in self.stop.update(self.stop.holding, causes):
+        stop = self.stop or self._latch(facts)
+        for cause in stop.update(stop.holding, causes):
             self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
         self._cut_torque()
         if self.mode != "stopped":
@@ -394,6 +432,11 @@ class Machine:
         return self._run.limits_deg if self._run else self._mechanism_deg
 
     @property
+    def config(self) -> StationConfig:
+        """The station's configuration; during a run with the patient's speed limit."""
+        return self._run.config if self._run else self._config
+
+    @property
     def setpoint_due(self) -> bool:
         """With torque on: a setpoint is sent and a sample recorded in this cycle."""
         assert self._run is not None
@@ -410,31 +453,42 @@ class Machine:
         open_now = (self._run and self._run.journal, self._teaching and self._teaching.journal)
         return not any(writer.lost for writer in open_now if writer)
 
+    def tell(self, code: str, message: str) -> None:
+        """Emit an event of the loop's, in the numbering of all."""
+        self._emit(code, message)
+
     # -- parts ----------------------------------------------------------------------------------------------------
+
+    def _latch(self, facts: Facts) -> LatchedStop:
+        self.stop = LatchedStop(facts.t_ns)
+        self.stops_latched += 1
+        return self.stop
 
     def _begin_approach(self, facts: Facts) -> None:
         run = self._run
         assert run is not None
         here = np.array(facts.measured_deg)
         run.begin(here)
-        speed_deg_s = self._config.approach_speed_deg_s
+        assert run.back_to_deg is not None
+        speed_deg_s = run.approach_speed_deg_s
         if run.as_in_paper:
-            # The paper goes to the start when it plays; until then the arm is held.
-            self._movement = Movement(approach.Approach(here, here, speed_deg_s))
+            # The paper goes to the start when it plays; until then the arm is held, within the patient's limits.
+            self._movement = run.along(approach.Approach(here, run.back_to_deg, speed_deg_s), course=1)
         else:
             start, leaves = run.trajectory.start_deg, run.trajectory.leaves_deg
-            self._movement = Movement(approach.from_its_side(here, start, leaves, speed_deg_s))
+            self._movement = run.along(approach.from_its_side(here, start, leaves, speed_deg_s), course=1)
         self._grid = 0
         self.torque_on = True
         self._emit("torque", "Torque is on.")
         self._enter("approaching")
 
     def _begin_return(self) -> None:
-        assert self._run is not None and self._run.came_from is not None
-        self._run.forget_resistance()
+        run = self._run
+        assert run is not None and run.back_to_deg is not None
+        run.resisting_axis = None
         here = np.array(self.setpoint_deg)
-        self._run.set_out(here)
-        self._movement = Movement(approach.Approach(here, self._run.came_from, self._config.approach_speed_deg_s))
+        run.set_out(here)
+        self._movement = run.along(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s), course=1)
         self._enter("returning")
 
     def _move(self, facts: Facts) -> None:
@@ -448,12 +502,13 @@ class Machine:
                 since_s = (facts.measured_t_ns - facts.t_ns) / 1e9
                 place = movement.position_s + movement.pace * since_s if on_recording else float("nan")
                 run.record(facts.measured_t_ns, facts, self._phase(run), place, self.setpoint_deg)
-            if not (run.as_in_paper and movement.stands):
-                self.setpoint_deg = run.setpoint(movement)
+            self._give_way(run, movement, facts)
+            self.setpoint_deg = run.setpoint(movement)
             self.setpoint_t_ns = facts.t_ns
         movement.advance(self._period_s)
         if on_recording:
             run.position_s = movement.position_s
+        run.tighten(self.setpoint_deg, facts.measured_deg)
 
     def _phase(self, run: Run) -> int:
         """What a sample is part of. Played with less range, or taken back, it is not what was asked for."""

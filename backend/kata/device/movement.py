@@ -10,7 +10,7 @@ from kata.motion.path import Motion
 
 RAMP_S: Final = 0.2
 """From standing to the path's own pace, and back: starting, pausing, turning round, and a category 1 stop."""
-_CREEP: Final = 0.1
+CREEP: Final = 0.1
 """The pace at which an end is met: slowing down must not come to a stand just before it."""
 
 
@@ -47,15 +47,20 @@ class Movement:
     """Where going back ends."""
     ramp_s: float = RAMP_S
     """From standing to full pace, and back."""
+    shortest_ramp_s: float = 0.0
+    """What the axes' acceleration leaves of :attr:`ramp_s`: changes of pace take no less."""
+    creep: float = CREEP
+    """The pace at which the path's end is met."""
     quickening: float = 0.0
     """How the pace changes at present, a second."""
 
     def advance(self, dt_s: float) -> None:
         """Let ``dt_s`` pass. Slows down in time for the path's end: a recording may break off in full motion."""
-        wanted = float(self.course)
-        if self.course and self._left_s <= self.pace**2 * self.ramp_s / 2 + abs(self.pace) * dt_s:
-            wanted *= _CREEP
-        change = dt_s / self.ramp_s
+        change = dt_s / max(self.ramp_s, self.shortest_ramp_s)
+        wanted = 0.0
+        if self.course:
+            in_time = float(longest_step(self._left_s, change * dt_s)) / dt_s
+            wanted = self.course * min(1.0, max(in_time, self.creep))
         changed = min(max(wanted - self.pace, -change), change)
         self.pace += changed
         self.quickening = changed / dt_s

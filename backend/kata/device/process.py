@@ -10,22 +10,19 @@ import time
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from kata.device import realtime
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.exchange import Exchange
 from kata.device.journal import Files, FolderInUseError, claimed
+from kata.device.keeper import JournalKeeper
+from kata.device.loader import ReferenceLoader
 from kata.device.loop import ControlLoop
-from kata.motion.axes import N_AXES
-from kata.motion.trajectory import Trajectory
 
 log = logging.getLogger(__name__)
 
 _CLAIM_LIMIT_S: Final = 10.0
 """For the process before this one to come to its end."""
-_FEW: Final = 8
 
 
 def main() -> int:
@@ -48,8 +45,11 @@ def main() -> int:
         return 2
     try:
         with claimed(arguments.journal, _CLAIM_LIMIT_S):
-            exchange = Exchange(config, socket.socket(fileno=arguments.socket), arguments.journal)
-            _run(config, exchange, wants_real_time=not arguments.no_real_time)
+            # Started first: it inherits nothing of what is done for real time.
+            loader = ReferenceLoader(config)
+            connection = socket.socket(fileno=arguments.socket)
+            exchange = Exchange(config, connection, JournalKeeper(arguments.journal), loader)
+            _run(config, exchange, loader, wants_real_time=not arguments.no_real_time)
     except FolderInUseError as error:
         log.error("%s", error)
         return 2
@@ -57,30 +57,24 @@ def main() -> int:
     return 0
 
 
-def _run(config: StationConfig, exchange: Exchange, *, wants_real_time: bool) -> None:
+def _run(config: StationConfig, exchange: Exchange, loader: ReferenceLoader, *, wants_real_time: bool) -> None:
     def end(signum: int, frame: object) -> None:
         exchange.closing = True
 
     signal.signal(signal.SIGTERM, end)
     # Ctrl-C in a terminal reaches the whole group; ending is the service's to decide.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _work_one_out()
     realtime.settle()
     memory_locked = wants_real_time and realtime.lock_memory()
-    # The I/O thread inherits it.
+    # The other threads inherit it.
     scheduled = wants_real_time and realtime.schedule(realtime.IO_PRIORITY)
     control = threading.Thread(target=_control, args=(config, exchange, scheduled, memory_locked), name="control")
+    loader.start(exchange.notify)
     exchange.start()
     control.start()
     control.join()
+    loader.finish()
     exchange.finish()
-
-
-def _work_one_out() -> None:
-    """A recording of some samples, for nothing: the first one makes the linear algebra take 32 MB for itself, which with locked memory is
-    20 ms in which the control thread does not get the interpreter.
-    """
-    Trajectory(np.arange(_FEW) / _FEW, np.zeros((_FEW, N_AXES)))
 
 
 def _control(config: StationConfig, exchange: Exchange, scheduled: bool, memory_locked: bool) -> None:

@@ -7,7 +7,7 @@ from kata.device.comfort import LEAST, Comfort
 from kata.device.config import StationConfig
 from kata.device.facts import Facts
 from kata.device.faults import FROZEN_DEG
-from kata.device.messages import CommandName, Mode, Refusal
+from kata.device.messages import CommandName, Guarded, Mode, Refusal
 from kata.device.supervisor import LatchedStop
 from kata.motion.axes import Side
 
@@ -21,6 +21,7 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "pause": ("playing",),
     "less": ("playing", "paused"),
     "return": ("paused",),
+    "release_torque": ("stopped",),
     "acknowledge": ("stopped",),
 }
 """Stop is allowed in every mode."""
@@ -36,6 +37,13 @@ _WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
     "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
     "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
 }
+STOPPED_MEANWHILE: Final = Refusal(
+    code="stopped_meanwhile",
+    message="The apparatus was stopped after this command was sent.",
+    next_step="Look at the arm and the patient, then try again.",
+)
+"""The command was sent before its sender knew of the newest stop."""
+
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
     "acknowledge": Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do."),
     "finish_teaching": Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do."),
@@ -60,6 +68,42 @@ def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | Non
         if not cause.cleared:
             return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
     return None
+
+
+def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
+    """A command is void after a stop that its sender has not seen, and after its expiry. ``stops``: the present counter."""
+    if command.stops != stops:
+        return STOPPED_MEANWHILE
+    if t_ns > command.expires_ns:
+        return Refusal(
+            code="expired",
+            message="The command came too late.",
+            next_step="Look at the arm and the patient, then try again.",
+        )
+    return None
+
+
+def not_verified(facts: Facts, problem: str) -> Refusal | None:
+    """A stop is acknowledged when every drive is known to have its settings. ``problem``: why one cannot be configured."""
+    if all(facts.verified):
+        return None
+    if problem:
+        return Refusal(
+            code="not_verified", message=f"A motor cannot be set up: {problem}.", next_step="Have it checked."
+        )
+    return Refusal(code="not_verified", message="The motors' settings are being checked.", next_step="Wait a moment.")
+
+
+def no_torque_found(facts: Facts) -> Refusal | None:
+    """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
+    if not facts.bus_ok:
+        message, next_step = _WHAT_IS_ON["offline"]
+        return Refusal(code="is_offline", message=message, next_step=next_step)
+    if facts.situation.torque_left and any(state != "off" for state in facts.torque):
+        return None
+    return Refusal(
+        code="no_torque_found", message="No motor holds the arm from before.", next_step="Acknowledge the stop."
+    )
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:

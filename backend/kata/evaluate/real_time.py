@@ -4,7 +4,6 @@ configured one.
 
 import asyncio
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -31,47 +30,64 @@ def carry_out(
 ) -> list[Outcome]:
     """Every playback, in the order of the jobs, one after another.
 
-    ``station``: the configured apparatus; it is turned once, which ``turn_to`` asks for, and one folder keeps all that is known of
-    it: its emergency stop is tried once a day, not before each case. A simulated one is new for each job.
+    ``station``: the configured apparatus. It is turned once for each side, which ``turn_to`` asks for, and one service carries out all
+    jobs of a side, so that its emergency stop is tested once and not before each case. A simulated one is new for each job.
     """
-    sides = list(dict.fromkeys(job.case.side for job in jobs))
     found: dict[int, list[Outcome]] = {}
     with TemporaryDirectory(prefix="kata-evaluate-") as kept:
-        # Turning the apparatus is work for two.
-        for side in sides if station else [None]:
-            if side:
-                turn_to(side)
+        if station is None:
             for place, job in enumerate(jobs):
-                if side in (None, job.case.side):
-                    with nullcontext(kept) if station else TemporaryDirectory(dir=kept) as folder:
-                        found[place] = asyncio.run(_play(job, station, Path(folder), show))
-                    done(job)
+                with TemporaryDirectory(dir=kept) as folder:
+                    (found[place],) = asyncio.run(_play([job], None, Path(folder), show, done))
+        else:
+            # Turning the apparatus is work for two.
+            for side in dict.fromkeys(job.case.side for job in jobs):
+                turn_to(side)
+                left = [place for place, job in enumerate(jobs) if job.case.side == side]
+                while left:
+                    played = asyncio.run(_play([jobs[place] for place in left], station, Path(kept), show, done))
+                    found.update(zip(left, played, strict=False))
+                    left = left[len(played) :]
     return [outcome for place in range(len(jobs)) for outcome in found[place]]
 
 
-async def _play(job: Job, station: Path | None, folder: Path, show: Show) -> list[Outcome]:
-    """Teach, and play as often as wanted; what goes wrong is told and ends the job."""
-    outcomes: list[Outcome] = []
+async def _play(
+    jobs: Sequence[Job], station: Path | None, folder: Path, show: Show, done: Callable[[Job], None]
+) -> list[list[Outcome]]:
+    """Carry the jobs out with one service, up to and including the first that fails, which may leave a stop behind; at least one."""
+    found: list[list[Outcome]] = []
     settings = Settings(
-        data=folder, database_url="", station=station, simulate=station is None, seed=job.seed, rate_hz=None
+        data=folder, database_url="", station=station, simulate=station is None, seed=jobs[0].seed, rate_hz=None
     )
     try:
         async with rehearsing(settings, show) as rehearsal:
-            recording = await _recording(rehearsal, job, simulated=settings.simulate)
-            for repetition in range(1, job.repetitions + 1):
-                if settings.simulate:
-                    laid_down = job.case.laid_down(job.seed, repetition)
-                    await rehearsal.guide(laid_down, "Putting the arm back", pedal=False)
-                run = await rehearsal.play(recording, job.method)
-                taught, played = rehearsal.samples(run)
-                playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
-                measured = Played(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
-                outcome = Outcome(job.case, job.method, repetition, job.seed)
-                outcomes.append(outcome.compared(Recording(taught.times_s, taught.angles_deg), measured))
+            for job in jobs:
+                found.append([])
+                await _repeat(rehearsal, job, found[-1], simulated=settings.simulate)
+                done(job)
             rehearsal.end()
     except (RehearsalError, ProblemError, HandRefusedError, OutOfReachError) as error:
-        outcomes.append(Outcome(job.case, job.method, len(outcomes) + 1, job.seed, problem=str(error)))
-    return outcomes
+        if not found:
+            found.append([])
+        failed = jobs[len(found) - 1]
+        found[-1].append(Outcome(failed.case, failed.method, len(found[-1]) + 1, failed.seed, problem=str(error)))
+        done(failed)
+    return found
+
+
+async def _repeat(rehearsal: Rehearsal, job: Job, outcomes: list[Outcome], *, simulated: bool) -> None:
+    """Teach, and play as often as wanted; what has been played stays in ``outcomes`` when the next one fails."""
+    recording = await _recording(rehearsal, job, simulated=simulated)
+    for repetition in range(1, job.repetitions + 1):
+        if simulated:
+            laid_down = job.case.laid_down(job.seed, repetition)
+            await rehearsal.guide(laid_down, "Putting the arm back", pedal=False)
+        run = await rehearsal.play(recording, job.method)
+        taught, played = rehearsal.samples(run)
+        playing = np.flatnonzero(played["phase"] == PHASE_PLAYING)
+        measured = Played(*(played[name][playing] for name in ("path_s", "measured_deg", "torque_nm")))
+        outcome = Outcome(job.case, job.method, repetition, job.seed)
+        outcomes.append(outcome.compared(Recording(taught.times_s, taught.angles_deg), measured))
 
 
 async def _recording(rehearsal: Rehearsal, job: Job, *, simulated: bool) -> RecordingRow:

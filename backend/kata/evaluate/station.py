@@ -10,10 +10,10 @@ from typing import Final
 
 from msgspec import structs
 
-from kata.device import journal
+from kata.device import journal, references
 from kata.device.bus.drivers import make_bus
 from kata.device.config import StationConfig
-from kata.device.exchange import Taken, checked
+from kata.device.exchange import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter
 from kata.device.loop import ControlLoop
 from kata.device.messages import (
@@ -26,15 +26,17 @@ from kata.device.messages import (
     Play,
     Refusal,
     Reply,
-    Request,
     Snapshot,
     Teach,
+    stamped,
 )
 from kata.evaluate.world import World
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.taught import Taught
 from kata.simulator.hand import Motion
 
+_NEVER_NS: Final = 2**62
+"""Commands of a virtual station are carried out in the next cycle: they do not expire."""
 _SPARE_S: Final = 30.0
 """What has not come about so long after it should have, does not."""
 
@@ -126,6 +128,7 @@ class _Desk:
     """The :class:`~kata.device.exchange.Counterpart` that asks and looks in the same thread."""
 
     closing = False
+    stop_requests = 0
     belief: tuple[int, str | None] = (0, None)
     dropped = 0
     journal_ok = True
@@ -142,7 +145,8 @@ class _Desk:
     def put(self, command: Command) -> None:
         """To be taken in the next cycle."""
         self._requests += 1
-        self._command = checked(Request(id=self._requests, command=command), self._config)
+        command = stamped(command, self.snapshot.stops if self.snapshot else 0, _NEVER_NS)
+        self._command = _checked(self._requests, command, self._config)
 
     @property
     def refusal(self) -> Refusal | None:
@@ -194,6 +198,14 @@ class _Desk:
         """See :class:`~kata.device.exchange.Counterpart`."""
         if self._writer:
             self._writer.write()
+
+
+def _checked(number: int, command: Command, config: StationConfig) -> Taken:
+    """A command as the device process would hand it to the control thread."""
+    built = references.build(command, config) if isinstance(command, Load) else None
+    if isinstance(built, references.Reference):
+        return Taken(number, command, built.trajectory, None, built.correction)
+    return Taken(number, command, None, built)
 
 
 class _Memory(Files):

@@ -12,7 +12,9 @@ from kata.simulator.apparatus import Apparatus, Witness
 from kata.simulator.bus import ServoBus
 from kata.simulator.lines import DynamixelLine, Line, ModbusLine
 from kata.simulator.modbus_bus import ModbusBus
+from kata.simulator.modbus_drive import ModbusDrive
 from kata.simulator.script import Script
+from kata.simulator.servos import Servo
 
 
 class MemoryLine:
@@ -106,9 +108,11 @@ class World:
         if config.protocol == "modbus":
             modbus = ModbusBus(self.apparatus, config.baud)
             self.line, self.script = ModbusLine(modbus), modbus.script
+            self.faces: list[Servo] | list[ModbusDrive] = modbus.drives
         else:
             servos = ServoBus(self.apparatus, config.baud)
             self.line, self.script = DynamixelLine(servos), servos.script
+            self.faces = servos.servos
         self.opened: MemoryLine | None = None
         self.in_pieces = False
         """Answers arrive byte by byte, and not each at once."""

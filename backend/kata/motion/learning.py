@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import uniform_filter1d
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
@@ -76,6 +74,10 @@ def learn(
     :param limits_deg: ``(5, 2)``: lowest and highest setpoint of each axis.
     :raises ValueError: when nothing was played, or the correction is not as long as the recording.
     """
+    # Imported here: the device process plays with corrections and never learns one.
+    from scipy.interpolate import CubicSpline
+    from scipy.ndimage import uniform_filter1d
+
     grid = np.arange(rows(trajectory.duration_s), dtype=np.float64) * STEP_S
     had = before.angles_deg if before else np.zeros((len(grid), N_AXES))
     if had.shape != (len(grid), N_AXES) or (before and before.step_s != STEP_S):

@@ -17,7 +17,6 @@ that breaks off in full motion keeps its speed there.
 from typing import Final
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from kata.motion.linkage import Floats
 
@@ -45,6 +44,9 @@ def smoothed(times_s: Floats, angles_deg: Floats, cutoff_hz: float) -> Floats:
     :param angles_deg: ``(n, k)``; each column by itself.
     :param cutoff_hz: the frequency of which half is left.
     """
+    # Imported here: the device process imports this module and never smoothes.
+    from scipy.linalg import solveh_banded
+
     if len(times_s) < 3:
         return angles_deg
     step = np.diff(times_s)

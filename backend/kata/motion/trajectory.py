@@ -1,11 +1,10 @@
 """A recording as something that can be asked for any time, checked before it may move an arm."""
 
-from collections.abc import Sequence
-from typing import Final, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
@@ -25,6 +24,8 @@ _SHORTEST_STEP_S: Final = 1e-4
 _BEND_S: Final = 0.01
 """Acceleration is judged between setpoints so far apart: those of 100 Hz."""
 _ROUNDING: Final = 1e-6
+_LARGEST_DEG: Final = 3600.0
+"""Ten turns: no axis has them, and nothing that is computed from smaller angles overflows."""
 
 
 class TrajectoryError(ValueError):
@@ -58,13 +59,27 @@ class Trajectory:
         :param angles_deg: shape ``(n, 5)``.
         :raises TrajectoryError: when shapes disagree, numbers are not finite, time does not increase or has a gap.
         """
+        # Imported here: the device process only evaluates trajectories, and does without scipy's memory.
+        from scipy.interpolate import CubicSpline
+
         times, angles = _checked(times_s, angles_deg)
         smooth = smoothed_recording(times, angles)
         self.rmse_deg: Floats = rmse(smooth, angles)
         """``(5,)``: of what is played against what was recorded."""
         self._times_s = times
-        self._curve = CubicSpline(times, smooth, bc_type="natural")
+        self._coefficients: Floats = CubicSpline(times, smooth, bc_type="natural").c
         self._keep_range(smooth)
+
+    def parts(self) -> dict[str, Floats]:
+        """Every array that the trajectory consists of, by name."""
+        return dict(vars(self))
+
+    @classmethod
+    def from_parts(cls, parts: Mapping[str, Floats]) -> Self:
+        """Make a trajectory of the :meth:`parts` of another one; nothing is computed or checked."""
+        made = cls.__new__(cls)
+        vars(made).update(parts)
+        return made
 
     @property
     def duration_s(self) -> float:
@@ -85,13 +100,24 @@ class Trajectory:
         time_s = min(max(time_s, 0.0), self.duration_s)
         piece = min(int(np.searchsorted(self._times_s, time_s, side="right")), len(self._times_s) - 1) - 1
         d = time_s - self._times_s[piece]
-        c3, c2, c1, c0 = self._curve.c[:, piece]
+        c3, c2, c1, c0 = self._coefficients[:, piece]
         return Motion(((c3 * d + c2) * d + c1) * d + c0, (3 * c3 * d + 2 * c2) * d + c1, 6 * c3 * d + 2 * c2)
 
     def along(self, times_s: Floats) -> Floats:
         """Angles ``(m, 5)`` at many times ``(m,)``, as :meth:`at` has them."""
-        angles: Floats = self._curve(np.clip(times_s, 0.0, self.duration_s))
+        times_s = np.clip(times_s, 0.0, self.duration_s)
+        pieces = np.minimum(np.searchsorted(self._times_s, times_s, side="right"), len(self._times_s) - 1) - 1
+        d = (times_s - self._times_s[pieces])[:, None]
+        angles: Floats = self._coefficients[0, pieces]
+        for coefficients in self._coefficients[1:]:
+            angles *= d
+            angles += coefficients[pieces]
         return angles
+
+    def speeds(self) -> tuple[Floats, Floats]:
+        """Return times ``(m,)`` and how fast each motor is over the tenth of a second after them, ``(m, 5)`` in deg/s without sign."""
+        times = self._windows()
+        return times, np.abs(self.along(times + _SPEED_WINDOW_S) - self.along(times)) / _SPEED_WINDOW_S
 
     def check(self, limits: Sequence[AxisLimits], tolerance_deg: float) -> None:
         """Refuse a recording that leaves an axis' range by more than the tolerance, or is faster or more abrupt than the axis may go.
@@ -100,8 +126,9 @@ class Trajectory:
 
         :raises TrajectoryError: naming motor, time, value and limit of the worst violation of the first such motor.
         """
-        window = np.arange(0.0, self.duration_s + _SPEED_WINDOW_S, _SPEED_WINDOW_S)
-        speeds = np.abs(np.diff(self.along(window), axis=0)) / _SPEED_WINDOW_S
+        if self.duration_s < _SPEED_WINDOW_S - _ROUNDING:
+            raise TrajectoryError(f"it lasts {self.duration_s:g} s; at least {_SPEED_WINDOW_S:g} s are needed")
+        window, speeds = self.speeds()
         places, extremes = self._extremes()
         bend_times, bends = self._bends()
         for axis, limit in enumerate(limits):
@@ -128,6 +155,11 @@ class Trajectory:
                 at_s = float(bend_times[int(np.argmax(bends[:, axis]))])
                 raise TrajectoryError(f"motor {axis + 1} would jerk at {at_s:.1f} s", axis + 1, at_s)
 
+    def _windows(self) -> Floats:
+        """Times ``(m,)`` at which the windows of the speed begin; the last one ends with the recording."""
+        last_s = self.duration_s - _SPEED_WINDOW_S
+        return np.append(np.arange(0.0, last_s, _SPEED_WINDOW_S), last_s)
+
     def _keep_range(self, angles_deg: Floats) -> None:
         low, high = angles_deg.min(axis=0), angles_deg.max(axis=0)
         self.middle_deg: Floats = (low + high) / 2
@@ -141,7 +173,7 @@ class Trajectory:
 
     def _extremes(self) -> tuple[Floats, Floats]:
         """Times and angles, ``(m, 5)`` each, among which are each axis' highest and lowest: a cubic has two such places a piece."""
-        c3, c2, c1, _ = self._curve.c
+        c3, c2, c1, _ = self._coefficients
         steps = np.diff(self._times_s)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             # The quadratic formula in the form that does not cancel.
@@ -149,16 +181,19 @@ class Trajectory:
             inside = np.stack([q / (3 * c3), c1 / q])
             inside = np.where((inside > 0) & (inside < steps), inside, 0.0)
         times = np.concatenate([*(self._times_s[:-1, None] + inside), np.full((1, N_AXES), self.duration_s)])
-        c = self._curve.c[:, None]
+        c = self._coefficients[:, None]
         angles = (((c[0] * inside + c[1]) * inside + c[2]) * inside + c[3]).reshape(-1, N_AXES)
-        return times, np.concatenate([angles, self._curve(self.duration_s)[None]])
+        return times, np.concatenate([angles, self.at(self.duration_s)[None]])
 
     def _bends(self) -> tuple[Floats, Floats]:
         """Times ``(m,)`` and the size of the acceleration there ``(m, 5)``."""
         # Wherever between two of them the setpoints come to lie.
         times = np.arange(0.0, self.duration_s, _BEND_S / 2)
         grid = self.along(times)
-        return times[2:-2], np.abs(grid[4:] - 2 * grid[2:-2] + grid[:-4]) / _BEND_S**2
+        # The last three of them end with the recording.
+        before, last, end = self.along(self.duration_s - _BEND_S * np.array([2.0, 1.0, 0.0]))
+        bends = np.concatenate([grid[4:] - 2 * grid[2:-2] + grid[:-4], (end - 2 * last + before)[None]])
+        return np.append(times[2:-2], self.duration_s - _BEND_S), np.abs(bends) / _BEND_S**2
 
 
 class Held(Trajectory):
@@ -169,6 +204,8 @@ class Held(Trajectory):
 
     def __init__(self, times_s: ArrayLike, angles_deg: ArrayLike) -> None:
         """As :class:`Trajectory`."""
+        from scipy.interpolate import PchipInterpolator
+
         times, angles = _checked(times_s, angles_deg)
         self._times_s = times
         # A recording of another rate has samples in between: the value there, without an overshoot.
@@ -203,6 +240,12 @@ def _checked(times_s: ArrayLike, angles_deg: ArrayLike) -> tuple[Floats, Floats]
         raise TrajectoryError("a recording needs at least two samples of five angles each")
     if not (np.all(np.isfinite(times)) and np.all(np.isfinite(angles))):
         raise TrajectoryError("the recording holds values that are not numbers")
+    if np.any(np.abs(angles) > _LARGEST_DEG):
+        row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
+        raise TrajectoryError(
+            f"motor {axis + 1} would go to {angles[row, axis]:.3g} deg; no motor goes beyond {_LARGEST_DEG:g} deg",
+            int(axis) + 1,
+        )
     steps = np.diff(times)
     if np.any(steps <= 0):
         raise TrajectoryError("the recording's time does not increase")

@@ -1,7 +1,7 @@
 """The simulated apparatus as a whole: five drives on one mechanism, a hand, a pedal, a switch, and time.
 
-The emergency stop is wired as in the apparatus: normally closed, to external port 1 of drive 1. It is a signal only;
-nothing but the control software cuts the torque here. The pedal is normally open, on port 2.
+The emergency stop has antivalent contacts: a normally closed one at external port 1 of drive 1, a normally open one at port 3. They are
+signals only; nothing but the control software cuts the torque here. The pedal is normally open, on port 2.
 """
 
 import math
@@ -22,8 +22,12 @@ _CATCH_UP_NS: Final = 500_000_000
 """After a longer gap (the process was stopped) time is let go: nobody saw it."""
 ESTOP_PORT: Final = 1
 PEDAL_PORT: Final = 2
+ESTOP_SECOND_PORT: Final = 3
 _EVENTS_KEPT: Final = 200
 _LINE_SILENT_NS: Final = 100_000_000
+_GUARDING_NM_RAD: Final = 60.0
+_GUARDING_NM_S: Final = 1.0
+"""Stiffness and damping of a patient who guards the arm: a 3 Nm guard is full after 3 deg."""
 
 What = Literal[
     "estop_pressed",
@@ -105,6 +109,8 @@ class Apparatus:
         self._foot_down = False
         self._estop_pressed = False
         self._estop_wire_broken = False
+        self._second_wire_broken = False
+        self._contact_welded = False
         self._events: deque[Happening] = deque(maxlen=_EVENTS_KEPT)
         self._catch_up_ns = _CATCH_UP_NS if now_ns is None else None
         self._now_ns = time.monotonic_ns() if now_ns is None else now_ns
@@ -202,6 +208,16 @@ class Apparatus:
         self._estop_wire_broken = broken
         self._set_contacts()
 
+    def break_second_wire(self, *, broken: bool) -> None:
+        """The normally open contact's wire: it then never reads closed."""
+        self._second_wire_broken = broken
+        self._set_contacts()
+
+    def weld_contact(self, *, welded: bool) -> None:
+        """The normally closed contact then stays closed, however the switch is pressed."""
+        self._contact_welded = welded
+        self._set_contacts()
+
     # -- the people -----------------------------------------------------------------------------------------------
 
     def step_on_pedal(self, down: bool) -> None:
@@ -243,6 +259,17 @@ class Apparatus:
             raise HandRefusedError("a motion needs two or more rows")
         self._hand.guide(name, motion, [math.degrees(joint.arm_angle) for joint in self._plant.joints], pedal)
         self._happened("hand_started")
+
+    def hold_against(self, motor: int, strength_nm: float) -> None:
+        """Let the patient try to keep the arm of motor 1-5 where it is, with at most so much torque; 0: not any more."""
+        joint = self._plant.joints[motor - 1]
+        joint.hand = (joint.arm_angle, 0.0, _GUARDING_NM_RAD, _GUARDING_NM_S, strength_nm) if strength_nm else None
+
+    def place(self, motor: int, angle: float) -> None:
+        """Put the shaft of motor 1-5 and its arm to an angle (rad), at rest, as a hand would that led it there."""
+        drive, joint = self._moved[motor - 1]
+        drive.angle = joint.angle = joint.arm_angle = angle
+        drive.speed = joint.speed = joint.arm_speed = 0.0
 
     @property
     def hand_is_away(self) -> bool:
@@ -287,7 +314,8 @@ class Apparatus:
 
     def _set_contacts(self) -> None:
         self.drives[0].contacts = {
-            ESTOP_PORT: not self._estop_pressed and not self._estop_wire_broken,
+            ESTOP_PORT: (not self._estop_pressed or self._contact_welded) and not self._estop_wire_broken,
+            ESTOP_SECOND_PORT: self._estop_pressed and not self._second_wire_broken,
             PEDAL_PORT: self._pedal_down,
         }
 

@@ -45,7 +45,7 @@ class ModbusBus:
         return [
             self._in_time(one, _answer(one, request))
             for one in listening
-            if one.drive.motor == request.slave and self._answers(one, request)
+            if one.slave == request.slave and self._answers(one, request)
         ]
 
     def _answers(self, one: ModbusDrive, request: Request) -> bool:
@@ -62,7 +62,7 @@ class ModbusBus:
 
 def _answer(one: ModbusDrive, request: Request) -> bytes:
     """The whole frame, also of a refusal."""
-    slave, function = one.drive.motor, request.function
+    slave, function = one.slave, request.function
     try:
         return modbus.frame(slave, function, _carried_out(one, function, request.data))
     except RefusedError as refused:

@@ -28,10 +28,11 @@ _WATCHDOG_STEPS: Final = 127
 
 
 class ModbusDrive:
-    """One drive as the line sees it; its slave id is the motor's number."""
+    """One drive as the line sees it; its slave id is the motor's number unless it was exchanged."""
 
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
+        self.slave = drive.motor
         self.reboot()
 
     @property
@@ -49,6 +50,11 @@ class ModbusDrive:
         self.drive.tripped = False
         self.drive.watchdog_s = 0.0
         self._tune()
+
+    def exchange(self, drive_id: int, model: int | None = None) -> None:
+        """Another drive is in its place: at its power-up values. This protocol has no register for a model."""
+        self.slave = drive_id
+        self.reboot()
 
     def fail(self, code: int) -> None:
         """An error stands, or 0: none does. It cuts the torque."""

@@ -24,12 +24,26 @@ DriveKind = Literal[
     "intermittent",
     "duplicate_id",
     "hardware_error",
+    "reboot",
+    "exchanged",
+    "exchanged_id",
+    "exchanged_model",
 ]
 Kind = (
     DriveKind
-    | Literal["noise", "echo", "gone", "estop_wire_broken", "inputs_silent"]
+    | Literal["noise", "echo", "gone", "estop_wire_broken", "second_wire_broken", "contact_welded", "inputs_silent"]
 )  # fmt: skip
-_LARGEST: Final = {"delayed": 10_000.0, "intermittent": 1.0, "hardware_error": 255.0, "noise": 256.0}
+_LARGEST: Final = {
+    "delayed": 10_000.0,
+    "intermittent": 1.0,
+    "hardware_error": 255.0,
+    "noise": 256.0,
+    "exchanged_id": 252.0,
+    "exchanged_model": 65_535.0,
+}
+_NEEDS_VALUE: Final = frozenset({"delayed", "intermittent", "hardware_error", "exchanged_id"})
+_OTHER_MODEL: Final = 1030.0
+"""An XM430: it looks alike and has another torque constant."""
 _MOST_NOISE: Final = 8
 
 
@@ -39,9 +53,12 @@ class Fault(msgspec.Struct, frozen=True):
     Of a drive, with its ``motor`` 1-5: ``off`` (power lost; comes back with torque off and RAM at its defaults), ``silent``
     (works, never answers), ``stuck`` (the shaft is jammed), ``frozen`` (repeats what it measured last), ``garbage`` (its
     answers are random bytes), ``wrong_crc``, ``delayed`` (``value`` in ms), ``intermittent`` (answers with probability
-    ``value``), ``duplicate_id`` (a second drive answers at the same time), ``hardware_error`` (``value`` is its code).
+    ``value``), ``duplicate_id`` (a second drive answers at the same time), ``hardware_error`` (``value`` is its code), ``reboot`` (once:
+    torque off, RAM at its defaults), ``exchanged`` (once: a factory-default drive with the same id is in its place), ``exchanged_id`` (the
+    same, with ``value`` as its id until it is mended), ``exchanged_model`` (the same, with the model number ``value`` until it is mended).
     Of the bus: ``noise`` (before each answer; ``value`` bytes, else a few), ``echo`` (the adapter gives back what was sent),
-    ``gone`` (the adapter is pulled out). Of the inputs: ``estop_wire_broken``, ``inputs_silent``.
+    ``gone`` (the adapter is pulled out). Of the inputs: ``estop_wire_broken`` (the normally closed contact's), ``second_wire_broken`` (the
+    normally open one's), ``contact_welded`` (the normally closed contact stays closed), ``inputs_silent``.
     """
 
     kind: Kind
@@ -55,7 +72,7 @@ class Fault(msgspec.Struct, frozen=True):
                 raise ValueError(f"{self.kind} is one drive's fault: a motor from 1 to 5")
         elif self.motor is not None:
             raise ValueError(f"{self.kind} is not one drive's fault")
-        if self.kind in ("delayed", "intermittent", "hardware_error") and self.value is None:
+        if self.kind in _NEEDS_VALUE and self.value is None:
             raise ValueError(f"{self.kind} needs a value")
         if self.value is not None and not 0.0 <= self.value <= _LARGEST.get(self.kind, 0.0):
             raise ValueError(f"{self.kind} cannot have the value {self.value:g}")
@@ -68,6 +85,9 @@ class Face(Protocol):
 
     def reboot(self) -> None:
         """Torque off, and back to what it is after power came."""
+
+    def exchange(self, drive_id: int, model: int | None = None) -> None:
+        """Be another drive, as it comes from the factory."""
 
     def fail(self, code: int) -> None:
         """Set the hardware error, 0 for none."""
@@ -86,14 +106,19 @@ class Script:
     def fault(self, fault: Fault) -> None:
         """From now on; the same one with another value replaces it."""
         self._faults[fault.kind, fault.motor] = fault
-        if fault.kind == "estop_wire_broken":
-            self._apparatus.break_estop_wire(broken=True)
+        self._wire(fault.kind, broken=True)
         if fault.motor is None:
             return
         face = self._faces[fault.motor - 1]
         match fault.kind:
-            case "off":
+            case "off" | "reboot":
                 face.reboot()
+            case "exchanged":
+                face.exchange(fault.motor)
+            case "exchanged_id":
+                face.exchange(int(fault.value or 0))
+            case "exchanged_model":
+                face.exchange(fault.motor, int(fault.value or _OTHER_MODEL))
             case "stuck":
                 self._apparatus.jam(fault.motor, jammed=True)
             case "frozen":
@@ -106,8 +131,12 @@ class Script:
     def clear(self) -> None:
         """Nothing is broken any more. Whoever lost power has it again."""
         for kind, motor in self._faults:
-            if kind == "estop_wire_broken":
-                self._apparatus.break_estop_wire(broken=False)
+            self._wire(kind, broken=False)
+            if kind in ("exchanged_id", "exchanged_model") and motor is not None:
+                self._faces[motor - 1].exchange(motor)
+            elif kind == "off" and motor is not None:
+                # Somebody may have moved the shaft since: the encoder knows its place within a turn when power comes.
+                self._faces[motor - 1].reboot()
             elif kind == "stuck" and motor is not None:
                 self._apparatus.jam(motor, jammed=False)
             elif kind == "frozen" and motor is not None:
@@ -115,6 +144,17 @@ class Script:
             elif kind == "hardware_error" and motor is not None:
                 self._faces[motor - 1].fail(0)
         self._faults.clear()
+
+    def _wire(self, kind: Kind, *, broken: bool) -> None:
+        match kind:
+            case "estop_wire_broken":
+                self._apparatus.break_estop_wire(broken=broken)
+            case "second_wire_broken":
+                self._apparatus.break_second_wire(broken=broken)
+            case "contact_welded":
+                self._apparatus.weld_contact(welded=broken)
+            case _:
+                pass
 
     def has(self, kind: Kind, motor: int | None = None) -> bool:
         """Whether it is broken so."""

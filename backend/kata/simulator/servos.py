@@ -10,7 +10,7 @@ from typing import Final
 
 from kata.simulator import protocol
 from kata.simulator.drive import COUNTS_A_RAD, Drive
-from kata.simulator.parameters import NM_AN_AMPERE
+from kata.simulator.parameters import COUNTS_A_TURN, NM_AN_AMPERE
 
 ZERO_COUNT: Final = 2048
 _NM_A_UNIT: Final = 0.00269 * NM_AN_AMPERE
@@ -23,7 +23,7 @@ D_NM_S_RAD: Final = 0.01
 """Of one unit in the registers of the gains."""
 _WATCHDOG_STEP_S: Final = 0.02
 
-ID, BAUD, RETURN_DELAY, OPERATING_MODE = 7, 8, 9, 11
+MODEL, ID, BAUD, RETURN_DELAY, OPERATING_MODE = 0, 7, 8, 9, 11
 CURRENT_LIMIT, PORT_MODE, TORQUE_ENABLE, STATUS_LEVEL = 38, 55, 64, 68
 HARDWARE_ERROR, D_GAIN, I_GAIN, P_GAIN, BUS_WATCHDOG = 70, 80, 82, 84, 98
 MAX_POSITION, MIN_POSITION = 48, 52
@@ -81,14 +81,14 @@ class Servo:
         self.drive = drive
         self.registered: tuple[int, bytes] | None = None
         """Address and data of a write that waits for its Action."""
+        self.zero = ZERO_COUNT
+        """The count that it reports at angle 0: how its encoder is mounted, and the turns that it has counted since power-up."""
         self.table = bytearray(END)
-        for address, form, value in _DEFAULTS:
-            struct.pack_into(form, self.table, address, value)
-        self.table[ID] = drive.motor
         codes = [code for code, known in _BAUDS.items() if known == baud]
         if not codes:
             raise ValueError(f"the servos do not know {baud} baud")
-        self.table[BAUD] = codes[0]
+        self._baud_code = codes[0]
+        self.exchange(drive.motor)
 
     @property
     def id(self) -> int:
@@ -136,13 +136,34 @@ class Servo:
     def reboot(self) -> None:
         """Torque off, RAM back to its defaults, hardware error forgotten."""
         kept = bytes(self.table[:_EEPROM_END])
-        for address in range(_EEPROM_END, END):
-            self.table[address] = 0
+        self._fill_defaults()
+        self.table[:_EEPROM_END] = kept
+        self._power_up()
+
+    def mount(self, zero: int) -> None:
+        """Mount the encoder so that it reports ``zero`` at angle 0, before power-up."""
+        self.zero = zero
+        self._power_up()
+
+    def exchange(self, drive_id: int, model: int | None = None) -> None:
+        """Another drive is in its place: every register at its default, but for the id and the baud rate that it has been given."""
+        self._fill_defaults()
+        self.table[ID] = drive_id
+        self.table[BAUD] = self._baud_code
+        if model is not None:
+            struct.pack_into("<H", self.table, MODEL, model)
+        self._power_up()
+
+    def _fill_defaults(self) -> None:
+        self.table[:] = bytes(END)
         for address, form, value in _DEFAULTS:
             struct.pack_into(form, self.table, address, value)
-        self.table[:_EEPROM_END] = kept
+
+    def _power_up(self) -> None:
+        """Torque is off, and the encoder knows its place within one turn only: 0 to 4095."""
         self.registered = None
         self._understand(range(_EEPROM_END, GOAL_CURRENT))
+        self.zero -= (self.zero + round(self.drive.angle * COUNTS_A_RAD)) // COUNTS_A_TURN * COUNTS_A_TURN
 
     def fail(self, code: int) -> None:
         """A hardware error stands, or 0: none does. What register 63 names cuts the torque."""
@@ -186,7 +207,7 @@ class Servo:
             drive.tripped = False
         if not _GOAL_POSITION_BYTES.isdisjoint(touched):
             (goal,) = struct.unpack_from("<i", table, GOAL_POSITION)
-            drive.aim((goal - ZERO_COUNT) / COUNTS_A_RAD)
+            drive.aim((goal - self.zero) / COUNTS_A_RAD)
         if TORQUE_ENABLE in touched:
             drive.switch(table[TORQUE_ENABLE] != 0 and not self._shut_down)
 
@@ -209,7 +230,7 @@ class Servo:
                 PRESENT_CURRENT,
                 round(report.torque_nm / _NM_A_UNIT),
                 round(report.speed / _RAD_S_A_UNIT),
-                ZERO_COUNT + round(report.angle * COUNTS_A_RAD),
+                self.zero + round(report.angle * COUNTS_A_RAD),
             )
         if end > PORT_DATA:
             for port in (1, 2, 3):
@@ -217,7 +238,7 @@ class Servo:
                 table[PORT_DATA + 2 * port] = 1 if pulled_up and not drive.contacts.get(port, False) else 0
 
     def _show_goal(self) -> None:
-        struct.pack_into("<i", self.table, GOAL_POSITION, ZERO_COUNT + round(self.drive.goal * COUNTS_A_RAD))
+        struct.pack_into("<i", self.table, GOAL_POSITION, self.zero + round(self.drive.goal * COUNTS_A_RAD))
 
 
 def _beyond_limits(table: bytearray, touched: range) -> bool:

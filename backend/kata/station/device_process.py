@@ -1,16 +1,17 @@
 """Starts the device process, watches it, and starts a new one when it has ended. A new one resumes nothing."""
 
 import asyncio
+import contextlib
 import logging
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from kata.device.messages import FromDevice, Heartbeat, ToDevice, frame, frames
+from kata.device.messages import FromDevice, Heartbeat, Load, Reply, Request, ToDevice, frames, frames_of
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class DeviceProcess:
         self._writer: asyncio.StreamWriter | None = None
         self._child: asyncio.subprocess.Process | None = None
         self._keeper: asyncio.Task[None] | None = None
+        self._sending: dict[int, asyncio.Task[None]] = {}
         self._decoder = msgspec.msgpack.Decoder(FromDevice)
 
     @property
@@ -64,9 +66,17 @@ class DeviceProcess:
         self._keeper = asyncio.create_task(self._keep(), name="device process")
 
     def send(self, message: ToDevice) -> None:
-        """Queue a message; it is lost when no process runs, and its reply then never comes."""
+        """Queue a message; it is lost when no process runs, and its reply then never comes.
+
+        Of a Load the parts follow as the socket takes them, until it is answered: what is sent meanwhile goes between them.
+        """
         if self._writer is not None and not self._writer.is_closing():
-            self._writer.write(frame(message))
+            parts = frames_of(message)
+            self._writer.write(next(parts))
+            if isinstance(message, Request) and isinstance(message.command, Load):
+                self._sending[message.id] = asyncio.create_task(
+                    self._send_parts(self._writer, parts), name="a load's parts"
+                )
 
     def beat(self) -> None:
         """Say that the service is alive, and which run or teaching it believes in."""
@@ -118,7 +128,9 @@ class DeviceProcess:
         except ValueError as error:
             log.error("the device process said something that cannot be understood: %s", error)
         finally:
-            beating.cancel()
+            for sending in (beating, *self._sending.values()):
+                sending.cancel()
+            self._sending.clear()
         self._writer.close()
         self._writer = None
         await self._wait_for_end(self._child)
@@ -129,7 +141,10 @@ class DeviceProcess:
         while data := await self._read(reader):
             incoming += data
             for encoded in frames(incoming):
-                self._on_message(self._decoder.decode(encoded))
+                message = self._decoder.decode(encoded)
+                if isinstance(message, Reply) and (sending := self._sending.pop(message.id, None)):
+                    sending.cancel()
+                self._on_message(message)
 
     @staticmethod
     async def _read(reader: asyncio.StreamReader) -> bytes:
@@ -142,6 +157,13 @@ class DeviceProcess:
         while True:
             self.beat()
             await asyncio.sleep(_HEARTBEAT_S)
+
+    @staticmethod
+    async def _send_parts(writer: asyncio.StreamWriter, parts: Iterator[bytes]) -> None:
+        with contextlib.suppress(ConnectionError):  # the process has ended; so the load's reply never comes
+            for part in parts:
+                writer.write(part)
+                await writer.drain()
 
     @staticmethod
     async def _wait_for_end(child: asyncio.subprocess.Process) -> None:

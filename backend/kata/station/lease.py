@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from typing import Final, Literal, NamedTuple
 from uuid import UUID
 
-from kata.device.messages import Mode, Refusal
+from kata.device.messages import Mode, Refusal, TorqueState
 from kata.station.schemas import LeaseLive
 
 GRACE_S: Final = 2.0
@@ -20,6 +20,8 @@ NOT_OPERATING: Final = "not_operating"
 """Code of the refusal of whoever does not hold the lease."""
 
 Due = Literal["pause", "stop"]
+_NOTHING_TO_STOP: Final[tuple[Mode, ...]] = ("idle", "offline", "returning")
+"""Returning ends by itself with torque off, where the arm came from."""
 
 
 class Moment(NamedTuple):
@@ -111,12 +113,18 @@ class Lease:
         self.asked(browser, now)
         return None
 
-    def release(self, browser: Browser, *, torque_on: bool) -> Refusal | None:
-        """That browser operates no more; refused while the motors move or hold the arm."""
+    def release(self, browser: Browser, torque: TorqueState) -> Refusal | None:
+        """That browser operates no more; refused while the motors move or hold the arm, or may do so."""
         if self._held is None:
             return None
         refusal = self.refusal(browser)
-        if refusal is None and torque_on:
+        if refusal is None and torque == "unknown":
+            refusal = Refusal(
+                code="torque_unknown",
+                message="Whether the motors hold the arm is not known: somebody has to operate the apparatus.",
+                next_step="Look after the arm and the connection to the apparatus, or let somebody else take over.",
+            )
+        elif refusal is None and torque == "on":
             refusal = Refusal(
                 code="torque_on",
                 message="The motors move or hold the arm: somebody has to operate the apparatus.",
@@ -133,18 +141,19 @@ class Lease:
 
     # -- without its browser --------------------------------------------------------------------------------------
 
-    def due(self, now: Moment, mode: Mode, *, torque_on: bool) -> Due | None:
+    def due(self, now: Moment, mode: Mode, torque: TorqueState) -> Due | None:
         """What has to be done for want of the holder's browser; asked again and again until it is done.
 
-        Of a lease that nobody holds nothing is: a motion begins with a lease, and it is given back only without torque.
+        Of a lease that nobody holds nothing is: a motion begins with a lease, and it is given back only without torque. In idle and
+        offline a Stop changes nothing: with unknown torque the lease waits there until it is known.
         """
         away_s = self._away_s(now)
         if away_s < GRACE_S:
             return None
-        if away_s >= GIVEN_UP_S and not torque_on:
+        if away_s >= GIVEN_UP_S and torque == "off":
             self._held = None
             return None
-        if away_s >= GIVEN_UP_S and mode != "returning":
+        if away_s >= GIVEN_UP_S and mode not in _NOTHING_TO_STOP:
             return "stop"
         return "pause" if mode == "playing" else None
 

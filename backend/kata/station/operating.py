@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 
-from kata.device.messages import Command, Pause, Refusal, Snapshot, Stop
+from kata.device.messages import Command, Pause, Refusal, Snapshot, Stop, TorqueState
 from kata.station.lease import Browser, Due, Lease, Moment
 from kata.station.schemas import LeaseLive
 
@@ -55,9 +55,9 @@ class Operating:
             self._changed()
         return refusal
 
-    def release(self, browser: Browser, *, torque_on: bool) -> Refusal | None:
-        """That browser operates no more; refused while torque is on."""
-        refusal = self._lease.release(browser, torque_on=torque_on)
+    def release(self, browser: Browser, torque: TorqueState) -> Refusal | None:
+        """That browser operates no more; refused unless torque is known to be off."""
+        refusal = self._lease.release(browser, torque)
         self._changed()
         return refusal
 
@@ -83,7 +83,7 @@ class Operating:
     def look(self, snapshot: Snapshot) -> None:
         """Do what is due for want of the browser that operates; to be called with every snapshot."""
         holder = self._lease.holder
-        due = self._lease.due(self._now(), snapshot.mode, torque_on=snapshot.torque_on)
+        due = self._lease.due(self._now(), snapshot.mode, snapshot.torque)
         if holder is None or due is None or (self._doing and not self._doing.done()):
             return
         # Both take their time: once is enough, until it turns out that it was not.

@@ -11,7 +11,7 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.device.messages import EstopState, Mode
+from kata.device.messages import EstopState, Mode, TorqueState
 from kata.station.lease import Moment
 from kata.station.schemas import DeviceState, Live, PatientRef, StationInfo, StopCauseLive, _Schema
 
@@ -39,7 +39,7 @@ class StationTold(_Schema):
     simulated: bool
     device: DeviceState
     mode: Mode
-    torque_on: bool
+    torque: TorqueState
     estop: EstopState
     causes: list[StopCauseLive] = Field(description="Of the stop that is latched, the first one first.")
     arm_held: bool
@@ -80,7 +80,7 @@ def state_of(info: StationInfo, live: Live, service: UUID) -> StationTold:
         simulated=info.simulated,
         device=live.device,
         mode=live.mode,
-        torque_on=live.torque_on,
+        torque=live.torque,
         estop=live.estop,
         causes=live.stop.causes[:_CAUSES] if live.stop else [],
         arm_held=live.stop is not None and live.stop.arm_held,

@@ -6,7 +6,7 @@ from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState
+from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
 from kata.motion.axes import Side
 
 DeviceState = Literal["starting", "running", "restarting"]
@@ -40,7 +40,7 @@ class StationInfo(_Schema):
 
     name: str = Field(examples=["Station 1"])
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.", examples=[100])
-    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.", examples=[100])
+    cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.", examples=[100])
     simulated: bool = Field(
         description="The apparatus is a simulated one; /api/simulator moves its hand, pedal and switch."
     )
@@ -57,6 +57,7 @@ class AxisLive(_Schema):
     measured_deg: float | None = Field(description="Degrees; null while the drive never answered.")
     speed_deg_s: float = Field(description="Degrees a second.")
     torque_nm: float = Field(description="Newton metres, from the drive's current.")
+    torque: TorqueState = Field(description="unknown: the drive may hold the arm.")
     age_ms: float | None = Field(ge=0, description="Since the drive last answered, when the snapshot was made.")
 
 
@@ -75,7 +76,9 @@ class StopLive(_Schema):
     """A latched stop, first cause first."""
 
     causes: list[StopCauseLive] = Field(min_length=1)
-    arm_held: bool = Field(description="The motors hold the arm still, until the stop is acknowledged.")
+    arm_held: bool = Field(
+        description="The motors hold the arm, or may hold it because their torque is unknown: support the arm."
+    )
 
 
 class PatientRef(_Schema):
@@ -136,7 +139,7 @@ class RefusalLive(_Schema):
 class LoopLive(_Schema):
     """Health of the control loop since it started."""
 
-    cycle_hz: int = Field(ge=50, le=500, description="Bus cycles a second.")
+    cycle_hz: int = Field(ge=20, le=500, description="Bus cycles a second.")
     rate_hz: int = Field(ge=1, description="Samples and setpoints a second.")
     cycles: int = Field(ge=0)
     overruns: int = Field(ge=0, description="Cycles missed because the one before ended late.")
@@ -188,12 +191,25 @@ class Live(_Schema):
     """The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``."""
 
     device: DeviceState
+    at: datetime = Field(
+        description="When the service made this state, UTC. Commands that can start motion carry it as `seen_at`."
+    )
     age_ms: float | None = Field(
         ge=0, description="Since the device process last said anything; null when it never has."
     )
     side: Side = Field(description="The shoulder that the apparatus stands for.")
     mode: Mode
-    torque_on: bool
+    torque: TorqueState = Field(
+        description="Of all drives together: on if one has torque, else unknown if one may have."
+    )
+    stops: int = Field(
+        ge=0,
+        description="Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.",
+    )
+    verified_since: datetime | None = Field(
+        description="Since then the apparatus has been connected, and every drive configured, without a break; null while it is "
+        "not so. An emergency stop test from before does not count."
+    )
     estop: EstopState
     pedal: PedalState
     axes: list[AxisLive]

@@ -19,17 +19,22 @@ from kata.device.config import StationConfig, write
 from kata.device.messages import (
     COMMAND_NAMES,
     Command,
+    CommandName,
     Event,
     FromDevice,
     JournalClosed,
+    Load,
     Refusal,
     Reply,
     Request,
     Snapshot,
     Stop,
+    Teach,
+    TorqueState,
 )
 from kata.motion.axes import Side
 from kata.station.device_process import DeviceProcess
+from kata.station.guard import StateClock
 from kata.station.lease import Browser, Due
 from kata.station.operating import Operating
 from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
@@ -37,13 +42,24 @@ from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationI
 log = logging.getLogger(__name__)
 
 _REPLY_LIMIT_S: Final = 2.0
+_LOAD_LIMIT_S: Final = 35.0
+"""Limits a Load, which is answered when the recording has been checked; the device process gives that up after 30 s."""
 _EVENTS_WAITING: Final = 1000
+_STILL_STOPPING: Final = "still_stopping"
+"""Code of the device's refusal to acknowledge while the arm slows down."""
+_TORQUE_OFF_NS: Final = 500_000_000
+"""Drives report that their torque is off within ten cycles of 20 ms after it was switched; until then a stop shows no held arm."""
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal that is none for sure: the command may have been carried out."""
 _NOT_NOW: Final = Refusal(
     code="not_idle",
     message="The apparatus is turned only while nothing is going on.",
     next_step="End what is going on, or acknowledge the stop, first.",
+)
+_MAY_HOLD: Final = Refusal(
+    code="torque_not_off",
+    message="The motors hold an arm, or may hold one.",
+    next_step="Support the arm, and wait until the apparatus shows that its torque is off.",
 )
 _OFFLINE: Final = Refusal(
     code="device_offline",
@@ -131,9 +147,13 @@ class Station:
         self._asked: dict[int, _Asked] = {}
         self._snapshot: Snapshot | None = None
         self._snapshot_at_s = 0.0
+        self._verified_since: datetime | None = None
+        self._torque_since_ns: int | None = None
+        """Of the device's clock: since then torque has not been off although a stop has come to its end."""
         self._has_run = False
         self._occupation: Occupation | None = None
         self._resistance: str | None = None
+        self.clock = StateClock()
         self.operating = Operating(self.command, self._changed, on_due)
         self._changes = 0
         self._subscriptions: list[Subscription] = []
@@ -166,6 +186,11 @@ class Station:
         # At the last moment: while a recording was being checked somebody else may have taken over.
         if by and not isinstance(command, Stop) and (elsewhere := self.operating.take(by)):
             return elsewhere
+        # The mode may have changed while the recording was being checked: the device is not burdened with it then.
+        if isinstance(command, Load | Teach) and (
+            refusal := self.refusal("load" if isinstance(command, Load) else "teach")
+        ):
+            return refusal
         # Whatever is known of the device: a Stop goes out if there is anybody to hear it.
         if not self._process.running or (self._snapshot is None and not isinstance(command, Stop)):
             return _OFFLINE
@@ -174,7 +199,7 @@ class Station:
         self._asked[number] = _Asked(reply, occupation, refused_late)
         self._process.send(Request(id=number, command=command))
         try:
-            async with asyncio.timeout(_REPLY_LIMIT_S):
+            async with asyncio.timeout(_LOAD_LIMIT_S if isinstance(command, Load) else _REPLY_LIMIT_S):
                 refusal = await reply
         except TimeoutError:
             self._occupy(occupation)
@@ -185,17 +210,24 @@ class Station:
             )
         return refusal
 
+    def refusal(self, name: CommandName) -> Refusal | None:
+        """Return why the device would refuse this command, by its newest snapshot; None when it would not, or is not known to."""
+        if not self._process.running or self._snapshot is None:
+            return _OFFLINE
+        return self._snapshot.refusals.get(name)
+
     async def turn(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
         """The apparatus is to stand, or already stands, for a side; None when it then counts as doing so.
 
         The drives then turn the other way round, so that a device process must know before it asks them for the first time: the one
-        that runs ends, and another begins. ``meanwhile`` is awaited in between.
+        that runs ends, and another begins. ``meanwhile`` is awaited in between. The next one verifies every drive again, so that the
+        emergency stop has to be tested again.
         """
         async with self._turning:
             if side == self.config.side:
                 return None
-            if self._snapshot and self._snapshot.mode not in ("idle", "offline"):
-                return _NOT_NOW
+            if refusal := self._turning_refusal():
+                return refusal
             await self._process.close()
             self._ended()
             try:
@@ -206,16 +238,45 @@ class Station:
                 self._process.start()
         return None
 
+    def _turning_refusal(self) -> Refusal | None:
+        """Return why the device process may not be ended now.
+
+        Offline with unknown torque, the apparatus may be turned: that is how one that is switched off looks. Nothing is latched then, and
+        neither end nor start of a device process changes the torque of a drive that it has not switched on. Drives that hold an arm
+        when the next one connects are its fault ``torque_found``.
+        """
+        snapshot = self._snapshot
+        if snapshot is None or not self._process.running:
+            return _OFFLINE
+        if snapshot.mode not in ("idle", "offline"):
+            return _NOT_NOW
+        if snapshot.torque == "on" or (snapshot.torque == "unknown" and snapshot.mode == "idle"):
+            return _MAY_HOLD
+        return None
+
     @property
-    def may_have_torque(self) -> bool:
-        """Torque is on, or a command on its way may switch it on."""
-        return bool(self._asked) or (self._snapshot is not None and self._snapshot.torque_on)
+    def torque(self) -> TorqueState:
+        """Of all drives; unknown while a command is on its way that may switch it on, and without a device process."""
+        if self._snapshot is None or not self._process.running:
+            return "unknown"
+        if self._asked and self._snapshot.torque == "off":
+            return "unknown"
+        return self._snapshot.torque
+
+    @property
+    def occupied(self) -> bool:
+        """Return True while the motors move or hold an arm, or may do so, and the control loop needs this computer.
+
+        Offline with unknown torque does not count: the loop controls nothing, and a station that is switched off at night looks so.
+        """
+        live = self.live()
+        return live.torque == "on" or (live.torque == "unknown" and live.mode != "offline")
 
     # -- telemetry ------------------------------------------------------------------------------------------------
 
     @property
     def version(self) -> object:
-        """Another one whenever :meth:`live` would tell something else, but for its age."""
+        """Another one whenever :meth:`live` would tell something else, but for its time and age."""
         return self._changes, self._process.running, self.config.side
 
     @property
@@ -234,11 +295,18 @@ class Station:
             if snapshot.run:
                 state["run"]["resistance"] = self._resistance if snapshot.run.reversals else None
             if snapshot.stop:
-                state["stop"]["arm_held"] = self._holds(snapshot)
+                state["stop"]["arm_held"] = self._may_hold(snapshot)
         else:
             state = self._unknown(snapshot)
         device = "running" if running else "restarting" if self._has_run else "starting"
-        around = {"device": device, "age_ms": self.age_ms, "side": self.config.side, "lease": self.operating.told(None)}
+        around = {
+            "device": device,
+            "at": self.clock.now(),
+            "age_ms": self.age_ms,
+            "side": self.config.side,
+            "verified_since": self._verified_since if running else None,
+            "lease": self.operating.told(None),
+        }
         return Live.model_validate(state | around)
 
     @property
@@ -268,6 +336,8 @@ class Station:
             case Reply():
                 self._answered(message)
             case Snapshot():
+                self._note_verification(message)
+                self._note_torque(message)
                 self._snapshot = message
                 self._has_run = True
                 self._snapshot_at_s = time.monotonic()
@@ -296,6 +366,23 @@ class Station:
             asked.reply.set_result(message.refusal)
         elif message.refusal and asked.refused_late:
             asked.refused_late()
+
+    def _note_verification(self, snapshot: Snapshot) -> None:
+        """Put the device's monotonic time on the wall clock once, when it changes: events in the database have that clock."""
+        since_ns = snapshot.verified_since_ns
+        if since_ns is None:
+            self._verified_since = None
+        elif self._snapshot is None or self._snapshot.verified_since_ns != since_ns:
+            ago = timedelta(microseconds=(time.monotonic_ns() - since_ns) / 1000)
+            self._verified_since = datetime.now(UTC) - ago
+
+    def _note_torque(self, snapshot: Snapshot) -> None:
+        acknowledging = snapshot.refusals.get("acknowledge")
+        slowing_down = acknowledging is not None and acknowledging.code == _STILL_STOPPING
+        if snapshot.stop is None or snapshot.torque == "off" or slowing_down:
+            self._torque_since_ns = None
+        elif self._torque_since_ns is None:
+            self._torque_since_ns = snapshot.t_ns
 
     def _occupy(self, occupation: Occupation | None) -> None:
         """Something has begun, and the device hears at once that we know: before any command that could put torque on."""
@@ -334,10 +421,18 @@ class Station:
             "session_id": known.session_id if known else None,
         }
 
-    @staticmethod
-    def _holds(snapshot: Snapshot) -> bool:
-        """Only a stop whose every cause is of category 2 leaves the motors holding the arm."""
-        return snapshot.torque_on and snapshot.stop is not None and all(c.category == 2 for c in snapshot.stop.causes)
+    def _may_hold(self, snapshot: Snapshot) -> bool:
+        """Return True if the motors hold the arm after a stop, or may hold it.
+
+        A stop of category 2 holds from its beginning. The others end with torque off: there it counts when torque is unknown, or
+        remains, after the arm has slowed down.
+        """
+        if snapshot.stop is None or snapshot.torque == "off":
+            return False
+        if all(cause.category == 2 for cause in snapshot.stop.causes):
+            return True
+        since_ns = self._torque_since_ns
+        return since_ns is not None and (snapshot.torque == "unknown" or snapshot.t_ns - since_ns >= _TORQUE_OFF_NS)
 
     @staticmethod
     def _unknown(snapshot: Snapshot | None) -> dict[str, Any]:
@@ -345,10 +440,11 @@ class Station:
         refusal = msgspec.to_builtins(_OFFLINE)
         return {
             "mode": "offline",
-            "torque_on": False,
+            "torque": "unknown",
+            "stops": 0,
             "estop": "unknown",
             "pedal": "unknown",
-            "axes": msgspec.to_builtins(snapshot.axes) if snapshot else [],
+            "axes": [msgspec.to_builtins(axis) | {"torque": "unknown"} for axis in snapshot.axes] if snapshot else [],
             "stop": None,
             "run": None,
             "teaching": None,

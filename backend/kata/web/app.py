@@ -282,7 +282,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await stack.enter_async_context(events_recorded(station, happened))
     stack.push_async_callback(import_last)
     stack.push_async_callback(station.close)
-    app.state.backups = Backups(settings, database, lambda: station.live().torque_on)
+    app.state.backups = Backups(settings, database, lambda: station.occupied)
     await stack.enter_async_context(app.state.backups.each_night())
     station.start()
 

@@ -61,6 +61,7 @@ class Board:
         if station.version != self._version:
             self._version, self._state = station.version, station.live().model_dump(mode="json")
         own: dict[str, Any] = {
+            "at": station.clock.now().isoformat().replace("+00:00", "Z"),
             "age_ms": station.age_ms,
             "lease": station.operating.told(seen_by).model_dump(mode="json"),
         }

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Annotated, Any, Final, Literal
 from uuid import UUID, uuid4
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Depends, Request
 from fastapi.concurrency import run_in_threadpool
-from pydantic import Field, StrictBool
+from pydantic import AwareDatetime, Field, StrictBool, StrictInt
 from sqlalchemy.orm import Session
 
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
@@ -37,6 +37,7 @@ from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
 from kata.problems import ProblemError
+from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
@@ -55,6 +56,7 @@ _METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
 }
 """Told with what was done to the recording; whether there is a correction makes a difference for one method."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
+_GUARDED: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 422, 503)
 
 
 class StationState(Schema):
@@ -74,6 +76,27 @@ class Accepted(Schema):
     """The device process has accepted the command; what comes of it, the live state tells."""
 
     accepted: bool = Field(True, description="Always true: a refusal is a problem document.")
+
+
+class SeenState(Schema):
+    """The live state that the sender saw last. A command is refused when a stop has come since, or when the state is over 2 s old."""
+
+    stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(description="`live.stops` of that state.", examples=[3])
+    seen_at: AwareDatetime = Field(description="`live.at` of that state.", examples=["2026-11-21T09:30:00.125Z"])
+
+
+async def guarded(station: TheStation, seen: SeenState) -> Guard:
+    """Return what a command carries that can start motion, release an arm or reset a stop.
+
+    :raises ProblemError: 409 when the state is too old or lies in the future.
+    """
+    guard = station.clock.guard(seen.stops, seen.seen_at)
+    if isinstance(guard, messages.Refusal):
+        raise refused(guard)
+    return guard
+
+
+Guarded = Annotated[Guard, Depends(guarded)]
 
 
 class TeachRequest(Schema):
@@ -154,8 +177,8 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
 
 @router.delete("/lease", responses=PROBLEMS.of(409))
 async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
-    """Operate the apparatus no more; refused while the motors move or hold the arm."""
-    refusal = station.operating.release(here, torque_on=station.may_have_torque)
+    """Operate the apparatus no more; refused while the motors move or hold the arm, or may do so."""
+    refusal = station.operating.release(here, station.torque)
     if refusal:
         raise refused(refusal)
     return station.operating.told(here)
@@ -166,7 +189,8 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
     """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
 
     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
-    program starts anew, which takes about a second.
+    program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
+    or may hold one; an apparatus that is switched off can be turned.
     """
 
     async def meanwhile() -> None:
@@ -185,8 +209,9 @@ async def teach(
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down.
 
-    Refused while the checklist is open, in a session as without one.
+    Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
     """
+    _refuse_by_mode(station, "teach")
     there = checks.apparatus(station.info.name, station.live())
     teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted, there)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
@@ -218,8 +243,9 @@ async def load(
     """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
 
     Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
-    what was fetched ahead.
+    what was fetched ahead. Refused in another mode before anything is looked up.
     """
+    _refuse_by_mode(station, "load")
     there = checks.apparatus(station.info.name, station.live())
     # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
     try:
@@ -240,6 +266,7 @@ async def load(
         side=begun.side,
         load_level=wanted.load_level,
         limits_deg=begun.limits,
+        max_speed_deg_s=begun.max_speed_deg_s,
         method=wanted.method,
         correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
         correction_step_s=learned.step_s if learned else 0.0,
@@ -262,16 +289,16 @@ async def unload(station: TheStation, here: Operator) -> Accepted:
     return await _send(station, messages.Unload(), here)
 
 
-@router.post("/approach", responses=_COMMAND)
-async def approach(station: TheStation, here: Operator) -> Accepted:
+@router.post("/approach", responses=_GUARDED)
+async def approach(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Torque on, slowly to the recording's start, and hold there."""
-    return await _send(station, messages.Approach(), here)
+    return await _send(station, messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
-@router.post("/play", responses=_COMMAND)
-async def play(station: TheStation, here: Operator) -> Accepted:
+@router.post("/play", responses=_GUARDED)
+async def play(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Play on from where the path stands."""
-    return await _send(station, messages.Play(), here)
+    return await _send(station, messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/pause", responses=_COMMAND)
@@ -286,10 +313,10 @@ async def less(station: TheStation, here: Operator) -> Accepted:
     return await _send(station, messages.Less(), here)
 
 
-@router.post("/return", responses=_COMMAND)
-async def return_to_rest(station: TheStation, here: Operator) -> Accepted:
+@router.post("/return", responses=_GUARDED)
+async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Slowly back to where the approach began, then torque off."""
-    return await _send(station, messages.Return(), here)
+    return await _send(station, messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
 
 
 @router.post("/stop", responses=_COMMAND)
@@ -300,10 +327,21 @@ async def stop(station: TheStation) -> Accepted:
     return await _send(station, messages.Stop(), None)
 
 
-@router.post("/acknowledge", responses=_COMMAND)
-async def acknowledge(station: TheStation, here: Operator) -> Accepted:
+@router.post("/release-torque", responses=_GUARDED)
+async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Switch off the torque that the drives had when the apparatus was connected: the arm is supported. Only while stopped."""
+    return await _send(station, messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+@router.post("/acknowledge", responses=_GUARDED)
+async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
     """Acknowledge a stop whose causes have cleared. Starts nothing."""
-    return await _send(station, messages.Acknowledge(), here)
+    return await _send(station, messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+def _refuse_by_mode(station: Station, name: messages.CommandName) -> None:
+    if refusal := station.refusal(name):
+        raise refused(refusal)
 
 
 async def _send(station: Station, command: messages.Command, here: Browser | None) -> Accepted:
@@ -322,6 +360,8 @@ class _Begun:
     learned: Correction | None
     side: Side
     limits: MotorLimits
+    max_speed_deg_s: float | None
+    """The doctor's limit."""
     patient: PatientRef
     without_database: bool = False
 
@@ -398,7 +438,15 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)
         patient = sessions.get(session, wanted.session_id).patient
-        return _Begun(runs.as_run(row), motion, learned, side, limits, PatientRef(id=patient.id, name=patient.name))
+        return _Begun(
+            run=runs.as_run(row),
+            motion=motion,
+            learned=learned,
+            side=side,
+            limits=limits,
+            max_speed_deg_s=allowed.max_speed_deg_s,
+            patient=PatientRef(id=patient.id, name=patient.name),
+        )
 
 
 def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
@@ -420,6 +468,7 @@ def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, th
         found.learned,
         found.recording.side,
         found.limits,
+        found.recording.allowed.max_speed_deg_s,
         PatientRef(id=found.patient.id, name=found.patient.name),
         without_database=True,
     )

@@ -11,6 +11,12 @@ export const MENU = say(
     lock: "Lock the screen",
     account: "My account",
     signOut: "Sign out",
+    stillOnTitle: "The motors may hold or move an arm",
+    stillOnMine:
+      "You operate the apparatus. Stop it or move the arm back first, or let a colleague take over; then sign out.",
+    stillOn: "After you have signed out, this browser has no Stop button.",
+    stay: "Stay signed in",
+    signOutAnyway: "Sign out all the same",
   },
   {
     signedInAs: (name) => `サインイン中：${name}`,
@@ -19,6 +25,12 @@ export const MENU = say(
     lock: "画面をロック",
     account: "アカウント",
     signOut: "サインアウト",
+    stillOnTitle: "モータが腕を保持または動かしている可能性があります",
+    stillOnMine:
+      "あなたが装置を操作しています。停止するか腕を戻すか、ほかの担当者に操作を引き継いでから、サインアウトしてください。",
+    stillOn: "サインアウトすると、このブラウザに「停止」ボタンは表示されません。",
+    stay: "サインインしたままにする",
+    signOutAnyway: "それでもサインアウトする",
   },
 );
 

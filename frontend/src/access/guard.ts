@@ -1,6 +1,7 @@
 import type { QueryClient } from "@tanstack/react-query";
 import type { Middleware } from "openapi-fetch";
 import type { LiveStore } from "../live/store";
+import { forgetDrafts } from "../shared/draft";
 import { isMoving } from "../shared/modes";
 import type { Access } from "./standing";
 
@@ -69,6 +70,8 @@ export function keepGuard(
   const forget = () => {
     void queries.cancelQueries();
     queries.clear();
+    // A locked screen keeps what was typed; another account must not see it.
+    if (access.get().is === "out") forgetDrafts();
   };
   const changed = () => {
     const standing = access.get();

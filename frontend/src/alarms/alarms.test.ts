@@ -6,7 +6,7 @@ import { type Alarm, alarmsOf } from "./alarms";
 import { BURSTS, PAUSED_MS, Pausing, Sounder } from "./sound";
 
 const KEPT = { away_since: null, waiting: 0, not_kept_since: null };
-const IDLE = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque_on: false, kept: KEPT };
+const IDLE = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque: "off", kept: KEPT };
 
 function priorities(live: object, around: Partial<LiveState> = {}) {
   const state = {
@@ -48,9 +48,9 @@ describe("an alarm's priority", () => {
   });
 
   it("of what cannot be seen any more depends on whether it may still move an arm", () => {
-    expect(priorities({ torque_on: true }, { connected: false })).toEqual(["high connection_lost"]);
+    expect(priorities({ torque: "on" }, { connected: false })).toEqual(["high connection_lost"]);
     expect(priorities({}, { connected: false })).toEqual(["medium connection_lost"]);
-    expect(priorities({ torque_on: true, age_ms: LOST_AFTER_MS })).toEqual(["high device_silent"]);
+    expect(priorities({ torque: "on", age_ms: LOST_AFTER_MS })).toEqual(["high device_silent"]);
   });
 
   it("is high for an emergency stop that does not answer, unless a stop says so already", () => {
@@ -72,7 +72,7 @@ describe("an alarm's priority", () => {
   it("puts the most urgent first", () => {
     const run = { reversing: true, resistance: "Motor 3 met resistance." };
     const lease = { away_since: "2026-11-21T09:00:00Z" };
-    expect(priorities({ run, lease, torque_on: true, estop: "unknown" })).toEqual([
+    expect(priorities({ run, lease, torque: "on", estop: "unknown" })).toEqual([
       "high estop_missing",
       "medium holder_away",
       "low reversing",

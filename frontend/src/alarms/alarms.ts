@@ -28,10 +28,16 @@ export function alarmsOf(state: LiveState): Alarm[] {
     found.push({ code, priority, message, nextStep });
   const alive = isAlive(state);
   // What may still move an arm, unseen, is worse than what only cannot be seen.
-  const unseen: Priority = live?.torque_on ? "high" : "medium";
-  if (!connected && heardAt !== null) note("connection_lost", unseen, WORDS.lost, WORDS.lostNext);
+  const unseen: Priority = live && live.torque !== "off" ? "high" : "medium";
+  if (!connected && heardAt !== null)
+    note("connection_lost", unseen, WORDS.lost, unseen === "high" ? WORDS.lostHeldNext : WORDS.lostNext);
   if (connected && !alive && live !== null && live.device !== "starting") {
-    note("device_silent", unseen, WORDS.restarting, WORDS.restartingNext);
+    note(
+      "device_silent",
+      unseen,
+      WORDS.restarting,
+      unseen === "high" ? WORDS.restartingHeldNext : WORDS.restartingNext,
+    );
   }
   const cause = live?.stop?.causes[0];
   if (connected && live?.kept.not_kept_since) {
@@ -54,7 +60,8 @@ export function alarmsOf(state: LiveState): Alarm[] {
     if (live.estop === "unknown" && !live.stop) {
       note("estop_missing", "high", WORDS.estopMissing, WORDS.estopMissingNext);
     }
-    if (live.lease?.away_since && live.torque_on) note("holder_away", "medium", WORDS.away, WORDS.awayNext);
+    if (live.lease?.away_since && live.torque !== "off")
+      note("holder_away", "medium", WORDS.away, WORDS.awayNext);
     if (live.teaching && live.pedal === "unknown") {
       note("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);
     }

@@ -12,7 +12,11 @@ export const WORDS = say(
     lost: "Connection lost",
     lostNext:
       "What is greyed out is old. The Stop button may not reach the apparatus: use the emergency stop. The page goes on by itself once the connection is back.",
+    lostHeldNext:
+      "Support the arm: the motors may still move or hold it. The Stop button may not reach the apparatus: use the emergency stop. What is greyed out is old.",
     restarting: "The apparatus' control program does not answer",
+    restartingHeldNext:
+      "Support the arm: the motors may still hold it. The control program is started again by itself; no motion is resumed.",
     restartingNext: "It is started again by itself; nothing that moved goes on by itself.",
     estopMissing: "The emergency stop's switch does not answer",
     estopMissingNext: "Nothing can be moved until it does. Check the switch's cable and its drive's power.",
@@ -38,7 +42,11 @@ export const WORDS = say(
     lost: "接続が切れました",
     lostNext:
       "灰色の表示は古い情報です。画面の「停止」は装置に届かないことがあります。非常停止を使ってください。接続が戻ると、ページは自動的に再開します。",
+    lostHeldNext:
+      "腕を支えてください。モータがまだ腕を動かしている、または保持している可能性があります。画面の「停止」は装置に届かないことがあります。非常停止を使ってください。灰色の表示は古い情報です。",
     restarting: "装置の制御プログラムが応答しません",
+    restartingHeldNext:
+      "腕を支えてください。モータがまだ腕を保持している可能性があります。制御プログラムは自動的に再起動します。動作は再開されません。",
     restartingNext: "自動的に再起動します。動いていたものが自動的に再開することはありません。",
     estopMissing: "非常停止スイッチが応答しません",
     estopMissingNext:

@@ -269,7 +269,14 @@ export const api = {
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
   updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
-    unwrap(client.PATCH("/api/sessions/{session_id}", { params: { path: { session_id: key } }, body })),
+    // A note that is saved while its page is being closed still arrives; browsers allow that for 64 kB.
+    unwrap(
+      client.PATCH("/api/sessions/{session_id}", {
+        params: { path: { session_id: key } },
+        body,
+        keepalive: (body.note?.length ?? 0) < 16_000,
+      }),
+    ),
   endSession: (key: string, body: Schemas["SessionEnd"] = {}) =>
     unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } }, body })),
   // The flow of a visit.
@@ -349,15 +356,16 @@ export const api = {
   load: (body: Schemas["LoadRequest"]) => unwrap(client.POST("/api/station/load", { body })),
   finishTeaching: () => unwrap(client.POST("/api/station/finish-teaching")),
   unload: () => unwrap(client.POST("/api/station/unload")),
-  approach: () => unwrap(client.POST("/api/station/approach")),
-  play: () => unwrap(client.POST("/api/station/play")),
+  approach: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/approach", { body })),
+  play: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/play", { body })),
   turn: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
   pause: () => unwrap(client.POST("/api/station/pause")),
   less: () => unwrap(client.POST("/api/station/less")),
-  goBack: () => unwrap(client.POST("/api/station/return")),
+  goBack: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
+  releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
   /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */
   stop: () => done(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_LIMIT_MS) })),
-  acknowledge: () => unwrap(client.POST("/api/station/acknowledge")),
+  acknowledge: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/acknowledge", { body })),
   simulator: () => unwrap(client.GET("/api/simulator")),
   setPedal: (down: boolean) => unwrap(client.POST("/api/simulator/pedal", { body: { down } })),
   setEstop: (pressed: boolean) => unwrap(client.POST("/api/simulator/estop", { body: { pressed } })),

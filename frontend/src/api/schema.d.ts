@@ -1880,7 +1880,7 @@ export interface paths {
         post: operations["take_lease"];
         /**
          * Release Lease
-         * @description Operate the apparatus no more; refused while the motors move or hold the arm.
+         * @description Operate the apparatus no more; refused while the motors move or hold the arm, or may do so.
          */
         delete: operations["release_lease"];
         options?: never;
@@ -1902,7 +1902,8 @@ export interface paths {
          * @description Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
          *
          *     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
-         *     program starts anew, which takes about a second.
+         *     program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
+         *     or may hold one; an apparatus that is switched off can be turned.
          */
         post: operations["turn"];
         delete?: never;
@@ -1924,7 +1925,7 @@ export interface paths {
          * Teach
          * @description Begin teaching: torque is off, and samples are recorded while the pedal is down.
          *
-         *     Refused while the checklist is open, in a session as without one.
+         *     Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
          */
         post: operations["teach"];
         delete?: never;
@@ -1967,7 +1968,7 @@ export interface paths {
          * @description Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
          *
          *     Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
-         *     what was fetched ahead.
+         *     what was fetched ahead. Refused in another mode before anything is looked up.
          */
         post: operations["load"];
         delete?: never;
@@ -2111,6 +2112,26 @@ export interface paths {
          *     stop: it needs a network.
          */
         post: operations["stop"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/station/release-torque": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Release Torque
+         * @description Switch off the torque that the drives had when the apparatus was connected: the arm is supported. Only while stopped.
+         */
+        post: operations["release_torque"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2911,6 +2932,12 @@ export interface components {
              */
             torque_nm: number;
             /**
+             * Torque
+             * @description unknown: the drive may hold the arm.
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
+            /**
              * Age Ms
              * @description Since the drive last answered, when the snapshot was made.
              */
@@ -3396,6 +3423,11 @@ export interface components {
              */
             max_load_level: number | null;
             /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             */
+            max_speed_deg_s: number | null;
+            /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
              */
@@ -3494,6 +3526,12 @@ export interface components {
              */
             max_load_level?: number | null;
             /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             * @example 20
+             */
+            max_speed_deg_s?: number | null;
+            /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
              * @default
@@ -3527,6 +3565,11 @@ export interface components {
              * @description The highest load level that the doctor allows; null: any.
              */
             max_load_level?: number | null;
+            /**
+             * Max Speed Deg S
+             * @description The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as the station allows.
+             */
+            max_speed_deg_s?: number | null;
             /**
              * Limits By
              * @description The doctor who set the limits: needed where there are any.
@@ -4083,6 +4126,12 @@ export interface components {
              */
             device: "starting" | "running" | "restarting";
             /**
+             * At
+             * Format: date-time
+             * @description When the service made this state, UTC. Commands that can start motion carry it as `seen_at`.
+             */
+            at: string;
+            /**
              * Age Ms
              * @description Since the device process last said anything; null when it never has.
              */
@@ -4098,8 +4147,22 @@ export interface components {
              * @enum {string}
              */
             mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /** Torque On */
-            torque_on: boolean;
+            /**
+             * Torque
+             * @description Of all drives together: on if one has torque, else unknown if one may have.
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
+            /**
+             * Stops
+             * @description Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.
+             */
+            stops: number;
+            /**
+             * Verified Since
+             * @description Since then the apparatus has been connected, and every drive configured, without a break; null while it is not so. An emergency stop test from before does not count.
+             */
+            verified_since: string | null;
             /**
              * Estop
              * @enum {string}
@@ -6152,6 +6215,25 @@ export interface components {
             picture: string;
         };
         /**
+         * SeenState
+         * @description The live state that the sender saw last. A command is refused when a stop has come since, or when the state is over 2 s old.
+         */
+        SeenState: {
+            /**
+             * Stops
+             * @description `live.stops` of that state.
+             * @example 3
+             */
+            stops: number;
+            /**
+             * Seen At
+             * Format: date-time
+             * @description `live.at` of that state.
+             * @example 2026-11-21T09:30:00.125Z
+             */
+            seen_at: string;
+        };
+        /**
          * Session
          * @description A session with its runs, in their order.
          */
@@ -6886,8 +6968,11 @@ export interface components {
              * @enum {string}
              */
             mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /** Torque On */
-            torque_on: boolean;
+            /**
+             * Torque
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
             /**
              * Estop
              * @enum {string}
@@ -7052,7 +7137,7 @@ export interface components {
             causes: components["schemas"]["StopCauseLive"][];
             /**
              * Arm Held
-             * @description The motors hold the arm still, until the stop is acknowledged.
+             * @description The motors hold the arm, or may hold it because their torque is unknown: support the arm.
              */
             arm_held: boolean;
         };
@@ -16090,7 +16175,11 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeenState"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -16121,6 +16210,15 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16155,7 +16253,11 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeenState"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -16186,6 +16288,15 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16350,7 +16461,11 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeenState"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -16381,6 +16496,15 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16464,14 +16588,18 @@ export interface operations {
             };
         };
     };
-    acknowledge: {
+    release_torque: {
         parameters: {
             query?: never;
             header?: never;
             path?: never;
             cookie?: never;
         };
-        requestBody?: never;
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeenState"];
+            };
+        };
         responses: {
             /** @description Successful Response */
             200: {
@@ -16502,6 +16630,93 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    acknowledge: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SeenState"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Accepted"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not now: refused, with cause and next step. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -5,12 +5,12 @@ import type { Live } from "../api/client";
 import { type LiveState, store } from "../live/store";
 import { LiveApparatus } from "./lazily";
 
-function opener(torque_on: boolean) {
+function opener(torque: Live["torque"]) {
   const state = {
     connected: true,
     heardAt: 0,
     station: null,
-    live: { torque_on } as Partial<Live>,
+    live: { torque } as Partial<Live>,
     events: [],
   };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
@@ -29,9 +29,11 @@ afterEach(() => {
 
 describe("the apparatus in three dimensions", () => {
   it("is opened only while the motors have no torque: a first drawing can hold up Stop", () => {
-    expect(opener(true).disabled).toBe(true);
+    expect(opener("on").disabled).toBe(true);
     expect(screen.getByText("To be opened while the motors have no torque.")).toBeTruthy();
     cleanup();
-    expect(opener(false).disabled).toBe(false);
+    expect(opener("unknown").disabled).toBe(true);
+    cleanup();
+    expect(opener("off").disabled).toBe(false);
   });
 });

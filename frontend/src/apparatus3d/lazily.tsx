@@ -12,9 +12,9 @@ const HEIGHT = 560;
 
 /** On the station page. Opened only without torque: what is fetched and made ready first can hold up the page, and Stop with it. */
 export function LiveApparatus() {
-  const torqueOn = useLive("torque_on");
+  const torque = useLive("torque");
   return (
-    <Opened title={VIEW.title} notNow={torqueOn ? VIEW.notNow : ""}>
+    <Opened title={VIEW.title} notNow={torque !== "off" && torque !== null ? VIEW.notNow : ""}>
       <StationApparatus />
     </Opened>
   );

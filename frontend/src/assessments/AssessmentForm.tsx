@@ -3,6 +3,7 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { useName } from "../access/hooks";
 import { type Assessment, api, ProblemError, type Schemas } from "../api/client";
+import { forgetDrafts, useDraft } from "../shared/draft";
 import { ProblemNote } from "../shared/problem";
 import { angleProblem, draftOf, emptyDraft, PAIN_NAMES, requestOf, type Side } from "./draft";
 import { NumberPicker } from "./NumberPicker";
@@ -24,7 +25,10 @@ export function AssessmentForm(props: {
   const { episodeId, form, assessment } = props;
   const queries = useQueryClient();
   const who = useName();
-  const [draft, setDraft] = useState(() => (assessment ? draftOf(assessment) : emptyDraft(new Date(), who)));
+  const [key] = useState(`assessment ${assessment?.id ?? episodeId} ${assessment?.updated_at ?? ""}`);
+  const [draft, setDraft] = useDraft(key, () =>
+    assessment ? draftOf(assessment) : emptyDraft(new Date(), who),
+  );
   const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
   const save = useMutation({
     mutationFn: () => {
@@ -42,9 +46,13 @@ export function AssessmentForm(props: {
     onSuccess: () => {
       void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
       void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
-      props.onDone();
+      done();
     },
   });
+  const done = () => {
+    forgetDrafts(key);
+    props.onDone();
+  };
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const implausible = form.rom.some((measure) =>
     Object.entries(draft.rom).some(
@@ -130,7 +138,7 @@ export function AssessmentForm(props: {
           />
           <ProblemNote error={save.error} />
           <Group justify="end">
-            <Button variant="default" onClick={props.onDone}>
+            <Button variant="default" onClick={done}>
               {FORM.discard}
             </Button>
             <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>

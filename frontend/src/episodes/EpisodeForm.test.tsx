@@ -16,6 +16,7 @@ const EPISODE: Episode = {
   contraindications: "No traction.",
   limits: [{ motion: 4, lowest_deg: null, highest_deg: 90 }],
   max_load_level: 12,
+  max_speed_deg_s: 40,
   limits_by: "Dr. Mori",
   opened_at: "2026-06-01T09:30:00Z",
   closed_at: null,
@@ -56,6 +57,7 @@ describe("changing an episode", () => {
     show(edit());
     type("Flexion / extension of the shoulder: no less than", "-10");
     type("Diagnosis", "Fracture");
+    type("Highest speed", "25 deg/s");
     press("Save");
     await waitFor(() => expect(onDone).toHaveBeenCalled());
     expect(update.mock.calls).toEqual([
@@ -70,6 +72,7 @@ describe("changing an episode", () => {
             { motion: 5, lowest_deg: -10, highest_deg: null },
           ],
           max_load_level: 12,
+          max_speed_deg_s: 25,
           limits_by: "Dr. Mori",
           updated_at: EPISODE.updated_at,
         },
@@ -95,6 +98,28 @@ describe("changing an episode", () => {
     type("Abduction / adduction of the shoulder: no more than", "");
     press("Save");
     await waitFor(() => expect(update.mock.calls[0]?.[1].limits).toEqual([]));
+  });
+
+  it("sends no speed limit when its number is taken away", async () => {
+    show(edit());
+    type("Highest speed", "");
+    press("Save");
+    await waitFor(() => expect(update.mock.calls[0]?.[1].max_speed_deg_s).toBeNull());
+  });
+
+  it("shows what is wrong with the speed limit beside it", async () => {
+    const problem = { detail: "Please check what was entered.", next_step: "" };
+    update.mockRejectedValue(
+      new ProblemError({
+        ...problem,
+        errors: [{ pointer: "#/max_speed_deg_s", field: "max_speed_deg_s", detail: "At most 150." }],
+      }),
+    );
+    show(edit());
+    type("Highest speed", "200 deg/s");
+    press("Save");
+    expect(await screen.findByText("At most 150.")).toBeTruthy();
+    expect(screen.getByLabelText("Highest speed")).toHaveProperty("value", "200 deg/s");
   });
 
   it("says why it was not saved, and keeps what was written", async () => {
@@ -124,7 +149,7 @@ describe("an episode on the patient's page", () => {
   it("says what the doctor allows, and that no stage is noted", () => {
     show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
     expect(screen.getByTestId("limits").textContent).toBe(
-      "Allowed by Dr. MoriAbduction / adduction of the shoulder: no more than 90 degResistance level 12 at most",
+      "Allowed by Dr. MoriAbduction / adduction of the shoulder: no more than 90 degResistance level 12 at mostNo motor faster than 40 deg/s",
     );
     expect(screen.getByText("No stage noted")).toBeTruthy();
   });

@@ -2,6 +2,7 @@ import { Alert, Button, Group, NumberInput, Stack, Table, Text, Textarea, TextIn
 import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Episode, ProblemError } from "../api/client";
+import { forgetDrafts, useDraft } from "../shared/draft";
 import { LOAD_LEVELS } from "../shared/levels";
 import { FORM, MOTIONS, minus, type Side } from "./words";
 
@@ -19,12 +20,17 @@ export function EpisodeForm(props: {
   const queries = useQueryClient();
   // Of the record that these values are from: a newer one may arrive while somebody writes.
   const [version] = useState(episode?.updated_at ?? null);
-  const [diagnosis, setDiagnosis] = useState(episode?.diagnosis ?? "");
-  const [onset, setOnset] = useState(episode?.onset_on ?? "");
-  const [contraindications, setContraindications] = useState(episode?.contraindications ?? "");
-  const [limits, setLimits] = useState(() => byMotion(episode));
-  const [level, setLevel] = useState<number | null>(episode?.max_load_level ?? null);
-  const [doctor, setDoctor] = useState(episode?.limits_by ?? "");
+  const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
+  const [diagnosis, setDiagnosis] = useDraft(`${key} diagnosis`, episode?.diagnosis ?? "");
+  const [onset, setOnset] = useDraft(`${key} onset`, episode?.onset_on ?? "");
+  const [contraindications, setContraindications] = useDraft(
+    `${key} contraindications`,
+    episode?.contraindications ?? "",
+  );
+  const [limits, setLimits] = useDraft(`${key} limits`, () => byMotion(episode));
+  const [level, setLevel] = useDraft<number | null>(`${key} level`, episode?.max_load_level ?? null);
+  const [speed, setSpeed] = useDraft<number | null>(`${key} speed`, episode?.max_speed_deg_s ?? null);
+  const [doctor, setDoctor] = useDraft(`${key} doctor`, episode?.limits_by ?? "");
   const save = useMutation({
     mutationFn: () => {
       const body = {
@@ -33,13 +39,17 @@ export function EpisodeForm(props: {
         contraindications,
         limits: asLimits(limits),
         max_load_level: level,
+        max_speed_deg_s: speed,
         limits_by: doctor,
       };
       return episode
         ? api.updateEpisode(episode.id, { ...body, updated_at: version })
         : api.openEpisode(patientId, { ...body, side });
     },
-    onSuccess: props.onDone,
+    onSuccess: (saved) => {
+      forgetDrafts(key);
+      props.onDone(saved);
+    },
     onError: () => void queries.invalidateQueries({ queryKey: ["episodes", patientId] }),
   });
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
@@ -124,6 +134,17 @@ export function EpisodeForm(props: {
             value={level ?? ""}
             error={fields.max_load_level}
             onChange={(given) => setLevel(typeof given === "number" ? given : null)}
+          />
+          <NumberInput
+            size="md"
+            hideControls
+            label={FORM.speed}
+            description={FORM.speedMeans}
+            placeholder={FORM.any}
+            suffix={FORM.degPerSecond}
+            value={speed ?? ""}
+            error={fields.max_speed_deg_s}
+            onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
           />
           <TextInput
             label={FORM.doctor}

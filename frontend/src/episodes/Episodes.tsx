@@ -128,6 +128,7 @@ export function EpisodeCard(props: { episode: Episode; archived?: boolean; onSav
               <Text key={limit.motion}>{limitWords(limit)}</Text>
             ))}
             {episode.max_load_level !== null && <Text>{CARE.levelAtMost(episode.max_load_level)}</Text>}
+            {episode.max_speed_deg_s !== null && <Text>{CARE.speedAtMost(episode.max_speed_deg_s)}</Text>}
           </div>
         )}
         {episode.closing_note && (

@@ -28,7 +28,7 @@ class FakeSocket {
   }
 }
 
-const live = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque_on: false } as Live;
+const live = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque: "off" } as Live;
 const snapshot = (sequence = 1) => ({
   kind: "snapshot",
   sequence,

@@ -117,6 +117,12 @@ export class LiveStore {
     });
   }
 
+  /** What a command that can start motion, release an arm or reset a stop has to carry: the state that this page shows. */
+  seen(): Schemas["SeenState"] {
+    const live = this.#state.live;
+    return { stops: live?.stops ?? 0, seen_at: live?.at ?? new Date(0).toISOString() };
+  }
+
   /** Until what is shown is newer than what the service has just answered, or nobody tells any more. */
   told(): Promise<void> {
     // The first message may have been on its way already.

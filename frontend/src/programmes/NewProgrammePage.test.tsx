@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { api, type Episode, type Programme, type Recording } from "../api/client";
+import { forgetDrafts } from "../shared/draft";
 import { NewProgramme } from "./NewProgrammePage";
 
 const LEFT = { id: "left", side: "left", diagnosis: "Frozen shoulder", closed_at: null } as Episode;
@@ -22,7 +23,10 @@ beforeEach(() => {
     items: [{ duration_s: 30, problem: null }],
   });
 });
-afterEach(cleanup);
+afterEach(() => {
+  cleanup();
+  forgetDrafts();
+});
 
 function show(items: Episode[]) {
   vi.spyOn(api, "episodes").mockResolvedValue({ items });
@@ -35,9 +39,10 @@ function show(items: Episode[]) {
   );
 }
 
-const add = async (name: string) => {
+const add = async (name: string, chooses = true) => {
   fireEvent.click(await screen.findByRole("combobox", { name: "Add a recording" }));
   fireEvent.click(await screen.findByText(name));
+  if (chooses) fireEvent.click(screen.getByRole("button", { name: "One level higher" }));
   fireEvent.click(screen.getByText("Done"));
 };
 
@@ -69,11 +74,9 @@ it("is not written where no episode is open", async () => {
   expect(await screen.findByText(/No episode of care is open/)).toBeTruthy();
 });
 
-it("begins with the highest resistance level that the doctor allows", async () => {
+it("is saved once a resistance level has been chosen, and none is preselected", async () => {
   show([{ ...LEFT, max_load_level: 12 } as Episode]);
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
-  await add("Lift left · 0:30");
-  fireEvent.click(screen.getByText("Save the programme"));
-  await waitFor(() => expect(onSaved).toHaveBeenCalled());
-  expect(create.mock.calls[0]?.[1].items[0]).toMatchObject({ load_level: 12 });
+  await add("Lift left · 0:30", false);
+  expect((screen.getByText("Save the programme").closest("button") as HTMLButtonElement).disabled).toBe(true);
 });

@@ -87,6 +87,7 @@ export function NewProgramme(props: {
           patientId={patientId}
           episode={{ id: episode.id, side: episode.side }}
           start={EMPTY}
+          draftKey={`new for ${episode.id}`}
           saveLabel={NEW.save}
           onSave={save}
           onCancel={props.onCancel}

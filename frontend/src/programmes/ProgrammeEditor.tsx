@@ -4,12 +4,13 @@ import { useMutation, useQuery } from "@tanstack/react-query";
 import { type ReactNode, useState } from "react";
 import { useName } from "../access/hooks";
 import { api, ProblemError } from "../api/client";
+import { forgetDrafts, useDraft } from "../shared/draft";
 import { formatSpan } from "../shared/format";
 import { LoadLevel } from "../shared/LoadLevel";
 import { useHighestLevel, useRecordings } from "../shared/ofPatient";
-import { PlaySettings } from "../shared/PlaySettings";
+import { arePlayable, PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
-import { Stepper, type Steps } from "../shared/Stepper";
+import { isWithin, Stepper, type Steps } from "../shared/Stepper";
 import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
 import { EditableItems } from "./EditableItems";
 import { timerWords } from "./told";
@@ -20,12 +21,17 @@ type Field = Steps & typeof EDITOR.timer;
 const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
 const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
 
+/** Whether a number that need not be is none, or may be used. */
+const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
+
 /** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
 export function ProgrammeEditor(props: {
   patientId: string;
   /** Whose programme it is, and of which shoulder. */
   episode: Treated;
   start: Draft;
+  /** Names the programme and its version: what was typed about it is kept under this. */
+  draftKey: string;
   saveLabel: string;
   onSave: (wanted: Wanted) => Promise<unknown>;
   onCancel: () => void;
@@ -33,9 +39,9 @@ export function ProgrammeEditor(props: {
   children?: (fields: Record<string, string>) => ReactNode;
 }) {
   const { patientId, episode, start } = props;
-  const [draft, setDraft] = useState(start);
+  const [draft, setDraft] = useDraft(`programme ${props.draftKey} items`, start);
   const [set, setSet] = useState<string | null>(null);
-  const [note, setNote] = useState("");
+  const [note, setNote] = useDraft(`programme ${props.draftKey} note`, "");
   const [name, setName] = useState(useName());
   const preview = usePreview(patientId, episode.id, draft);
   const save = useMutation({
@@ -49,7 +55,9 @@ export function ProgrammeEditor(props: {
         made_by: name,
       });
     },
+    onSuccess: () => drop(),
   });
+  const drop = () => forgetDrafts(`programme ${props.draftKey}`);
   const fields = save.error instanceof ProblemError ? save.error.fields : {};
   const checked = preview.told?.items ?? [];
   const beyond = timerWords(draft.timer_minutes, preview.told?.duration_s ?? 0);
@@ -111,12 +119,25 @@ export function ProgrammeEditor(props: {
         <Button
           size="lg"
           loading={save.isPending}
-          disabled={draft.items.length === 0 || checked.some((one) => one.problem !== null)}
+          disabled={
+            draft.items.length === 0 ||
+            checked.some((one) => one.problem !== null) ||
+            !draft.items.every((item) => arePlayable(item) && item.load_level !== null) ||
+            !isGiven(TIMER, draft.timer_minutes) ||
+            !isGiven(WISH, draft.sessions_per_week)
+          }
           onClick={() => save.mutate()}
         >
           {props.saveLabel}
         </Button>
-        <Button size="lg" variant="default" onClick={props.onCancel}>
+        <Button
+          size="lg"
+          variant="default"
+          onClick={() => {
+            drop();
+            props.onCancel();
+          }}
+        >
           {EDITOR.discard}
         </Button>
       </Group>
@@ -151,7 +172,7 @@ function usePreview(patientId: string, episodeId: string, draft: Draft) {
   const preview = useQuery({
     queryKey: ["programme-preview", patientId, episodeId, items],
     queryFn: () => api.previewProgramme(patientId, { items, episode_id: episodeId }),
-    enabled: items.length > 0,
+    enabled: items.length > 0 && settled.every((item) => arePlayable(item) && item.load_level !== null),
     staleTime: 60_000,
   });
   // What was told of other recordings, or of another order, says nothing about these.

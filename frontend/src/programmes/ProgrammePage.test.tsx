@@ -3,6 +3,7 @@ import { QueryClient, QueryClientProvider, useQuery } from "@tanstack/react-quer
 import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api, ProblemError, type Programme, type ProgrammeItem } from "../api/client";
+import { forgetDrafts } from "../shared/draft";
 import { AS_TAUGHT } from "../shared/settings";
 import { ProgrammeView } from "./ProgrammePage";
 
@@ -65,7 +66,10 @@ beforeEach(() => {
     items: items.map(() => ({ duration_s: 30, problem: null })),
   }));
 });
-afterEach(cleanup);
+afterEach(() => {
+  cleanup();
+  forgetDrafts();
+});
 
 function Held() {
   const held = useQuery({ queryKey: ["programme", "p"], queryFn: () => PROGRAMME, initialData: PROGRAMME });

@@ -152,6 +152,7 @@ function Change({ programme, onDone }: { programme: Programme; onDone: () => voi
         patientId={programme.patient.id}
         episode={{ id: programme.episode_id, side: programme.side }}
         start={start}
+        draftKey={`${programme.id} ${basedOn}`}
         saveLabel={VERSIONS.saveAs(basedOn + 1)}
         onSave={save}
         onCancel={onDone}

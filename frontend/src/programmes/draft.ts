@@ -4,7 +4,13 @@ import { AS_TAUGHT } from "../shared/settings";
 import type { ItemSettings } from "./told";
 
 /** One recording of a programme that is being written; the key stays its own wherever it is moved. */
-export type DraftItem = ItemSettings & { key: string; recording_id: string; recording_name: string };
+export type DraftItem = Omit<ItemSettings, "load_level"> & {
+  key: string;
+  recording_id: string;
+  recording_name: string;
+  /** Null until it is chosen; no programme is saved before. */
+  load_level: number | null;
+};
 /** What a programme is to say. */
 export type Draft = { items: DraftItem[]; timer_minutes: number | null; sessions_per_week: number | null };
 
@@ -23,8 +29,8 @@ export function draftOf(version: ProgrammeVersion): Draft {
 }
 
 /**
- * Last, with the settings of the one before it: what fits one motion is nearer than what was taught. The first one has the highest level
- * that the doctor allows.
+ * Last, with the settings of the one before it: what fits one motion is nearer than what was taught. The level of the first one has to be
+ * chosen.
  */
 export function added(draft: Draft, recording: Recording, key: string, highest: number | null): Draft {
   const { speed_percent, repetitions, pause_s, range_percent, method, load_level } = draft.items.at(-1) ?? {
@@ -46,15 +52,10 @@ export function moved(draft: Draft, place: number, by: 1 | -1): Draft {
 
 /** As the service takes it. */
 export function itemsOf(items: DraftItem[]): Wanted["items"] {
-  return items.map(
-    ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }) => ({
-      recording_id,
-      speed_percent,
-      repetitions,
-      pause_s,
-      range_percent,
-      method,
-      load_level,
-    }),
+  return items.flatMap(
+    ({ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }) =>
+      load_level === null
+        ? []
+        : [{ recording_id, speed_percent, repetitions, pause_s, range_percent, method, load_level }],
   );
 }

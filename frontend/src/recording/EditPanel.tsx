@@ -5,7 +5,7 @@ import { useState } from "react";
 import { api, type Edit, type Recording } from "../api/client";
 import { Plot } from "../shared/Plot";
 import { ProblemNote } from "../shared/problem";
-import { Stepper, type Steps } from "../shared/Stepper";
+import { isWithin, Stepper, type Steps } from "../shared/Stepper";
 import { EDIT, WHATS } from "./words";
 
 type What = Edit["do"];
@@ -195,7 +195,10 @@ export function EditPanel({
             variant={seen && preview.data ? "default" : "filled"}
             leftSection={<IconChartLine size={22} />}
             loading={preview.isPending}
-            disabled={byMotor && motors.length === 0}
+            disabled={
+              (byMotor && motors.length === 0) ||
+              !fields.every((field) => isWithin(field, number(field.name)))
+            }
             onClick={() => preview.mutate(edit)}
           >
             {EDIT.preview}

@@ -47,7 +47,10 @@ export const SESSIONS = say(
 const STOPS_JA: Record<string, string> = {
   estop_pressed: "非常停止",
   estop_unknown: "非常停止の状態が不明",
+  contacts_disagree: "非常停止の接点の不一致",
   bus_lost: "モータとの通信途絶",
+  torque_found: "接続回復時のトルク残留",
+  drive_reset: "モータの設定喪失",
   drive_silent: "モータの応答なし",
   drive_garbled: "モータの応答異常",
   drive_error: "モータのハードウェア異常",
@@ -71,6 +74,7 @@ const STOPS_JA: Record<string, string> = {
   journal_fault: "測定値の書き込み不能",
   load_repeated: "同じ位置での2度の抵抗",
   load_on_the_way: "移動中の抵抗",
+  load_while_held: "保持中の抵抗",
   operator_stop: "操作者による停止",
   browser_lost: "ブラウザとの接続断",
   unexpected_error: "制御プログラムの異常",

@@ -17,10 +17,14 @@ export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
 export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
 
 /** How much resistance it takes until the arm is taken back: by finger, mouse or arrow keys. */
-export function LoadLevel(props: { value: number; last: number | null; onChange: (level: number) => void }) {
+export function LoadLevel(props: {
+  value: number | null;
+  last: number | null;
+  onChange: (level: number) => void;
+}) {
   const { value, onChange } = props;
   const label = useId();
-  const step = (by: number) => onChange(Math.min(LOAD_LEVELS, Math.max(1, value + by)));
+  const step = (by: number) => onChange(Math.min(LOAD_LEVELS, Math.max(1, (value ?? 0) + by)));
   return (
     <Stack gap={4} role="group" aria-labelledby={label}>
       <Group justify="space-between" align="baseline">
@@ -28,8 +32,8 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           {LEVEL.label}
         </Text>
         <Text size="lg" fw={700} data-testid="level">
-          {LEVEL.of(value, LOAD_LEVELS)}
-          {value === props.last && (
+          {value === null ? LEVEL.choose : LEVEL.of(value, LOAD_LEVELS)}
+          {value !== null && value === props.last && (
             <Text span size="sm" fw={400}>
               {LEVEL.asLast}
             </Text>
@@ -41,7 +45,7 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           size={44}
           variant="default"
           aria-label={LEVEL.lower}
-          disabled={value <= 1}
+          disabled={value === null || value <= 1}
           onClick={() => step(-1)}
         >
           <IconMinus size={22} />
@@ -50,7 +54,7 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           flex={1}
           min={1}
           max={LOAD_LEVELS}
-          value={value}
+          value={value ?? 1}
           onChange={onChange}
           marks={MARKS}
           label={null}
@@ -63,7 +67,7 @@ export function LoadLevel(props: { value: number; last: number | null; onChange:
           size={44}
           variant="default"
           aria-label={LEVEL.higher}
-          disabled={value >= LOAD_LEVELS}
+          disabled={value !== null && value >= LOAD_LEVELS}
           onClick={() => step(1)}
         >
           <IconPlus size={22} />

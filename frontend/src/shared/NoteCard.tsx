@@ -1,7 +1,7 @@
 import { Alert, Button, Card, Group, Select, Stack, Text, Textarea, Title } from "@mantine/core";
 import { useDebouncedCallback } from "@mantine/hooks";
 import { useMutation, useQuery } from "@tanstack/react-query";
-import { useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
 import { formatMoment } from "./format";
@@ -46,11 +46,25 @@ function Open({ session }: { session: Session }) {
   const [reason, setReason] = useState<Schemas["SessionEnd"]["reason"]>(session.end_reason);
   const text = typed ?? (session.note || (draft.data?.text ?? ""));
   const chosen = reason ?? draft.data?.end_reason ?? null;
+  // Saves of one session follow each other, each with the version that the one before has made.
+  const version = useRef(session.updated_at);
   const save = useMutation({
-    mutationFn: (note: string) => api.updateSession(session.id, { note, updated_at: session.updated_at }),
-    onSuccess: keep,
+    scope: { id: `note ${session.id}` },
+    mutationFn: (note: string) => api.updateSession(session.id, { note, updated_at: version.current }),
+    onSuccess: (saved) => {
+      version.current = saved.updated_at;
+      keep(saved);
+    },
   });
-  const later = useDebouncedCallback((note: string) => save.mutate(note), SAVE_AFTER_MS);
+  const later = useDebouncedCallback((note: string) => save.mutate(note), {
+    delay: SAVE_AFTER_MS,
+    flushOnUnmount: true,
+  });
+  // A page that is closed or put away saves what was typed last.
+  useEffect(() => {
+    window.addEventListener("pagehide", later.flush);
+    return () => window.removeEventListener("pagehide", later.flush);
+  }, [later]);
   const saved = async () => {
     later.cancel();
     return text === session.note ? session : await save.mutateAsync(text);

@@ -1,6 +1,6 @@
 import { SegmentedControl, SimpleGrid, Stack, Text } from "@mantine/core";
 import { PLAYING } from "./playWords";
-import { Stepper, type Steps } from "./Stepper";
+import { isWithin, Stepper, type Steps } from "./Stepper";
 import { type Settings, settingsWords } from "./settings";
 
 type Field = Steps & { name: Exclude<keyof Settings, "method"> };
@@ -27,6 +27,13 @@ const METHODS: { value: Settings["method"]; label: string; what: string }[] = [
   },
 ];
 
+/** Whether a recording may be played so: every number that counts is within its bounds. */
+export const arePlayable = (settings: Settings): boolean =>
+  FIELDS.every(
+    (field) =>
+      (field.name === "pause_s" && settings.repetitions === 1) || isWithin(field, settings[field.name]),
+  );
+
 /** Speed, range, repetitions, pause and method of the next playback: by finger, or typed. */
 export function PlaySettings(props: {
   value: Settings;
@@ -36,7 +43,7 @@ export function PlaySettings(props: {
   const { value, last, onChange } = props;
   const asLast =
     last !== null && value.method === last.method && FIELDS.every(({ name }) => value[name] === last[name]);
-  const words = settingsWords(value) ?? PLAYING.asTaught;
+  const words = arePlayable(value) ? (settingsWords(value) ?? PLAYING.asTaught) : null;
   return (
     <Stack gap="xs">
       <SimpleGrid cols={{ base: 1, sm: 2 }}>
@@ -60,7 +67,7 @@ export function PlaySettings(props: {
       />
       <Text size="sm">{METHODS.find((method) => method.value === value.method)?.what}</Text>
       <Text size="sm" data-testid="settings">
-        {asLast ? PLAYING.toldAsLast(words) : PLAYING.told(words)}
+        {words !== null && (asLast ? PLAYING.toldAsLast(words) : PLAYING.told(words))}
       </Text>
     </Stack>
   );

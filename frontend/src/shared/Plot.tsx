@@ -1,4 +1,4 @@
-import { Skeleton, useComputedColorScheme } from "@mantine/core";
+import { Button, Group, Skeleton, Text, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
 import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureWords";
@@ -32,15 +32,19 @@ export function Plot({
 }) {
   const place = useRef<HTMLElement>(null);
   const [drawn, setDrawn] = useState(false);
+  const [failed, setFailed] = useState(false);
+  const [tries, setTries] = useState(0);
   const heard = useRef(onWindow);
   heard.current = onWindow;
   const ending = useRef(() => {});
   const scheme = useComputedColorScheme();
+  // biome-ignore lint/correctness/useExhaustiveDependencies: another try draws again
   useEffect(() => {
     const element = place.current;
     if (!element) return;
     let gone = false;
-    void import("plotly.js-cartesian-dist-min").then(async ({ default: Plotly }) => {
+    const draw = async () => {
+      const { default: Plotly } = await import("plotly.js-cartesian-dist-min");
       if (gone) return;
       if (LANGUAGE === "ja") {
         Plotly.register({ moduleType: "locale", name: LANGUAGE, dictionary: PLOTLY, format: PLOTLY_DAYS });
@@ -54,17 +58,29 @@ export function Plot({
         if (window !== undefined) heard.current?.(window);
       });
       ending.current = () => Plotly.purge(element);
+      setFailed(false);
       setDrawn(true);
+    };
+    draw().catch(() => {
+      if (!gone) setFailed(true);
     });
     return () => {
       gone = true;
     };
-  }, [figure, scheme]);
+  }, [figure, scheme, tries]);
   useEffect(() => () => ending.current(), []);
   const height = typeof figure.layout.height === "number" ? figure.layout.height : 340;
   return (
     <div style={{ position: "relative", minHeight: height }}>
-      {!drawn && <Skeleton pos="absolute" inset={0} aria-label={FIGURE.drawing} />}
+      {failed && (
+        <Group role="alert">
+          <Text>{FIGURE.failed}</Text>
+          <Button variant="default" onClick={() => setTries(tries + 1)}>
+            {FIGURE.again}
+          </Button>
+        </Group>
+      )}
+      {!drawn && !failed && <Skeleton pos="absolute" inset={0} aria-label={FIGURE.drawing} />}
       <figure ref={place} aria-label={label} data-drawn={drawn} style={{ margin: 0 }} />
     </div>
   );

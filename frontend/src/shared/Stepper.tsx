@@ -6,7 +6,14 @@ import { PLAYING } from "./playWords";
 /** What a number is called, and its bounds. */
 export type Steps = { label: string; unit: string; min: number; max: number; step: number };
 
-/** A number that is changed by finger, in steps, or typed. */
+/** Whether a value may be used; NaN stands for an empty field. */
+export const isWithin = ({ min, max }: Pick<Steps, "min" | "max">, value: number): boolean =>
+  value >= min && value <= max;
+
+/**
+ * A number that is changed by finger, in steps, or typed. What is shown is what `onChange` was given: an empty field gives NaN and a
+ * number out of range itself, both with an error; whoever uses the value asks `isWithin` first.
+ */
 export function Stepper(props: {
   field: Steps;
   value: number;
@@ -16,7 +23,8 @@ export function Stepper(props: {
   const { value, disabled = false, onChange } = props;
   const { label, unit, min, max, step } = props.field;
   const id = useId();
-  const give = (given: number) => onChange(Math.min(max, Math.max(min, given)));
+  const give = (given: number) => onChange(Math.min(max, Math.max(min, Number.isNaN(given) ? min : given)));
+  const fits = isWithin(props.field, value);
   return (
     <Stack gap={4} role="group" aria-labelledby={id}>
       <Text size="lg" fw={600} id={id}>
@@ -43,8 +51,10 @@ export function Stepper(props: {
           allowDecimal={!Number.isInteger(step)}
           suffix={unit ? ` ${unit}` : ""}
           disabled={disabled}
-          value={value}
-          onChange={(given) => typeof given === "number" && given >= min && given <= max && onChange(given)}
+          clampBehavior="none"
+          value={Number.isNaN(value) ? "" : value}
+          error={!fits && !disabled}
+          onChange={(given) => onChange(typeof given === "number" ? given : Number.NaN)}
           styles={{ input: { textAlign: "center" } }}
         />
         <ActionIcon
@@ -57,6 +67,11 @@ export function Stepper(props: {
           <IconPlus size={22} />
         </ActionIcon>
       </Group>
+      {!fits && !disabled && (
+        <Text size="sm" c="grape.9" role="alert">
+          {PLAYING.outOfRange(min, max, unit)}
+        </Text>
+      )}
     </Stack>
   );
 }

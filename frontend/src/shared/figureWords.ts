@@ -1,6 +1,9 @@
 import { say } from "./language";
 
-export const FIGURE = say({ drawing: "The figure is being drawn" }, { drawing: "グラフを描いています" });
+export const FIGURE = say(
+  { drawing: "The figure is being drawn", failed: "The figure could not be drawn.", again: "Try again" },
+  { drawing: "グラフを描いています", failed: "グラフを描けませんでした。", again: "再試行" },
+);
 
 /** What Plotly calls its buttons. */
 export const PLOTLY = say<Record<string, string>>(

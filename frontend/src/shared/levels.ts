@@ -1,8 +1,10 @@
 /** Load levels go from 1 to this one. */
 export const LOAD_LEVELS = 25;
 
-/** The level that is offered first: the last one, never more than the doctor allows. */
-export function firstLevel(last: number | null, highest: number | null): number {
-  const most = highest ?? LOAD_LEVELS;
-  return Math.min(last ?? most, most);
+/**
+ * The level that is offered first: the last one, never more than the doctor allows. Null where there is none: it has to be chosen, because
+ * a low level refuses to hold a heavy arm and a high one feels no patient (backend/decisions/0023-the-level-is-chosen.md).
+ */
+export function firstLevel(last: number | null, highest: number | null): number | null {
+  return last === null ? null : Math.min(last, highest ?? LOAD_LEVELS);
 }

@@ -6,6 +6,7 @@ export const LEVEL = say(
     label: "Resistance level",
     of: (level: number, most: number) => `${level} of ${most}`,
     asLast: ", as last time",
+    choose: "Choose a level",
     lower: "One level lower",
     higher: "One level higher",
     means: (most: number) =>
@@ -15,6 +16,7 @@ export const LEVEL = say(
     label: "負荷レベル",
     of: (level, most) => `${most}段階中 ${level}`,
     asLast: "（前回と同じ）",
+    choose: "レベルを選んでください",
     lower: "1段階下げる",
     higher: "1段階上げる",
     means: (most) =>
@@ -31,6 +33,7 @@ export const PLAYING = say(
     pause: "Pause at each end",
     percent: "%",
     seconds: "s",
+    outOfRange: (min: number, max: number, unit: string) => `Enter ${min} to ${max}${unit && ` ${unit}`}.`,
     less: (label: string) => `${label}: less`,
     more: (label: string) => `${label}: more`,
     way: "Way of playing",
@@ -59,6 +62,7 @@ export const PLAYING = say(
     pause: "両端での休止",
     percent: "%",
     seconds: "秒",
+    outOfRange: (min, max, unit) => `${min}～${max}${unit && ` ${unit}`} の値を入力してください。`,
     less: (label) => `${label}を減らす`,
     more: (label) => `${label}を増やす`,
     way: "再生方法",

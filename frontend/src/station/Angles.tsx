@@ -1,5 +1,6 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { lazy, Suspense } from "react";
+import type { Live } from "../api/client";
 import { useAlive, useLive, useStation } from "../live/hooks";
 import { formatDegrees } from "../shared/format";
 import classes from "./station.module.css";
@@ -20,7 +21,7 @@ const WHAT = [
 /** The five angles now, against their setpoints, within their ranges. */
 export function Angles() {
   const alive = useAlive();
-  const torque = useLive("torque_on");
+  const torque = useLive("torque");
   return (
     <Card withBorder component="section" aria-label={ANGLES.title}>
       <Group justify="space-between" mb="sm">
@@ -39,7 +40,7 @@ export function Angles() {
             {ANGLES.measured}
           </Text>
           <Text fw={600} data-testid="torque">
-            {!alive ? ANGLES.none : torque ? ANGLES.torqueOn : ANGLES.torqueOff}
+            {torqueWords(alive ? torque : null)}
           </Text>
         </Group>
       </Group>
@@ -52,8 +53,13 @@ export function Angles() {
   );
 }
 
+function torqueWords(torque: Live["torque"] | null): string {
+  return torque === "on" ? ANGLES.torqueOn : torque === "off" ? ANGLES.torqueOff : ANGLES.torqueUnknown;
+}
+
 function Axis({ axis, what }: { axis: number; what: string }) {
   const station = useStation();
+  const alive = useAlive();
   const now = useLive("axes")?.[axis];
   const info = station?.axes[axis];
   if (!info) return null;
@@ -61,12 +67,16 @@ function Axis({ axis, what }: { axis: number; what: string }) {
     `${Math.min(100, Math.max(0, (100 * (angle - info.min_deg)) / (info.max_deg - info.min_deg)))}%`;
   const measured = now?.measured_deg ?? null;
   const setpoint = now?.setpoint_deg ?? null;
+  const torque = alive ? (now?.torque ?? null) : null;
   return (
     <div className={classes.axis}>
       <div>
         <Text fw={600}>{ANGLES.motor(axis + 1)}</Text>
         <Text size="sm" c="dimmed">
           {what}
+        </Text>
+        <Text size="sm" data-testid={`torque-${axis + 1}`}>
+          {torqueWords(torque)}
         </Text>
         <Text fz={32} fw={700} className={classes.number ?? ""} data-testid={`angle-${axis + 1}`}>
           {formatDegrees(measured)}

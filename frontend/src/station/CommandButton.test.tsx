@@ -3,8 +3,8 @@ import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
 import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type LiveState, store } from "../live/store";
+import { HOLD_MS } from "../shared/useHold";
 import { CommandButton } from "./CommandButton";
-import { HOLD_MS } from "./useHold";
 
 const client = new QueryClient();
 

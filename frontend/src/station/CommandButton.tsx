@@ -5,9 +5,10 @@ import { useOperates } from "../access/hooks";
 import type { CommandName } from "../api/client";
 import { useRefusal } from "../live/hooks";
 import { store } from "../live/store";
+import hold from "../shared/hold.module.css";
 import { ProblemNote } from "../shared/problem";
+import { useHold } from "../shared/useHold";
 import classes from "./station.module.css";
-import { useHold } from "./useHold";
 import { STATION } from "./words";
 
 type Props = ButtonProps & {
@@ -48,7 +49,7 @@ export function CommandButton({ command, send, onDone, held = false, children, d
         disabled={!possible}
         aria-describedby={about}
         {...(held
-          ? { ...handlers, className: classes.held ?? "", "data-holding": holding }
+          ? { ...handlers, className: hold.held ?? "", "data-holding": holding }
           : { onClick: () => sending.mutate() })}
       >
         {children}

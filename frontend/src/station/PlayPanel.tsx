@@ -11,12 +11,12 @@ import { useEffect, useState } from "react";
 import { api, type Schemas, type Session } from "../api/client";
 import { useAlive, useLive } from "../live/hooks";
 import { store } from "../live/store";
-import { formatSpan } from "../shared/format";
+import { formatSpan, sideWord } from "../shared/format";
 import { LoadLevel, lastLevel, useLastRuns } from "../shared/LoadLevel";
 import { firstLevel, LOAD_LEVELS } from "../shared/levels";
 import { PageLink } from "../shared/links";
 import { useHighestLevel, useRecordings } from "../shared/ofPatient";
-import { PlaySettings } from "../shared/PlaySettings";
+import { arePlayable, PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
 import { told } from "../shared/told";
@@ -65,17 +65,27 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const planned = session.programme?.items ?? [];
   const next = nextItem(planned, session.runs);
   const [chosen, setChosen] = useState<string | null>(wanted);
+  const side = useLive("side");
   const recorded = (recordings.data?.items ?? []).filter((one) => !one.archived_at);
   const choices = [
     ...planned.map((one) => ({
       value: `${PLANNED}${one.position}`,
       label: itemWords(PLAY.item(one.position, one.recording_name), isDone(one, session.runs)),
     })),
-    ...recorded.map((one) => ({ value: one.id, label: PLAY.lasting(one.name, formatSpan(one.duration_s)) })),
+    ...recorded.map((one) => ({
+      value: one.id,
+      label: PLAY.lasting(one.name, sideWord(one.side), formatSpan(one.duration_s)),
+      disabled: one.side !== side,
+    })),
   ];
-  // What is planned next, unless somebody has chosen.
-  const standing = next ? `${PLANNED}${next.position}` : (recorded[0]?.id ?? null);
-  const value = choices.some((one) => one.value === chosen) ? chosen : standing;
+  // What is planned next, or was played last, or is the only one of this shoulder; where that is not clear, it has to be chosen.
+  const fitting = recorded.filter((one) => one.side === side);
+  const lastPlayed = last.data?.at(-1)?.recording_id;
+  const again =
+    fitting.find((one) => one.id === lastPlayed) ?? (fitting.length === 1 ? fitting[0] : undefined);
+  const standing = next ? `${PLANNED}${next.position}` : (again?.id ?? null);
+  const mayChoose = (id: string | null) => id?.startsWith(PLANNED) || fitting.some((one) => one.id === id);
+  const value = choices.some((one) => one.value === chosen) && mayChoose(chosen) ? chosen : standing;
   const item = planned.find((one) => `${PLANNED}${one.position}` === value) ?? null;
   const recordingId = item?.recording_id ?? value;
   const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
@@ -85,6 +95,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
   const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
   const checklist = useChecklist(session.id, recordingId);
   const load = async () => {
+    if (shownLevel === null) return;
     await api.load({
       session_id: session.id,
       recording_id: recordingId ?? "",
@@ -104,6 +115,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       <Select
         size="lg"
         label={PLAY.recording}
+        placeholder={PLAY.choose}
         allowDeselect={false}
         data={
           planned.length === 0
@@ -130,7 +142,13 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
       <LoadLevel value={shownLevel} last={levelOfLast} onChange={onLevel} />
       <CommandButton
         command="load"
-        disabled={value === null || last.isPending || checklist.data?.complete !== true}
+        disabled={
+          value === null ||
+          shownLevel === null ||
+          !arePlayable(shownSettings) ||
+          last.isPending ||
+          checklist.data?.complete !== true
+        }
         send={load}
       >
         {PLAY.load}
@@ -162,7 +180,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
             <CommandButton
               held
               command="approach"
-              send={api.approach}
+              send={() => api.approach(store.seen())}
               leftSection={<IconTargetArrow size={26} />}
             >
               {PLAY.approach}
@@ -202,7 +220,12 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
           <TakenBack mode={mode} run={run} />
           <Group align="start">
             {mode === "paused" && (
-              <CommandButton command="play" send={api.play} leftSection={<IconPlayerPlay size={26} />}>
+              <CommandButton
+                held
+                command="play"
+                send={() => api.play(store.seen())}
+                leftSection={<IconPlayerPlay size={26} />}
+              >
                 {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}
               </CommandButton>
             )}
@@ -220,8 +243,9 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
               {PLAY.less}
             </CommandButton>
             <CommandButton
+              held
               command="return"
-              send={api.goBack}
+              send={() => api.goBack(store.seen())}
               variant="default"
               leftSection={<IconArrowBackUp size={26} />}
             >

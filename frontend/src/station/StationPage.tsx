@@ -1,4 +1,5 @@
 import { Alert, Box, Card, Grid, Stack, Text, Title } from "@mantine/core";
+import { IconAlertTriangle } from "@tabler/icons-react";
 import { useQuery } from "@tanstack/react-query";
 import { useNavigate, useSearch } from "@tanstack/react-router";
 import { startTransition, useEffect, useState } from "react";
@@ -9,6 +10,7 @@ import { useLive, useStation } from "../live/hooks";
 import { PatientSelect } from "../patients/PatientSelect";
 import { sideWord } from "../shared/format";
 import { InOnePiece } from "../shared/InOnePiece";
+import { useEpisodes } from "../shared/ofPatient";
 import { ProblemNote } from "../shared/problem";
 import { useAway, useReady } from "../shared/ready";
 import { StopBanner } from "../shared/StopBanner";
@@ -91,10 +93,13 @@ export function StationPage() {
                   />
                 ))}
               {patient.data && <Text>{patientWords(patient.data)}</Text>}
+              {reads && !away && patientId && <Contraindications patientId={patientId} />}
               {!away && <ProblemNote error={patient.error} />}
               <StandsFor wanted={patient.data?.affected_side ?? kept?.side ?? undefined} />
               {/* What cannot be done now gives its place to what is going on. */}
-              {work && operates && patientId && !run && <work.TeachPanel patientId={patientId} />}
+              {work && operates && patientId && !run && (
+                <work.TeachPanel key={`teach ${patientId}`} patientId={patientId} />
+              )}
               {work && operates && patientId && !teaching && (
                 <work.Visit key={patientId} patientId={patientId} wanted={search.recording ?? null} />
               )}
@@ -122,6 +127,26 @@ export function StationPage() {
       </InOnePiece>
     </Stack>
   );
+}
+
+/** Of the episodes that are open: what must not be done with this patient, before anything is taught or played. */
+function Contraindications({ patientId }: { patientId: string }) {
+  const episodes = useEpisodes(patientId);
+  const told = (episodes.data?.items ?? []).filter((one) => one.closed_at === null && one.contraindications);
+  return told.map((one) => (
+    <Alert
+      key={one.id}
+      color="gray"
+      variant="outline"
+      icon={<IconAlertTriangle />}
+      title={STATION.contraindications(one.side)}
+      data-testid="contraindications"
+    >
+      <Text fw={600} style={{ whiteSpace: "pre-wrap" }}>
+        {one.contraindications}
+      </Text>
+    </Alert>
+  ));
 }
 
 function patientWords({ affected_side, notes }: Patient): string {

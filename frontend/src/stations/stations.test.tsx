@@ -11,7 +11,7 @@ const state: State = {
   simulated: false,
   device: "running",
   mode: "playing",
-  torque_on: true,
+  torque: "on",
   estop: "closed",
   causes: [],
   arm_held: false,

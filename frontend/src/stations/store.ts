@@ -6,6 +6,8 @@ import type { Shown } from "./words";
 export const LOST_AFTER_MS = 2500;
 const LOOK_EVERY_MS = 250;
 const AGAIN_MS = 1000;
+/** A connection over which nothing has come by then is made again: where a cable was pulled, the browser itself would wait for minutes. */
+export const OPEN_WITHIN_MS = 3000;
 
 /** Null while nothing is known that could be believed: before the first word, and after the connection was lost. */
 export interface Known {
@@ -20,6 +22,7 @@ export class StationsStore {
   #listeners = new Set<() => void>();
   #socket: WebSocket | null = null;
   #heardAt = 0;
+  #triedAt = 0;
   #again: ReturnType<typeof setTimeout> | null = null;
   #looking: ReturnType<typeof setInterval> | null = null;
   #connect: () => WebSocket;
@@ -42,7 +45,11 @@ export class StationsStore {
   #start() {
     this.#open();
     this.#looking = setInterval(() => {
-      if (this.#known.stations && Date.now() - this.#heardAt > LOST_AFTER_MS) this.#lose();
+      const now = Date.now();
+      const silent = this.#known.stations
+        ? now - this.#heardAt > LOST_AFTER_MS
+        : now - this.#triedAt > OPEN_WITHIN_MS;
+      if (this.#socket && silent) this.#lose();
     }, LOOK_EVERY_MS);
   }
 
@@ -56,6 +63,7 @@ export class StationsStore {
   #open() {
     const socket = this.#connect();
     this.#socket = socket;
+    this.#triedAt = Date.now();
     socket.onmessage = (event) => {
       if (socket !== this.#socket) return;
       this.#heardAt = Date.now();

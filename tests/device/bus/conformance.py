@@ -8,6 +8,7 @@ import pytest
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import Bus, BusError
 from kata.device.ceiling import ceiling_hz, cycle_ns
+from tests.campaign.registers import expected_registers
 from tests.device.world import World
 
 HOLD = (15.0, 109.0, 8.0, 0.0, 0.0)
@@ -21,6 +22,10 @@ class Conformance:
     settings: ClassVar[dict[str, Any]] = {}
     resolution_deg: ClassVar[float]
     in_pieces: ClassVar[bool] = False
+    alerts: ClassVar[bool] = False
+    """An answer says at once that there is a hardware error."""
+    arming_request: ClassVar[int]
+    """How many requests of ``torque_on`` come before the one that arms the watchdogs."""
 
     @pytest.fixture
     def world(self) -> World:
@@ -30,11 +35,22 @@ class Conformance:
 
     @pytest.fixture
     def bus(self, world: World) -> Bus:
-        """Open, and read once by each drive's turn."""
+        """Return the bus opened, its drives configured and verified."""
         bus = make_bus(world.config, world.open_line)
         bus.open()
-        self.cycles(world, bus, 5)
+        bus.configure(range(5))
+        self.until_verified(world, bus)
         return bus
+
+    def until_verified(self, world: World, bus: Bus) -> None:
+        """Read until every register of every drive has been found right."""
+        verified = [False] * 5
+        for _ in range(80):
+            for status in self.cycles(world, bus, 1)[0].statuses:
+                verified[status.axis] = status.verified
+            if all(verified):
+                return
+        raise AssertionError(f"not verified: {verified}")
 
     @staticmethod
     def cycles(world: World, bus: Bus, count: int) -> list[Any]:
@@ -48,29 +64,109 @@ class Conformance:
 
     # -- opening --------------------------------------------------------------------------------------------------
 
-    def test_opening_switches_torque_off_before_anything_else(self, world: World) -> None:
-        first = make_bus(world.config, world.open_line)
-        first.open()
-        self.cycles(world, first, 2)
-        first.torque_on(HOLD)
-        self.cycles(world, first, 2)
+    def test_opening_changes_no_torque(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        self.cycles(world, bus, 2)
         assert all(world.torque)
         opened_ns = world.t_ns
-        make_bus(world.config, world.open_line).open()
-        since = [seen for seen in world.seen if seen.t_ns > opened_ns]
-        assert not any(world.torque)
-        assert {seen.what for seen in since} == {"torque"}
-        assert all(seen.value == 0 for seen in since)
+        again = make_bus(world.config, world.open_line)
+        again.open()
+        self.cycles(world, again, 10)
+        assert all(world.torque)
+        assert [seen for seen in world.seen if seen.t_ns > opened_ns] == []
 
     def test_a_drive_that_is_missing_is_named(self, world: World) -> None:
+        bus = make_bus(world.config, world.open_line)
+        bus.open()
         world.fault("silent", 3)
         with pytest.raises(BusError, match=r"motor 3 \(id 3\) does not answer"):
-            make_bus(world.config, world.open_line).open()
+            bus.configure(range(5))
 
     def test_two_drives_with_one_id_are_named(self, world: World) -> None:
+        bus = make_bus(world.config, world.open_line)
+        bus.open()
         world.fault("duplicate_id", 4)
         with pytest.raises(BusError, match=r"motor 4.*do two drives share its id"):
-            make_bus(world.config, world.open_line).open()
+            bus.configure(range(5))
+
+    # -- configuration ----------------------------------------------------------------------------------------------
+
+    def wrong(self, world: World, motor: int) -> list[int]:
+        """Return the registers of a drive that are not as the manual and the configuration want them."""
+        expected = expected_registers(world.config.as_it_stands, motor)
+        return [address for address, data in expected.items() if world.registers(motor, address, len(data)) != data]
+
+    def test_configured_drives_have_every_register(self, world: World, bus: Bus) -> None:
+        assert [self.wrong(world, motor) for motor in range(1, 6)] == [[]] * 5
+
+    def test_an_unconfigured_drive_is_never_verified(self, world: World) -> None:
+        bus = make_bus(world.config, world.open_line)
+        bus.open()
+        statuses = [status for reading in self.cycles(world, bus, 250) for status in reading.statuses]
+        assert not any(status.verified for status in statuses)
+
+    def test_a_verified_drive_stays_verified(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        statuses = [status for reading in self.cycles(world, bus, 300) for status in reading.statuses]
+        assert all(status.verified and not status.mismatch for status in statuses)
+
+    @pytest.mark.parametrize("motor", [1, 5])
+    def test_each_changed_register_is_found_in_two_seconds(self, world: World, bus: Bus, motor: int) -> None:
+        for address, data in expected_registers(world.config.as_it_stands, motor).items():
+            world.set_registers(motor, address, bytes(len(data)) if any(data) else b"\1" + data[1:])
+            cycles = 2 * world.config.cycle_hz
+            statuses = [
+                s for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.axis == motor - 1
+            ]
+            assert statuses[-1].mismatch, f"register {address} of motor {motor}"
+            assert not statuses[-1].verified
+            if statuses[-1].mismatch == "model number":
+                with pytest.raises(BusError, match="is of model 0; the station wants 1120"):
+                    bus.configure([motor - 1])
+                world.set_registers(motor, address, data)
+            bus.configure([motor - 1])
+            self.until_verified(world, bus)
+
+    @pytest.mark.parametrize("kind", ["off", "reboot", "exchanged"])
+    def test_a_drive_that_lost_its_settings_is_found_and_configured(self, world: World, bus: Bus, kind: Any) -> None:
+        world.fault(kind, 2)
+        world.script.clear()
+        cycles = 2 * world.config.cycle_hz
+        statuses = [s for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.axis == 1]
+        assert statuses[-1].mismatch
+        bus.configure([1])
+        self.until_verified(world, bus)
+        assert self.wrong(world, 2) == []
+
+    def test_a_lost_arming_of_the_watchdog_is_found(self, world: World, bus: Bus) -> None:
+        world.lose_requests(1, after=self.arming_request)
+        bus.torque_on(HOLD)
+        cycles = 2 * world.config.cycle_hz
+        found = {s.axis for reading in self.cycles(world, bus, cycles) for s in reading.statuses if s.mismatch}
+        assert found == {0, 1, 2, 3, 4}
+        bus.torque_off()
+
+    @pytest.mark.parametrize(
+        ("fault", "pressed", "reads_open", "disagree"),
+        [
+            (None, False, False, False),
+            (None, True, True, False),
+            ("estop_wire_broken", False, True, True),
+            ("contact_welded", True, True, True),
+            ("contact_welded", False, False, False),
+            ("second_wire_broken", True, True, True),
+            ("second_wire_broken", False, False, False),
+        ],
+    )
+    def test_either_contact_stops_and_equal_ones_disagree(
+        self, world: World, bus: Bus, fault: Any, pressed: bool, reads_open: bool, disagree: bool
+    ) -> None:
+        if fault:
+            world.fault(fault)
+        world.apparatus.press_estop(pressed)
+        inputs = bus.read().inputs
+        assert inputs is not None
+        assert (inputs.estop_open, inputs.contacts_disagree) == (reads_open, disagree)
 
     def test_the_rated_torque_is_written_to_the_drives(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
@@ -109,8 +205,8 @@ class Conformance:
         assert fastest == pytest.approx(30.0, rel=0.6)
         assert hardest > 0.3
 
-    def test_every_drive_tells_its_status_within_five_cycles(self, world: World, bus: Bus) -> None:
-        told = {status.axis for reading in self.cycles(world, bus, 5) for status in reading.statuses}
+    def test_every_drive_tells_its_status_within_eight_cycles(self, world: World, bus: Bus) -> None:
+        told = {status.axis for reading in self.cycles(world, bus, 8) for status in reading.statuses}
         assert told == {0, 1, 2, 3, 4}
 
     def test_the_emergency_stop_and_the_pedal(self, world: World, bus: Bus) -> None:
@@ -182,7 +278,7 @@ class Conformance:
         assert {status.watchdog_tripped for status in told} == {True}
         bus.torque_off()
         bus.torque_on(HOLD)
-        told = [status for reading in self.cycles(world, bus, 5) for status in reading.statuses]
+        told = [status for reading in self.cycles(world, bus, 8) for status in reading.statuses]
         assert {(status.watchdog_tripped, status.torque_on) for status in told} == {(False, True)}
 
     # -- what goes wrong ------------------------------------------------------------------------------------------
@@ -269,7 +365,7 @@ class Conformance:
         world.script.clear()
         world.wait(0.1)
         bus.open()
-        assert not any(world.torque)
+        assert all(world.torque)
         assert all(self.cycles(world, bus, 1)[0].drives)
 
     def test_a_drive_that_lost_its_power_comes_back_without_torque_and_says_so(self, world: World, bus: Bus) -> None:
@@ -283,6 +379,13 @@ class Conformance:
 
     def test_a_hardware_error_is_told(self, world: World, bus: Bus) -> None:
         world.fault("hardware_error", 3, 4)
+        assert [drive.alert for drive in self.cycles(world, bus, 1)[0].drives] == [
+            False,
+            False,
+            self.alerts,
+            False,
+            False,
+        ]
         told = {s.axis: s.hardware_error for r in self.cycles(world, bus, 10) for s in r.statuses}
         assert told == {0: 0, 1: 0, 2: 4, 3: 0, 4: 0}
 

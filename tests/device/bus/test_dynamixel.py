@@ -20,6 +20,8 @@ class TestDynamixel(Conformance):
     """With Fast Sync Read."""
 
     protocol = "dynamixel"
+    arming_request = 3
+    alerts = True
     resolution_deg = 0.1
 
 
@@ -27,6 +29,8 @@ class TestOlderDynamixel(Conformance):
     """Drives that do not know Fast Sync Read."""
 
     protocol = "dynamixel"
+    arming_request = 3
+    alerts = True
     resolution_deg = 0.1
 
     @pytest.fixture(autouse=True)
@@ -40,6 +44,8 @@ class TestDynamixelInPieces(Conformance):
     """Behind an adapter that hands over every byte as it comes."""
 
     protocol = "dynamixel"
+    arming_request = 3
+    alerts = True
     resolution_deg = 0.1
     in_pieces = True
 
@@ -48,6 +54,8 @@ class TestSlowDynamixel(Conformance):
     """At 115,200 bit/s, with the drives' own return delay."""
 
     protocol = "dynamixel"
+    arming_request = 3
+    alerts = True
     resolution_deg = 0.1
     settings = {"baud": 115_200, "return_delay_us": 500, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 
@@ -57,6 +65,7 @@ def test_an_answer_that_is_late_by_whole_cycles_is_known_by_its_length(cycles: i
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()
+    bus.configure(range(5))
     Conformance.cycles(world, bus, 5)
     world.fault("delayed", 1, cycles * 10.0)
     for reading in Conformance.cycles(world, bus, 20):
@@ -99,14 +108,17 @@ class _Twice:
 
 def test_an_answer_to_whoever_asked_before_is_no_second_drive() -> None:
     world = World()
-    make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1)).open()
+    bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1))
+    bus.open()
+    bus.configure([0])
 
 
 def test_two_drives_that_answer_one_after_the_other_are_found() -> None:
     world = World()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=2))
+    bus.open()
     with pytest.raises(BusError, match="two drives answer to id 1, motor 1's"):
-        bus.open()
+        bus.configure([0])
 
 
 _ANSWER = st.tuples(st.integers(0, 252), st.integers(0, 255), st.binary(max_size=20))
@@ -174,6 +186,8 @@ def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
     world.line._bus.carry_out = listen  # type: ignore[attr-defined]
     bus = make_bus(world.config, world.open_line)
     bus.open()
+    bus.configure(range(5))
+    bus.read()
     heard.clear()
     bus.read()
     assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]
@@ -183,6 +197,8 @@ def test_a_silent_drive_is_no_noise_and_the_quicker_request_stays() -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()
+    bus.configure(range(5))
+    bus.read()
     heard: list[int] = []
     carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
 

@@ -14,6 +14,7 @@ class TestModbus(Conformance):
     """With function 23."""
 
     protocol = "modbus"
+    arming_request = 7
     resolution_deg = 0.1
 
 
@@ -21,6 +22,7 @@ class TestModbusWithoutFunction23(Conformance):
     """Drives that must be asked and told apart."""
 
     protocol = "modbus"
+    arming_request = 7
     resolution_deg = 0.1
     settings = {"modbus": ModbusMap(function_23=False)}  # noqa: RUF012
 
@@ -29,6 +31,7 @@ class TestModbusInPieces(Conformance):
     """Behind an adapter that hands over every byte as it comes."""
 
     protocol = "modbus"
+    arming_request = 7
     resolution_deg = 0.1
     in_pieces = True
 
@@ -37,6 +40,7 @@ class TestSlowModbus(Conformance):
     """At 115,200 bit/s."""
 
     protocol = "modbus"
+    arming_request = 7
     resolution_deg = 0.1
     settings = {"baud": 115_200, "rate_hz": 20, "cycle_hz": 20}  # noqa: RUF012
 

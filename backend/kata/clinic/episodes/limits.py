@@ -22,6 +22,7 @@ from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method, reference
 from kata.motion.shoulder import motion_of_motor_4
+from kata.motion.trajectory import Trajectory
 from kata.problems import ProblemError
 
 MotorLimits = tuple[tuple[float, float], ...]
@@ -43,6 +44,8 @@ class Allowed:
     by: str
     """The doctor who set the limits."""
     max_load_level: int | None
+    max_speed_deg_s: float | None
+    """Of every motor (:attr:`kata.device.messages.Load.max_speed_deg_s`)."""
     motions: tuple[MotionLimit, ...]
 
     def check(self, motion: Motion, load_level: int, method: Method) -> MotorLimits:
@@ -50,7 +53,7 @@ class Allowed:
 
         :param motion: what the run asks of the motors.
         :returns: what of it the device can keep an eye on itself.
-        :raises ProblemError: 422 where a limit is left: it names motion, time and both angles.
+        :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
         """
         if self.max_load_level is not None and load_level > self.max_load_level:
             raise ProblemError(
@@ -63,12 +66,17 @@ class Allowed:
         return _of_motors(self._by_motion)
 
     def check_path(self, motion: Motion, method: Method) -> None:
-        """As :meth:`check`, of where it goes alone: of a programme's item, whose level is looked at without its samples.
+        """As :meth:`check`, of angles and speeds alone: of a programme's item, whose level is looked at without its samples.
 
-        :raises ProblemError: 422 where a limit is left: it names motion, time and both angles.
+        :raises ProblemError: 422 where a limit is left: it names motion or motor, time, and both angles or speeds.
         """
+        if not self.motions and self.max_speed_deg_s is None:
+            return
+        path = reference(method, motion.times_s, motion.angles_deg)
+        if self.max_speed_deg_s is not None:
+            _check_speed(path, self.max_speed_deg_s, self.by)
         if self.motions:
-            _check_path(self._by_motion, self.side, motion, method, self.by)
+            _check_path(self._by_motion, self.side, path, self.by)
 
     @property
     def _by_motion(self) -> dict[int, MotionLimit]:
@@ -95,11 +103,31 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
 def of_episode(episode: EpisodeRow) -> Allowed:
     """What a doctor allows the shoulder of this episode."""
     motions = tuple(map(MotionLimit.model_validate, episode.limits))
-    return Allowed(side_of(episode.side), episode.limits_by, episode.max_load_level, motions)
+    return Allowed(
+        side=side_of(episode.side),
+        by=episode.limits_by,
+        max_load_level=episode.max_load_level,
+        max_speed_deg_s=episode.max_speed_deg_s,
+        motions=motions,
+    )
 
 
-def _check_path(limits: dict[int, MotionLimit], side: Side, motion: Motion, method: Method, doctor: str) -> None:
-    path = reference(method, motion.times_s, motion.angles_deg)
+def _check_speed(path: Trajectory, limit_deg_s: float, doctor: str) -> None:
+    times_s, speeds_deg_s = path.speeds()
+    at, axis = np.unravel_index(int(np.argmax(speeds_deg_s)), speeds_deg_s.shape)
+    fastest = speeds_deg_s[at, axis]
+    if fastest > limit_deg_s:
+        raise ProblemError(
+            422,
+            "too_fast_for_doctor",
+            # Rounded up, so that a refused speed never reads like an allowed one.
+            f"Motor {axis + 1} would move at {math.ceil(fastest * 10) / 10:.1f} deg/s at {times_s[at]:.1f} s; "
+            f"{doctor} allows no more than {limit_deg_s:g} deg/s.",
+            "Choose a lower speed, or another recording.",
+        )
+
+
+def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, doctor: str) -> None:
     times_s = np.append(np.arange(0.0, path.duration_s, _STEP_S), path.duration_s)
     angles = path.along(times_s)
     if any(number in limits for number in _SCAPULA):

@@ -58,7 +58,14 @@ class _Given(Schema):
 
 _LIMITS: Final = "What the doctor allows, one entry a motion; motions without one go as far as the apparatus does."
 _LEVEL: Final = "The highest load level that the doctor allows; null: any."
+_SPEED: Final = (
+    "The highest speed that the doctor allows, degrees a second; no motor is moved faster, approach and return included. null: as fast as "
+    "the station allows."
+)
 _DOCTOR: Final = "The doctor who set the limits: needed where there are any."
+SPEED_RANGE_DEG_S: Final = (1.0, 150.0)
+"""A slower limit makes an approach last minutes; no station moves a motor faster than the highest."""
+SpeedLimit = Annotated[float, Field(ge=SPEED_RANGE_DEG_S[0], le=SPEED_RANGE_DEG_S[1])]
 Limits = Annotated[list[MotionLimit], Field(max_length=len(BASIC_MOTIONS), description=_LIMITS)]
 
 
@@ -71,6 +78,7 @@ class EpisodeCreate(_Given):
     contraindications: Note = Field("", examples=["No abduction beyond 90 degrees."])
     limits: Limits = Field(default_factory=list)
     max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED, examples=[20.0])
     limits_by: Doer = Field("", description=_DOCTOR, examples=["Dr. Mori"])
 
 
@@ -82,6 +90,7 @@ class EpisodeUpdate(_Given):
     contraindications: Note | None = None
     limits: Limits | None = None
     max_load_level: LoadLevel | None = Field(None, description=_LEVEL)
+    max_speed_deg_s: SpeedLimit | None = Field(None, description=_SPEED)
     limits_by: Doer | None = Field(None, description=_DOCTOR)
     updated_at: Moment | None = None
 
@@ -118,6 +127,7 @@ class Episode(Schema):
     contraindications: str
     limits: Limits
     max_load_level: LoadLevel | None = Field(description=_LEVEL)
+    max_speed_deg_s: SpeedLimit | None = Field(description=_SPEED)
     limits_by: str = Field(description=_DOCTOR)
     opened_at: Moment
     closed_at: Moment | None

@@ -15,7 +15,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.problems import ProblemError, check_version, not_found
 
-_MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level"}
+_MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[EpisodeRow]:
@@ -170,7 +170,7 @@ def _must_go_on(row: EpisodeRow) -> None:
 
 
 def _check(row: EpisodeRow, patient: PatientRow) -> None:
-    if (row.limits or row.max_load_level) and not row.limits_by:
+    if (row.limits or row.max_load_level or row.max_speed_deg_s) and not row.limits_by:
         raise ProblemError(
             422,
             "limits_by_nobody",

@@ -24,6 +24,8 @@ class EpisodeRow(Base):
     limits: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
     """What a doctor has set, one entry a motion of Table 2 (:class:`kata.clinic.episodes.schemas.MotionLimit`)."""
     max_load_level: Mapped[int | None]
+    max_speed_deg_s: Mapped[float | None]
+    """No motor is moved faster, approach and return included. None: as fast as the station allows."""
     limits_by: Mapped[str] = mapped_column(String(100), default="")
     """The doctor who set the limits."""
     opened_at: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -107,6 +107,8 @@ def _limits(row: EpisodeRow) -> str:
     ]
     if row.max_load_level is not None:
         told.append(f"load level at most {row.max_load_level}")
+    if row.max_speed_deg_s is not None:
+        told.append(f"speed at most {row.max_speed_deg_s:g} deg/s")
     return f"Limits set by the doctor: {'; '.join(told)}." if told else ""
 
 

@@ -225,6 +225,7 @@ class EpisodeContent:
     contraindications: str
     limits: tuple[Limit, ...]
     max_load_level: int | None
+    max_speed_deg_s: float | None
     limits_by: str
     stages: tuple[Stage, ...]
     assessed_at: tuple[datetime, ...]

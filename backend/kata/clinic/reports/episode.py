@@ -59,6 +59,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
         contraindications=row.contraindications,
         limits=tuple(Limit(**limit) for limit in row.limits),
         max_load_level=row.max_load_level,
+        max_speed_deg_s=row.max_speed_deg_s,
         limits_by=row.limits_by,
         stages=tuple(Stage(stage.stage, stage.since) for stage in row.stages),
         assessed_at=tuple(one.assessed_at for one in found),

@@ -383,10 +383,7 @@ class Ahead:
         self._due_s = 0.0
 
     def _checked(self, known: Known, visit: Session, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
-        tested_at = self._estop_tested_at
-        return checks.against(
-            one.needs, _answers(visit), there, tested_at if tested_at and tested_at >= checks.today() else None
-        )
+        return checks.against(one.needs, _answers(visit), there, self._estop_tested_at)
 
 
 def _of(known: Known) -> set[tuple[str, UUID]]:

@@ -152,6 +152,9 @@ def written(allowed: Allowed) -> str:
         "max_load_level": allowed.max_load_level,
         "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
     }
+    if allowed.max_speed_deg_s is not None:
+        # Left out where there is none: what an older program has put into the spool stays equal.
+        told["max_speed_deg_s"] = allowed.max_speed_deg_s
     return msgspec.json.encode(told).decode()
 
 

@@ -70,7 +70,12 @@ def needed(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
         Need("fixtures", "+".join(fixtures), f"The arm lies in {words}, closed.", detected=False),
         Need("belt", "", "The belt holds the patient in the seat.", detected=False),
         Need("pedal", "", "The foot pedal answers.", detected=True),
-        Need("estop", "", "The emergency stop was pressed and released today.", detected=True),
+        Need(
+            "estop",
+            "",
+            "The emergency stop was pressed and released today, after the apparatus was connected or turned.",
+            detected=True,
+        ),
     )
 
 

@@ -36,11 +36,13 @@ class Apparatus:
 
     station: str
     pedal_answers: bool
+    verified_since: datetime | None
+    """Since then it has been connected and its drives configured without a break; None while it is not so."""
 
 
 def apparatus(station: str, live: Live) -> Apparatus:
     """As it is now."""
-    return Apparatus(station, live.pedal in ("up", "down"))
+    return Apparatus(station, live.pedal in ("up", "down"), live.verified_since)
 
 
 def checklist(
@@ -58,12 +60,26 @@ def checklist(
 def against(
     asked: Sequence[Need], given: Sequence[Answer], there: Apparatus, estop_tested_at: datetime | None
 ) -> tuple[Checked, ...]:
-    """What is asked, with what was answered, and what the apparatus tells now; ``estop_tested_at``: today, or None."""
+    """What is asked, with what was answered, and what the apparatus tells now.
+
+    ``estop_tested_at``: when the emergency stop was last tested; it counts as :func:`estop_test` says.
+    """
     detected: dict[CheckName, datetime | None] = {
         "pedal": utc_now() if there.pedal_answers else None,
-        "estop": estop_tested_at,
+        "estop": estop_test(estop_tested_at, there),
     }
     return checked(asked, given, detected)
+
+
+def estop_test(tested_at: datetime | None, there: Apparatus) -> datetime | None:
+    """Return the time of the last emergency stop test if it counts, else None.
+
+    It must be of today, and from after the apparatus was connected and its drives configured: the switch is read through a drive, and one
+    that was reset or exchanged since may read it wrongly.
+    """
+    if tested_at is None or there.verified_since is None:
+        return None
+    return tested_at if tested_at >= max(today(), there.verified_since) else None
 
 
 def today() -> datetime:

@@ -1,9 +1,12 @@
 """Dynamixel Protocol 2.0, control table of the XH540 (robotis e-manual).
 
 A cycle is three requests: a Sync Read of current, velocity and position of all five (a Fast Sync Read where the drives
-have it: one packet, a quarter fewer bytes), a Read of one drive's torque, error and watchdog registers in turn, and last a
-Read of the two external ports, so that the emergency stop is the youngest of what is judged. Setpoints and torque go out
-as Sync Writes, which no drive answers; what became of the torque, the drives' own registers tell.
+have it: one packet, a quarter fewer bytes), a Read of one drive's registers in turn, and last a Read of the external ports, so that the
+emergency stop is the youngest of what is judged. Setpoints and torque go out as Sync Writes, which no drive answers; what became of the
+torque, the drives' own registers tell.
+
+Every register that the configuration determines is verified (:mod:`kata.device.bus.registers`): those in the status block with each status, the
+others in a slow rotation that takes the place of a status now and then, so that no cycle grows longer.
 
 An answer does not say which question it belongs to. The drives are asked for a byte more every other cycle, and the inputs
 for up to thirteen bytes more in turn, so that an answer that comes whole cycles late is known by its length.
@@ -11,7 +14,7 @@ for up to thirteen bytes more in turn, so that an answer that comes whole cycles
 
 import logging
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import cycle
@@ -20,8 +23,25 @@ from typing import Final
 from fastcrc import crc16
 
 from kata.device.bus.line import Line
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
 from kata.device.bus.quiet import Quiet
+from kata.device.bus.registers import (
+    AMPERE_PER_UNIT,
+    BUS_WATCHDOG,
+    DEG_PER_COUNT,
+    EEPROM_BLOCKS,
+    GOAL_POSITION,
+    NM_PER_AMPERE,
+    PORT_DATA,
+    PRESENT,
+    STATUS_BLOCK,
+    TORQUE_ENABLE,
+    Register,
+    configured_registers,
+    nearest_turn,
+    zero_count,
+)
+from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE
 from kata.device.config import Axis, StationConfig
 
@@ -48,42 +68,21 @@ _INPUT_LENGTHS: Final = 14
 _TOO_EARLY: Final = 0.8
 """Of the bytes' own time: an answer that comes earlier was to another question, and is late."""
 
-_RETURN_DELAY: Final = 9
-_OPERATING_MODE: Final = 11
-_CURRENT_LIMIT: Final = 38
-_POSITION_LIMITS: Final = 48
-"""Maximum and minimum, four bytes each, in counts of one turn."""
-_PORT_MODE: Final = 55
-"""Plus the port's number, 1 to 3."""
-_TORQUE_ENABLE: Final = 64
-_GAINS: Final = 80
-"""D, I and P, two bytes each."""
-_BUS_WATCHDOG: Final = 98
-_GOAL_CURRENT: Final = 102
-_GOAL_POSITION: Final = 116
-_PRESENT: Final = 126
-"""Current (2), velocity (4) and position (4)."""
-_PORT_DATA: Final = 150
-"""Plus twice the port's number."""
-
-_CURRENT_BASED_POSITION: Final = 5
-_DIGITAL_INPUT_PULL_UP: Final = 2
-_STATUS_BYTES: Final = _BUS_WATCHDOG - _TORQUE_ENABLE + 1
-_HARDWARE_ERROR_AT: Final = 70 - _TORQUE_ENABLE
+_STATUS_BYTES: Final = STATUS_BLOCK.stop - STATUS_BLOCK.start
+_HARDWARE_ERROR_AT: Final = 70 - TORQUE_ENABLE
+_WATCHDOG_AT: Final = BUS_WATCHDOG - TORQUE_ENABLE
 _WATCHDOG_STEP_MS: Final = 20
 _WATCHDOG_TRIPPED: Final = 0xFF
-
-_DEG_A_COUNT: Final = 360 / 4096
+_ALERT: Final = 0x80
+"""Bit of the error byte: the drive reports a hardware error in register 70. The answer itself is sound."""
 _DEG_S_A_UNIT: Final = 0.229 * 6
-_A_A_UNIT: Final = 0.00269
-_NM_A_A: Final = 2.0
-"""The motors' torque constant: 10 Nm at 5 A (apparatus facts)."""
+_NO_TORQUE: Final = Register("torque enable", TORQUE_ENABLE, b"\0")
+_ARMED_AFTER_NS: Final = 5_000_000
+"""The write that arms the watchdogs is carried out within this; a status from before may still show it unarmed."""
 
-_HALF_TURN: Final = 2048
-_LAST_COUNT: Final = 4095
 _PRESENT_FORMAT: Final = struct.Struct("<hii")
 _DRIVE_LENGTHS: Final = (_PRESENT_FORMAT.size, _PRESENT_FORMAT.size + 1)
-_GOALS_TO: Final = struct.pack("<HH", _GOAL_POSITION, 4)
+_GOALS_TO: Final = struct.pack("<HH", GOAL_POSITION, 4)
 """Where a Sync Write of goals goes, and how many bytes each has."""
 
 
@@ -202,10 +201,6 @@ class FastParser:
         return max(0, len(self._buffer) - sound)
 
 
-def _zero(axis: Axis) -> int:
-    return _HALF_TURN if axis.zero_count is None else axis.zero_count
-
-
 _Take = Callable[[int, int, int, bytes], None]
 """Is told drive id, time, error byte and data of an answer."""
 
@@ -233,14 +228,20 @@ class DynamixelBus:
         self._ids = [axis.id for axis in config.axes]
         self._slack_left_ns = 0
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
-        self._axes = {axis.id: (axis, _zero(axis)) for axis in config.axes}
-        """By drive id, with its zero in counts."""
+        self._axes = {axis.id: axis for axis in config.axes}
+        self._zeros = {axis.id: zero_count(axis) for axis in config.axes}
+        """By drive id: what the drive itself reports at motor angle 0, whole turns included."""
+        self._registers = [configured_registers(config, axis) for axis in config.axes]
+        self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz)
+        self._armed_ns: int | None = None
+        """When the bus watchdogs were armed; None while torque is off."""
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
         """Id and goal of each drive."""
         self._line: Line | None = None
         self._quiet = Quiet(self._ids, self._config)
         self._next_status = cycle(range(len(config.axes)))
-        self._fast = False
+        self._fast: bool | None = None
+        """The drives know Fast Sync Read; None until it has been tried."""
         self._plain_cycles = 0
         self._longer = 0
         """0 or 1: bytes asked for beyond those wanted, in this cycle."""
@@ -256,41 +257,55 @@ class DynamixelBus:
         self._line = self._open_line(self._config.port, self._config.baud)
         self._quiet = Quiet(self._ids, self._config)
         self._busy_until_ns = 0
-        self.torque_off()
-        for motor, axis in enumerate(self._config.axes, start=1):
-            self._set_up(motor, axis)
-        inputs = self._config.inputs
-        motor = self._ids.index(inputs.drive_id) + 1
-        for port in (inputs.estop_port, inputs.pedal_port):
-            self._keep(motor, inputs.drive_id, _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
-        self._slack_left_ns = self._slack_ns
-        self._fast = bool(self._sync_read(self._ids, fast=True).of)
-        if not self._fast:
-            log.info("the drives do not know Fast Sync Read; Sync Read is used")
+        self._armed_ns = None
+        self._fast = None
+        for n in range(len(self._ids)):
+            self._verification.forget(n)
+
+    def configure(self, axes: Collection[int]) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        for n in sorted(axes):
+            self._verification.forget(n)
+            self._configure(n + 1, self._config.axes[n], self._registers[n])
 
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._quiet.next_cycle()
         self._longer = 1 - self._longer
         drives, garbled, silent = self.read_drives()
-        status = self._read_status(next(self._next_status))
-        return Reading(drives, self._ask_inputs(), (status,) if status else (), garbled, silent)
+        for n, drive in enumerate(drives):
+            self._verification.heard(n, answered=drive is not None)
+        if due := self._verification.next_read():
+            self._verify(*due)
+            statuses: tuple[DriveStatus, ...] = ()
+        else:
+            status = self._read_status(next(self._next_status))
+            statuses = (status,) if status else ()
+        return Reading(drives, self._ask_inputs(), statuses, garbled, silent)
 
     def read_drives(self) -> tuple[tuple[DriveReading | None, ...], frozenset[int], frozenset[int]]:
         """Position, speed and torque of all five; of those that were asked in vain, from which something unsound came, or nothing."""
         self._slack_left_ns = self._slack_ns
         asked = self._quiet.order()
-        fast = self._fast and not self._plain_cycles
+        fast = bool(self._fast) and not self._plain_cycles
         self._plain_cycles = max(0, self._plain_cycles - 1)
         found: dict[int, DriveReading] = {}
         replies = self._sync_read(asked, fast, lambda *answer: self._understand(found, *answer))
         if fast and replies.garbled:
             self._plain_cycles = _PLAIN_CYCLES
+        if self._fast is None and len(found) == len(self._ids):
+            self._try_fast()
         self.errors += len(asked) - len(found)
         self._quiet.answered(asked, found.keys())
         drives = tuple([found.get(drive_id) for drive_id in self._ids])
         missing = frozenset([self._ids.index(drive_id) for drive_id in asked if drive_id not in found])
         return (drives, missing, frozenset()) if replies.garbled else (drives, frozenset(), missing)
+
+    def _try_fast(self) -> None:
+        """Once after opening, when every drive is known to answer."""
+        self._fast = bool(self._sync_read(self._ids, fast=True).of)
+        if not self._fast:
+            log.info("the drives do not know Fast Sync Read; Sync Read is used")
 
     def read_inputs(self) -> InputReading | None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -300,21 +315,25 @@ class DynamixelBus:
     def write_setpoints(self, angles_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
         goals: list[int] = []
-        for (drive_id, (axis, zero)), angle_deg in zip(self._axes.items(), angles_deg, strict=True):
-            goals += drive_id, round(zero + axis.direction * angle_deg / _DEG_A_COUNT)
+        for (drive_id, axis), angle_deg in zip(self._axes.items(), angles_deg, strict=True):
+            goals += drive_id, round(self._zeros[drive_id] + axis.direction * angle_deg / DEG_PER_COUNT)
         self._send(encode(_BROADCAST, _SYNC_WRITE, _GOALS_TO + self._goals.pack(*goals)))
 
     def torque_on(self, hold_deg: Sequence[float]) -> None:
         """See :class:`~kata.device.bus.port.Bus`. A watchdog that has tripped is cleared: its fault was acknowledged."""
-        self._sync_write(_BUS_WATCHDOG, [b"\0"] * len(self._ids))
+        self._sync_write(BUS_WATCHDOG, [b"\0"] * len(self._ids))
         self.write_setpoints(hold_deg)
-        self._sync_write(_TORQUE_ENABLE, [b"\1"] * len(self._ids))
-        watchdog = bytes([self._config.bus_watchdog_ms // _WATCHDOG_STEP_MS])
-        self._sync_write(_BUS_WATCHDOG, [watchdog] * len(self._ids))
+        self._sync_write(TORQUE_ENABLE, [b"\1"] * len(self._ids))
+        self._armed_ns = self._sync_write(BUS_WATCHDOG, [bytes([self._watchdog])] * len(self._ids))
 
     def torque_off(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
-        self._sync_write(_TORQUE_ENABLE, [b"\0"] * len(self._ids))
+        self._armed_ns = None
+        self._sync_write(TORQUE_ENABLE, [b"\0"] * len(self._ids))
+
+    @property
+    def _watchdog(self) -> int:
+        return self._config.bus_watchdog_ms // _WATCHDOG_STEP_MS
 
     def close(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -329,77 +348,109 @@ class DynamixelBus:
             return _Replies()
         size = _PRESENT_FORMAT.size + self._longer
         instruction = _FAST_SYNC_READ if fast else _SYNC_READ
-        request = _question(_BROADCAST, instruction, struct.pack("<HH", _PRESENT, size) + bytes(asked))
+        request = _question(_BROADCAST, instruction, struct.pack("<HH", PRESENT, size) + bytes(asked))
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, take)
 
     def _ask_inputs(self) -> InputReading | None:
         inputs = self._config.inputs
-        first = min(inputs.estop_port, inputs.pedal_port)
+        first = min(inputs.ports)
         length = self._input_bytes
         before = next(self._before_inputs)
-        read = self._read_registers(inputs.drive_id, _PORT_DATA + 2 * first - before, before + length)
+        read = self._read_registers(inputs.drive_id, PORT_DATA + 2 * first - before, before + length)
         if read is None:
             return None
         t_ns, data = read[0], read[1][before:]
-        return InputReading(
-            t_ns=t_ns,
-            estop_open=data[2 * (inputs.estop_port - first)] != 0,
-            pedal_down=data[2 * (inputs.pedal_port - first)] == 0,
-        )
+        return input_reading(t_ns, inputs, {port: data[2 * (port - first)] == 0 for port in inputs.ports})
 
     @property
     def _input_bytes(self) -> int:
-        return 2 * abs(self._config.inputs.estop_port - self._config.inputs.pedal_port) + 2
+        ports = self._config.inputs.ports
+        return 2 * (max(ports) - min(ports)) + 2
 
     def _understand(self, found: dict[int, DriveReading], drive_id: int, t_ns: int, error: int, data: bytes) -> None:
         """As soon as it comes: while the next drive's answer is still on the wire, there is time for it."""
-        if error & 0x7F:
+        if error & ~_ALERT:
             return
-        axis, zero = self._axes[drive_id]
+        axis = self._axes[drive_id]
         current, velocity, position = _PRESENT_FORMAT.unpack_from(data)
+        if self._armed_ns is None:
+            # A drive that has been without power may have lost whole turns. With torque on the turn stays.
+            self._zeros[drive_id] = zero_count(axis) - nearest_turn(axis, position)
         found[drive_id] = DriveReading(
             t_ns=t_ns,
-            position_deg=axis.direction * (position - zero) * _DEG_A_COUNT,
+            position_deg=axis.direction * (position - self._zeros[drive_id]) * DEG_PER_COUNT,
             speed_deg_s=axis.direction * velocity * _DEG_S_A_UNIT,
-            torque_nm=axis.direction * current * _A_A_UNIT * _NM_A_A,
+            torque_nm=axis.direction * current * AMPERE_PER_UNIT * NM_PER_AMPERE,
+            alert=error & _ALERT != 0,
         )
 
     def _read_status(self, axis: int) -> DriveStatus | None:
-        read = self._read_registers(self._ids[axis], _TORQUE_ENABLE, _STATUS_BYTES)
+        read = self._read_registers(self._ids[axis], TORQUE_ENABLE, _STATUS_BYTES)
         if read is None:
             return None
         t_ns, data = read
+        self._compare(axis, 0, STATUS_BLOCK, data, self._unarmed(t_ns, data))
         return DriveStatus(
             t_ns=t_ns,
             axis=axis,
             torque_on=data[0] != 0,
             hardware_error=data[_HARDWARE_ERROR_AT],
-            watchdog_tripped=data[-1] == _WATCHDOG_TRIPPED,
+            watchdog_tripped=data[_WATCHDOG_AT] == _WATCHDOG_TRIPPED,
+            verified=self._verification.verified(axis),
+            mismatch=self._verification.mismatch(axis),
         )
 
-    # -- setting up -----------------------------------------------------------------------------------------------
+    # -- verification -----------------------------------------------------------------------------------------------
 
-    def _set_up(self, motor: int, axis: Axis) -> None:
+    def _verify(self, axis: int, block: int) -> None:
+        """Read one block of one drive's EEPROM and compare it with the configuration."""
+        addresses = EEPROM_BLOCKS[block - 1]
+        read = self._read_registers(self._ids[axis], addresses.start, len(addresses))
+        if read:
+            self._compare(axis, block, addresses, read[1])
+
+    def _compare(self, axis: int, block: int, addresses: range, data: bytes, mismatch: str = "") -> None:
+        for register in self._registers[axis]:
+            at = register.address - addresses.start
+            if register.address in addresses and data[at : at + len(register.data)] != register.data:
+                mismatch = mismatch or register.name
+        self._verification.found(axis, block, mismatch)
+
+    def _unarmed(self, t_ns: int, data: bytes) -> str:
+        """Return the watchdog's name where a drive with torque does not have it armed: no drive confirms the write that arms it."""
+        armed = self._armed_ns is not None and t_ns > self._armed_ns + _ARMED_AFTER_NS
+        if not armed or not data[0] or data[_WATCHDOG_AT] in (self._watchdog, _WATCHDOG_TRIPPED):
+            return ""
+        return "bus watchdog"
+
+    # -- configuration ------------------------------------------------------------------------------------------------
+
+    def _configure(self, motor: int, axis: Axis, registers: Sequence[Register]) -> None:
         self._meet(motor, axis.id)
-        self._write(motor, axis.id, _TORQUE_ENABLE, b"\0")
-        self._write(motor, axis.id, _BUS_WATCHDOG, b"\0")
-        self._keep(motor, axis.id, _RETURN_DELAY, bytes([self._config.return_delay_us // 2]))
-        self._keep(motor, axis.id, _OPERATING_MODE, bytes([_CURRENT_BASED_POSITION]))
-        current = round(axis.max_torque_nm / _NM_A_A / _A_A_UNIT)
-        self._keep(motor, axis.id, _CURRENT_LIMIT, struct.pack("<H", current))
-        self._limit_position(motor, axis)
-        gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
-        self._write(motor, axis.id, _GAINS, gains)
-        self._write(motor, axis.id, _GOAL_CURRENT, struct.pack("<h", current))
+        model, *others = registers
+        self._check_model(motor, axis, model)
+        if self._register(motor, axis.id, _NO_TORQUE) != _NO_TORQUE.data:
+            raise BusError(f"motor {motor} (id {axis.id}) has torque: its settings are left as they are")
+        self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
+        for register in others:
+            # What lives in EEPROM is written only where it differs: its cells wear.
+            if register.address >= TORQUE_ENABLE or self._register(motor, axis.id, register) != register.data:
+                self._write(motor, axis.id, register.address, register.data)
+            if self._register(motor, axis.id, register) != register.data:
+                raise BusError(f"motor {motor} (id {axis.id}) does not take its {register.name}")
 
-    def _limit_position(self, motor: int, axis: Axis) -> None:
-        """The drive keeps to them in its position modes of one turn; in the multi-turn one that obeys a goal current, not.
+    def _check_model(self, motor: int, axis: Axis, model: Register) -> None:
+        data = self._register(motor, axis.id, model)
+        if data != model.data:
+            number = int.from_bytes(data, "little")
+            raise BusError(f"motor {motor} (id {axis.id}) is of model {number}; the station wants {axis.model}")
 
-        They are written all the same: whoever changes the mode finds them set. A range beyond one turn has none.
-        """
-        ends = [_zero(axis) + axis.direction * angle / _DEG_A_COUNT for angle in (axis.min_deg, axis.max_deg)]
-        if min(ends) >= 0 and max(ends) <= _LAST_COUNT:
-            self._keep(motor, axis.id, _POSITION_LIMITS, struct.pack("<II", round(max(ends)), round(min(ends))))
+    def _register(self, motor: int, drive_id: int, register: Register) -> bytes:
+        self._slack_left_ns = self._slack_ns
+        read = self._read_registers(drive_id, register.address, len(register.data), patient=True)
+        if read is None:
+            raise BusError(f"motor {motor} (id {drive_id}) does not answer")
+        return read[1]
 
     def _meet(self, motor: int, drive_id: int) -> None:
         """Is it there, and is it alone? Nothing else may be said at an id that two drives share."""
@@ -424,34 +475,28 @@ class DynamixelBus:
             answers += sum(1 for answered, _, _ in parser.feed(data) if answered == drive_id)
         return answers, parser.skipped + parser.pending > 0
 
-    def _keep(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
-        """Write a register that lives in EEPROM, but only when it differs: its cells wear."""
-        self._slack_left_ns = self._slack_ns
-        present = self._read_registers(drive_id, address, len(data))
-        if present is None:
-            raise BusError(f"motor {motor} (id {drive_id}) does not answer")
-        if present[1] != data:
-            self._write(motor, drive_id, address, data)
-
     def _write(self, motor: int, drive_id: int, address: int, data: bytes) -> None:
         self._slack_left_ns = self._slack_ns
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         status = self._transact(request, [drive_id], StatusParser(), 0).of
         if drive_id not in status:
             raise BusError(f"motor {motor} (id {drive_id}) does not answer")
-        error = status[drive_id][1] & 0x7F
+        error = status[drive_id][1] & ~_ALERT
         if error:
             raise BusError(f"motor {motor} (id {drive_id}) refused register {address} (error {error})")
 
     # -- packets --------------------------------------------------------------------------------------------------
 
-    def _sync_write(self, address: int, values: Sequence[bytes]) -> None:
+    def _sync_write(self, address: int, values: Sequence[bytes]) -> int:
+        """When its last byte will be out at the earliest."""
         data = b"".join(bytes([drive_id]) + value for drive_id, value in zip(self._ids, values, strict=True))
-        self._send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
+        return self._send(encode(_BROADCAST, _SYNC_WRITE, struct.pack("<HH", address, len(values[0])) + data))
 
-    def _read_registers(self, drive_id: int, address: int, length: int) -> tuple[int, bytes] | None:
-        """Time and data; None when no sound answer came, or none was worth waiting for."""
-        if not self._quiet.worth_asking(drive_id):
+    def _read_registers(
+        self, drive_id: int, address: int, length: int, *, patient: bool = False
+    ) -> tuple[int, bytes] | None:
+        """Time and data; None when no sound answer came, or, unless ``patient``, none was worth waiting for."""
+        if not patient and not self._quiet.worth_asking(drive_id):
             return None
         request = _question(drive_id, _READ, struct.pack("<HH", address, length))
         replies = self._transact(request, [drive_id], StatusParser(), length)
@@ -462,7 +507,7 @@ class DynamixelBus:
         sound = {
             drive_id: (t_ns, data)
             for drive_id, (t_ns, error, data) in replies.of.items()
-            if not error & 0x7F and len(data) == length
+            if not error & ~_ALERT and len(data) == length
         }
         self.errors += len(asked) - len(sound)
         return sound
@@ -496,7 +541,9 @@ class DynamixelBus:
                 break
             t_ns = line.now_ns()
             # Too early, or of another length: the answer to an earlier question.
-            found = [one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & 0x7F)]
+            found = [
+                one for one in parser.feed(data) if one[0] in asked and (len(one[2]) == length or one[1] & ~_ALERT)
+            ]
             if t_ns < first_ns:
                 continue
             # One chunk may bring several answers; each left the wire as long before the next as the next one takes. And

@@ -4,18 +4,22 @@ A cycle asks each drive for one block of registers, and the inputs last, so that
 is judged. With function 23 the same exchange takes the newest setpoint along: it arrives a cycle later than it was worked
 out, which the path's lead makes good, and the bus carries half as many cycles more. Torque goes off by broadcast, which no
 drive answers; what became of it, each drive's status word tells in the next cycle.
+
+The registers that the configuration determines are read back in a slow rotation, at most one more read a cycle. A drive that has lost its
+power forgets them.
 """
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from fastcrc import crc16
 
 from kata.device.bus.line import Line
-from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
+from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
 from kata.device.bus.quiet import Quiet
+from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE, silence_ns
 from kata.device.config import NO_REGISTER, Axis, StationConfig
 
@@ -85,6 +89,11 @@ class ModbusBus:
         self._line: Line | None = None
         self._free_at_ns = 0
         self._quiet = Quiet(self._ids, self._config)
+        self._registers = [tuple(self._configured(axis)) for axis in config.axes]
+        self._spans = self._map.verified_spans
+        self._verification = Verification(len(self._ids), 1 + len(self._spans), config.cycle_hz)
+        self._armed_ns: int | None = None
+        """When the watchdogs were armed; None while torque is off."""
         self._goals: dict[int, bytes] = {}
         """By slave: what function 23 is to take along."""
         self.errors = 0
@@ -95,9 +104,16 @@ class ModbusBus:
         self._line = self._open_line(self._config.port, self._config.baud)
         self._free_at_ns = 0
         self._quiet = Quiet(self._ids, self._config)
-        self.torque_off()
-        for motor, axis in enumerate(self._config.axes, start=1):
-            self._set_up(motor, axis)
+        self._goals = {}
+        self._armed_ns = None
+        for n in range(len(self._ids)):
+            self._verification.forget(n)
+
+    def configure(self, axes: Collection[int]) -> None:
+        """See :class:`~kata.device.bus.port.Bus`."""
+        for n in sorted(axes):
+            self._verification.forget(n)
+            self._configure(n + 1, self._config.axes[n], self._registers[n])
 
     def read(self) -> Reading:
         """See :class:`~kata.device.bus.port.Bus`."""
@@ -111,11 +127,16 @@ class ModbusBus:
             answer = self._read_drive(axis) if self._quiet.worth_asking(axis.id) else None
             if answer and answer.data is not None:
                 drives.append(self._drive_reading(axis, answer.t_ns, answer.data))
+                self._verification.found(n, 0, "")
+                self._verification.heard(n, answered=True)
                 statuses.append(self._drive_status(n, answer.t_ns, answer.data))
             else:
                 drives.append(None)
                 if answer:
                     (garbled if answer.garbled else silent).add(n)
+                self._verification.heard(n, answered=False)
+        if due := self._verification.next_read():
+            self._verify(*due)
         return Reading(tuple(drives), self._ask_inputs(), tuple(statuses), frozenset(garbled), frozenset(silent))
 
     def read_inputs(self) -> InputReading | None:
@@ -140,10 +161,12 @@ class ModbusBus:
         self._broadcast(self._map.torque_enable, 1)
         if self._map.watchdog_ms != NO_REGISTER:
             self._broadcast(self._map.watchdog_ms, self._config.bus_watchdog_ms)
+        self._armed_ns = self._the_line().now_ns()
 
     def torque_off(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`. A setpoint that was still to go is forgotten."""
         self._goals = {}
+        self._armed_ns = None
         self._broadcast(self._map.torque_enable, 0)
 
     def close(self) -> None:
@@ -169,8 +192,8 @@ class ModbusBus:
         inputs = self._config.inputs
         if not self._quiet.worth_asking(inputs.drive_id):
             return None
-        first = min(inputs.estop_port, inputs.pedal_port)
-        count = abs(inputs.estop_port - inputs.pedal_port) + 1
+        first = min(inputs.ports)
+        count = max(inputs.ports) - first + 1
         # Inputs are numbered from 1, their addresses count from 0.
         answer = self._transact(
             inputs.drive_id, _READ_INPUTS, struct.pack(">HH", first - 1, count), 5 + (count + 7) // 8
@@ -178,11 +201,7 @@ class ModbusBus:
         if answer.data is None:
             return None
         bits = int.from_bytes(answer.data[1:], "little")
-        return InputReading(
-            t_ns=answer.t_ns,
-            estop_open=not bits >> (inputs.estop_port - first) & 1,
-            pedal_down=bool(bits >> (inputs.pedal_port - first) & 1),
-        )
+        return input_reading(answer.t_ns, inputs, {port: bool(bits >> (port - first) & 1) for port in inputs.ports})
 
     def _drive_reading(self, axis: Axis, t_ns: int, data: bytes) -> DriveReading:
         registers = self._map
@@ -202,28 +221,62 @@ class ModbusBus:
             torque_on=bool(status >> self._map.status_torque_bit & 1),
             hardware_error=self._word(data, self._map.error) & 0xFFFF,
             watchdog_tripped=bool(status >> self._map.status_watchdog_bit & 1),
+            verified=self._verification.verified(axis),
+            mismatch=self._verification.mismatch(axis),
         )
 
-    # -- setting up -----------------------------------------------------------------------------------------------
+    # -- verification -----------------------------------------------------------------------------------------------
 
-    def _set_up(self, motor: int, axis: Axis) -> None:
+    def _configured(self, axis: Axis) -> Iterator[tuple[str, int, bytes]]:
+        """Name, first register and contents of everything that must hold a fixed value."""
         registers = self._map
-        self._set(motor, axis.id, registers.torque_enable, struct.pack(">H", 0))
-        if registers.watchdog_ms != NO_REGISTER:
-            self._set(motor, axis.id, registers.watchdog_ms, struct.pack(">H", 0))
         if registers.response_delay_us != NO_REGISTER:
-            self._set(motor, axis.id, registers.response_delay_us, struct.pack(">H", self._config.return_delay_us))
+            yield "response delay", registers.response_delay_us, struct.pack(">H", self._config.return_delay_us)
         if registers.torque_limit != NO_REGISTER:
             limit = round(axis.max_torque_nm * registers.torque_per_nm)
-            self._set(motor, axis.id, registers.torque_limit, struct.pack(">H", limit))
+            yield "torque limit", registers.torque_limit, struct.pack(">H", limit)
         if registers.position_limits != NO_REGISTER:
             tolerance = self._config.limit_tolerance_deg
-            ends = [
-                self._position(axis, axis.min_deg - tolerance),
-                self._position(axis, axis.max_deg + tolerance),
-            ]
+            ends = [self._position(axis, axis.min_deg - tolerance), self._position(axis, axis.max_deg + tolerance)]
             low, high = ends if axis.direction > 0 else reversed(ends)
-            self._set(motor, axis.id, registers.position_limits, low + high)
+            yield "position limits", registers.position_limits, low + high
+
+    def _verify(self, axis: int, block: int) -> None:
+        """Read one span of one drive's registers back and compare it with the configuration."""
+        span = self._spans[block - 1]
+        if not self._quiet.worth_asking(self._ids[axis]):
+            return
+        armed_ns = self._armed_ns
+        answer = self._read_span(self._ids[axis], span)
+        if answer.data is None:
+            return
+        data = answer.data[1:]
+        mismatch = ""
+        for name, first, wanted in self._registers[axis]:
+            at = 2 * (first - span.start)
+            if first in span and data[at : at + len(wanted)] != wanted:
+                mismatch = mismatch or name
+        watchdog_at = 2 * (self._map.watchdog_ms - span.start)
+        if armed_ns is not None and self._map.watchdog_ms in span:
+            armed = int.from_bytes(data[watchdog_at : watchdog_at + 2], "big")
+            mismatch = mismatch or ("" if armed == self._config.bus_watchdog_ms else "watchdog")
+        self._verification.found(axis, block, mismatch)
+
+    def _read_span(self, slave: int, span: range) -> _Answer:
+        return self._transact(slave, _READ, struct.pack(">HH", span.start, len(span)), 5 + 2 * len(span))
+
+    # -- configuration ------------------------------------------------------------------------------------------------
+
+    def _configure(self, motor: int, axis: Axis, registers: Sequence[tuple[str, int, bytes]]) -> None:
+        self._set(motor, axis.id, self._map.torque_enable, struct.pack(">H", 0))
+        if self._map.watchdog_ms != NO_REGISTER:
+            self._set(motor, axis.id, self._map.watchdog_ms, struct.pack(">H", 0))
+        for name, first, data in registers:
+            self._set(motor, axis.id, first, data)
+            self._slack_left_ns = self._slack_ns
+            answer = self._read_span(axis.id, range(first, first + len(data) // 2))
+            if answer.data is None or answer.data[1:] != data:
+                raise BusError(f"motor {motor} (id {axis.id}) does not take its {name}")
 
     def _set(self, motor: int, slave: int, register: int, data: bytes) -> None:
         self._slack_left_ns = self._slack_ns

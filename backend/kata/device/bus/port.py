@@ -1,9 +1,11 @@
 """What the control loop wants of a bus, in degrees and newton metres, whatever the servos speak."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
 from msgspec import Struct
+
+from kata.device.config import Inputs
 
 
 class BusError(Exception):
@@ -17,15 +19,35 @@ class DriveReading(Struct, frozen=True):
     position_deg: float
     speed_deg_s: float
     torque_nm: float
+    alert: bool = False
+    """The drive reports a hardware error with this very answer (Dynamixel: bit 0x80 of the error byte)."""
 
 
 class InputReading(Struct, frozen=True):
-    """The two contacts. ``estop_open``: the normally closed emergency stop is open, so pressed or its wire broken."""
+    """The emergency stop's contacts and the pedal."""
 
     t_ns: int
     estop_open: bool
+    """One contact says that the emergency stop is pressed, or that its wire is broken."""
     pedal_down: bool | None
     """None: unknown."""
+    contacts_disagree: bool = False
+    """The two antivalent contacts say the same. False where the station has one contact."""
+
+
+def input_reading(t_ns: int, inputs: Inputs, closed: Mapping[int, bool]) -> InputReading:
+    """Return what the contacts say. ``closed``: by port, whether the contact there is closed.
+
+    Either contact of the emergency stop is enough to call it pressed. Antivalent contacts must differ.
+    """
+    first_closed = closed[inputs.estop_port]
+    second_closed = None if inputs.estop_second_port is None else closed[inputs.estop_second_port]
+    return InputReading(
+        t_ns=t_ns,
+        estop_open=not first_closed or second_closed is True,
+        pedal_down=closed[inputs.pedal_port],
+        contacts_disagree=second_closed is not None and first_closed == second_closed,
+    )
 
 
 class DriveStatus(Struct, frozen=True):
@@ -36,6 +58,10 @@ class DriveStatus(Struct, frozen=True):
     torque_on: bool
     hardware_error: int
     watchdog_tripped: bool
+    verified: bool = True
+    """Every configured register has been read since the drive was last configured or found, and has its value."""
+    mismatch: str = ""
+    """Name of a configured register that has another value; empty where there is none."""
 
 
 class Reading(Struct, frozen=True):
@@ -60,9 +86,17 @@ class Bus(Protocol):
     """Replies that stayed away or came damaged, since the start."""
 
     def open(self) -> None:
-        """Open the port, switch torque off, set every drive up.
+        """Open the port. Writes no register and changes no torque: a drive may hold an arm.
 
-        :raises BusError: when the port cannot be opened or a drive does not answer.
+        :raises BusError: when the port cannot be opened.
+        """
+
+    def configure(self, axes: Collection[int]) -> None:
+        """Write every configured register of these drives (axes 0-4) and read it back. Their torque must be off.
+
+        Takes as long as its bytes do, up to some cycles; no cycle is due meanwhile.
+
+        :raises BusError: naming the motor that does not answer, shares its id, is another model, or refuses a register.
         """
 
     def read(self) -> Reading:

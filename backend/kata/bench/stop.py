@@ -1,0 +1,288 @@
+"""``kata bench stop``: from a Stop on the service's socket to torque off at all five drives, while the device process is kept busy.
+
+A Stop ramps the arm down before it cuts the torque. So the arm is held at rest when it comes: nothing is left to ramp down, and
+torque goes off in the very cycle in which a moving arm's first setpoint of the ramp would be sent. The Stop's moment is when it
+goes into the socket, behind whatever the benchmark has sent before; torque off is when the last byte of the instruction has come
+to the simulated drive. Both are read off one clock.
+
+While torque is on no recording is loaded, and so one row ends earlier: at the answer to a Stop that comes behind a Load.
+"""
+
+import random
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+from uuid import uuid4
+
+import numpy as np
+from msgspec import structs
+
+from kata.bench.clinic import BenchError
+from kata.bench.device import Device
+from kata.bench.report import Report
+from kata.device.loader import ReferenceLoader
+from kata.device.messages import Acknowledge, Approach, Load, Request, Stop, frames_of, parts_of
+from kata.motion.axes import AXES, N_AXES
+from kata.simulator.apparatus import State
+
+GOAL_MS: Final = 15.0
+_CYCLE_HZ: Final = 100
+_HOUR_SAMPLES: Final = 360_000
+_EXTREME_DEG: Final = 1e308
+_SHORT_S: Final = 2.0
+_HELD_S: Final = (0.02, 0.06)
+"""The arm is held for this long before a Stop: several cycles, so that its phase within one is random."""
+_LOOK_AFTER_S: Final = 0.03
+"""Looking costs the simulator time that the drives' answers need, so not before the stop should be over."""
+_LIMIT_S: Final = 5.0
+_VALID_S: Final = 2.0
+_FEWER: Final = 10
+"""An hour-long Load takes seconds until it may be followed by the next: so many times fewer Stops."""
+_BUILDING_S: Final = 0.5
+"""An hour-long Load is stopped after this long at most: it must not be ready by then."""
+_PAUSE_S: Final = 0.002
+"""Between one disturbance and the next."""
+_UNANSWERED: Final = 0
+"""Number of the Loads that only keep the device process busy; nothing waits for their answers."""
+
+Busy = Callable[[Device], AbstractContextManager[None]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What goes on while Stops are sent."""
+
+    name: str
+    title: str
+    busy: Busy = field(default=lambda device: nullcontext())
+    module: str = "kata.device"
+    torque: bool = True
+    """Ends with torque off at the drives; else at the answer to a Stop behind an hour-long Load."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What came of a case."""
+
+    took_ms: list[float]
+    missed: int
+    """Cycles, meanwhile."""
+    other_causes: list[str]
+    """Of stops that came by themselves before the one that was sent."""
+
+
+def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
+    """Stop again and again under each of the :data:`LOADS` that are named.
+
+    :raises BenchError: when torque does not go off, or a command of the benchmark is refused.
+    """
+    report = Report(
+        f"Stop to torque off, {_CYCLE_HZ} Hz, {stops} each",
+        ("While", "Stops", "p50, ms", "p99.9, ms", "goal, ms", "max, ms", "missed cycles"),
+    )
+    with TemporaryDirectory(prefix="kata-bench-") as folder:
+        for case in [case for case in CASES if case.name in loads]:
+            _tell(report, case, _measure(Path(folder) / case.name, case, stops, real_time, progress))
+    report.notes += [
+        "From the Stop going into the socket to the last of the five drives without torque, by the simulator's clock. The arm is held "
+        "at rest, so that there is nothing to ramp down: of a moving arm the first setpoint of the ramp goes out in the same cycle.",
+        "A second client's Loads are refused by mode while torque is on; what has been sent until then passes through the same socket.",
+        "being built: by a builder that the benchmark starts besides, as the device's own has nothing to do while torque is on.",
+        f"being loaded, torque off: to the answer to the Stop, right behind the Load or within {_BUILDING_S:g} s; no torque is there to be "
+        f"switched off. A {_FEWER}th as often.",
+    ]
+    return report
+
+
+def _measure(folder: Path, case: Case, stops: int, real_time: bool, progress: Callable[[str], None]) -> Measured:
+    with Device(folder, cycle_hz=_CYCLE_HZ, real_time=real_time, module=case.module) as device:
+        device.until_mode("idle")
+        time.sleep(0.2)  # the reading of every drive has settled
+        at_rest = _still([axis.angle_deg for axis in device.hand.state().axes], round(_SHORT_S * _CYCLE_HZ))
+        before = device.snapshot.loop.overruns
+        took_ms: list[float] = []
+        other: list[str] = []
+        with case.busy(device):
+            while len(took_ms) < (stops if case.torque else -(-stops // _FEWER)):
+                progress(f"{case.title}: {len(took_ms)} of {stops} stops")
+                try:
+                    took_ms.append(_stop_held(device, at_rest) if case.torque else _stop_loading(device))
+                except BenchError:
+                    if not device.snapshot.stop:
+                        raise
+                    other.append(_put_back(device, device.snapshot.stop.causes[0].code))
+        return Measured(took_ms, device.snapshot.loop.overruns - before, other)
+
+
+def _stop_held(device: Device, recording: Load) -> float:
+    """Hold the arm, stop, and put everything back."""
+    device.insist(structs.replace(recording, run_id=str(uuid4())))  # the name of its journal
+    device.until_mode("ready")
+    device.insist(Approach(stops=device.snapshot.stops, expires_ns=_valid()))
+    device.until_mode("paused")
+    time.sleep(random.uniform(*_HELD_S))
+    _, sent_ns = device.send(Stop())
+    time.sleep(_LOOK_AFTER_S)
+    state = _until(device, lambda state: not any(axis.torque_on for axis in state.axes))
+    off = {event.motor: event.t_ns for event in state.events if event.what == "torque_off" and event.t_ns >= sent_ns}
+    if set(off) != set(AXES):
+        raise BenchError("torque went off before the Stop was sent")
+    device.until_mode("stopped")
+    device.insist(Acknowledge(stops=device.snapshot.stops, expires_ns=_valid()))
+    device.until_mode("idle")
+    return (max(off.values()) - sent_ns) / 1e6
+
+
+def _stop_loading(device: Device) -> float:
+    """Load an hour, stop behind it, and wait until both are answered and the builder has no more to do."""
+    load, _ = device.send(_hour())
+    time.sleep(random.choice((0.0, random.uniform(0.0, _BUILDING_S))))
+    number, sent_ns = device.send(Stop())
+    refusal = device.answer(load).refusal
+    if refusal is None or refusal.code != "stopped_meanwhile":
+        raise BenchError(f"the Load was not discarded by the Stop: {refusal}")
+    took_ms = (device.answer(number).at_ns - sent_ns) / 1e6
+    limit = time.monotonic() + 10 * _LIMIT_S
+    while (refusal := device.answer(device.send(_extreme())[0]).refusal) and refusal.code == "busy":
+        if time.monotonic() > limit:
+            raise BenchError("the builder does not come to its end")
+        time.sleep(0.1)
+    return took_ms
+
+
+def _put_back(device: Device, cause: str) -> str:
+    """Acknowledge a stop that came by itself, and return its first cause.
+
+    :raises BenchError: when it cannot be acknowledged.
+    """
+    limit = time.monotonic() + _LIMIT_S
+    while device.answer(device.send(Acknowledge(stops=device.snapshot.stops, expires_ns=_valid()))[0]).refusal:
+        if time.monotonic() > limit:
+            raise BenchError(f"a stop by {cause} cannot be acknowledged")
+        time.sleep(0.05)
+    device.until_mode("idle")
+    return cause
+
+
+def _until(device: Device, condition: Callable[[State], object]) -> State:
+    limit = time.monotonic() + _LIMIT_S
+    while not condition(state := device.hand.state()):
+        if time.monotonic() > limit:
+            raise BenchError(f"torque was not switched off within {_LIMIT_S:g} s")
+        time.sleep(0.01)
+    return state
+
+
+def _valid() -> int:
+    return time.monotonic_ns() + int(_VALID_S * 1e9)
+
+
+# -- what keeps the device process busy ---------------------------------------------------------------------------
+
+
+def _still(angles_deg: list[float], samples: int) -> Load:
+    """A recording that stands still; played as in the paper, its approach only holds."""
+    times = np.arange(samples) / _CYCLE_HZ
+    angles = np.tile(angles_deg, (samples, 1))
+    return Load(
+        run_id="bench", recording_id="bench", times_s=times.tobytes(), angles_deg=angles.tobytes(), method="paper"
+    )
+
+
+def _hour() -> Load:
+    return _still([15.0, 109.0, 10.0, 0.0, 0.0], _HOUR_SAMPLES)
+
+
+def _extreme() -> Load:
+    return _still([_EXTREME_DEG] * N_AXES, round(_SHORT_S * _CYCLE_HZ))
+
+
+@contextmanager
+def _over_and_over(step: Callable[[], None]) -> Iterator[None]:
+    """Repeat a step in a thread until the block ends."""
+    ended = threading.Event()
+
+    def repeat() -> None:
+        while not ended.wait(_PAUSE_S):
+            step()
+
+    thread = threading.Thread(target=repeat, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _sending(load: Callable[[], Load]) -> Busy:
+    """Send a Load again and again, as a second client would; only while the arm is held, or it would be the one that is loaded."""
+
+    def busy(device: Device) -> AbstractContextManager[None]:
+        parts = list(frames_of(Request(id=_UNANSWERED, command=load())))
+
+        def send() -> None:
+            if device.snapshot.mode == "paused":
+                device.send_until_answered(_UNANSWERED, parts)
+
+        return _over_and_over(send)
+
+    return busy
+
+
+@contextmanager
+def _building(device: Device) -> Iterator[None]:
+    """An hour-long recording after the other, by a builder of the benchmark's own."""
+    hour = _hour()
+    built = threading.Event()
+    loader = ReferenceLoader(device.config)
+    loader.start(built.set)
+
+    def build() -> None:
+        built.clear()
+        for message in parts_of(_UNANSWERED, hour):
+            loader.send(message)
+        built.wait()
+        list(loader.results())
+
+    try:
+        with _over_and_over(build):
+            yield
+    finally:
+        loader.finish()
+
+
+CASES: Final = (
+    Case("idle", "nothing else"),
+    Case("built", "an hour is being built", _building),
+    Case("loaded", "an hour is being loaded, torque off", torque=False),
+    Case("second_client", "a second client loads an hour over and over", _sending(_hour)),
+    Case("slow_disk", "the journal's disk stands still every other second", module="kata.bench.slow_disk"),
+    Case("extreme", "a second client loads angles of 1e308 deg", _sending(_extreme)),
+)
+LOADS: Final = tuple(case.name for case in CASES)
+"""Names of the cases."""
+
+
+def _tell(report: Report, case: Case, measured: Measured) -> None:
+    p50, p999 = np.percentile(measured.took_ms, (50, 99.9), method="inverted_cdf").tolist()
+    longest = max(measured.took_ms)
+    report.figures |= {
+        f"stop_p50_ms_{case.name}": p50,
+        f"stop_p999_ms_{case.name}": p999,
+        f"stop_max_ms_{case.name}": longest,
+        f"stop_missed_{case.name}": measured.missed,
+        f"stop_other_causes_{case.name}": len(measured.other_causes),
+    }
+    figures = (f"{p50:.2f}", f"{p999:.2f}", f"{GOAL_MS:g}", f"{longest:.2f}", str(measured.missed))
+    report.rows.append((case.title, str(len(measured.took_ms)), *figures))
+    for cause in sorted(set(measured.other_causes)):
+        count = measured.other_causes.count(cause)
+        report.notes.append(
+            f"{case.title}: {count} stops by {cause} came before the one that was sent, and are left out."
+        )

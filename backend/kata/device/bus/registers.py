@@ -1,0 +1,113 @@
+"""The registers of an X-series servo that a station's configuration determines (control table of the XH540, robotis e-manual)."""
+
+import struct
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from kata.device.config import Axis, StationConfig
+
+TORQUE_ENABLE: Final = 64
+BUS_WATCHDOG: Final = 98
+GOAL_POSITION: Final = 116
+PRESENT: Final = 126
+"""Current (2), velocity (4) and position (4)."""
+PORT_DATA: Final = 150
+"""Plus twice the port's number."""
+
+_MODEL: Final = 0
+_RETURN_DELAY: Final = 9
+_DRIVE_MODE: Final = 10
+_OPERATING_MODE: Final = 11
+_HOMING_OFFSET: Final = 20
+_CURRENT_LIMIT: Final = 38
+_POSITION_LIMITS: Final = 48
+"""Maximum and minimum, four bytes each, in counts of one turn."""
+_PORT_MODE: Final = 55
+"""Plus the port's number, 1 to 3."""
+_LED: Final = 65
+_GAINS: Final = 80
+"""D, I and P, two bytes each."""
+_GOAL_CURRENT: Final = 102
+
+STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
+"""Read of one drive in turn in every cycle: torque, hardware error, gains, watchdog and goal current."""
+EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _PORT_MODE + 4))
+"""Read in a slow rotation. None is longer than the status block, whose place it takes."""
+
+_CURRENT_BASED_POSITION: Final = 5
+_DIGITAL_INPUT_PULL_UP: Final = 2
+_NORMAL: Final = 0
+"""Drive mode: not reversed, velocity-based profile, torque only by its own register."""
+
+DEG_PER_COUNT: Final = 360 / 4096
+COUNTS_PER_TURN: Final = 4096
+AMPERE_PER_UNIT: Final = 0.00269
+NM_PER_AMPERE: Final = 2.0
+"""The motors' torque constant: 10 Nm at 5 A (apparatus facts)."""
+_HALF_TURN: Final = 2048
+_LAST_COUNT: Final = 4095
+
+
+class Register(NamedTuple):
+    """One configured register: its name for people, where it is, and what it must hold."""
+
+    name: str
+    address: int
+    data: bytes
+
+
+CONFIGURED: Final = Register("configured marker (LED)", _LED, b"\1")
+"""Lit as the last step of a configuration. It lives in RAM: power loss, reboot or an exchange puts it out."""
+
+
+def configured_registers(config: StationConfig, axis: Axis) -> tuple[Register, ...]:
+    """Return every register that must hold a fixed value, in the order in which they are written; the marker is last.
+
+    The bus watchdog is not among them: it is armed with the torque. The model number is, and cannot be written.
+    """
+    return tuple(_registers(config, axis))
+
+
+def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
+    current = round(axis.max_torque_nm / NM_PER_AMPERE / AMPERE_PER_UNIT)
+    yield Register("model number", _MODEL, struct.pack("<H", axis.model))
+    yield Register("return delay time", _RETURN_DELAY, bytes([config.return_delay_us // 2]))
+    yield Register("drive mode", _DRIVE_MODE, bytes([_NORMAL]))
+    yield Register("operating mode", _OPERATING_MODE, bytes([_CURRENT_BASED_POSITION]))
+    yield Register("homing offset", _HOMING_OFFSET, bytes(4))
+    yield Register("current limit", _CURRENT_LIMIT, struct.pack("<H", current))
+    if limits := _position_limits(axis):
+        yield Register("position limits", _POSITION_LIMITS, limits)
+    if axis.id == config.inputs.drive_id:
+        for port in sorted(config.inputs.ports):
+            yield Register(f"mode of external port {port}", _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
+    gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
+    yield Register("position gains", _GAINS, gains)
+    yield Register("goal current", _GOAL_CURRENT, struct.pack("<h", current))
+    yield CONFIGURED
+
+
+def _position_limits(axis: Axis) -> bytes | None:
+    """Return maximum and minimum position, or None for a range beyond one turn, which has no such limits.
+
+    The drive keeps to them in its position modes of one turn; in the multi-turn one that obeys a goal current, not. They are written all
+    the same: after a change of the mode they count.
+    """
+    ends = [zero_count(axis) + axis.direction * angle / DEG_PER_COUNT for angle in (axis.min_deg, axis.max_deg)]
+    if min(ends) < 0 or max(ends) > _LAST_COUNT:
+        return None
+    return struct.pack("<II", round(max(ends)), round(min(ends)))
+
+
+def zero_count(axis: Axis) -> int:
+    """Return the encoder's count at motor angle 0."""
+    return _HALF_TURN if axis.zero_count is None else axis.zero_count
+
+
+def nearest_turn(axis: Axis, position: int) -> int:
+    """Return the counts to add to a drive's position, a whole number of turns, to bring it nearest to the middle of the axis' range.
+
+    After power-up a drive knows its position within one turn only: 185 deg reads as -175. A range below 360 deg makes the answer unique.
+    """
+    middle = zero_count(axis) + axis.direction * (axis.min_deg + axis.max_deg) / 2 / DEG_PER_COUNT
+    return COUNTS_PER_TURN * round((middle - position) / COUNTS_PER_TURN)

@@ -1,0 +1,86 @@
+"""Which blocks of which drive's configured registers have been read and found right; which to read next."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+_MISSES: Final = 3
+"""A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
+ROUND_S: Final = 2.0
+"""Every configured register of every drive is read at least this often."""
+
+
+@dataclass
+class _Drive:
+    """What is known of one drive's registers."""
+
+    unread: set[int]
+    """Blocks that have not been read since the drive was configured or found again."""
+    misses: int = 0
+    """Answers that stayed away in a row."""
+    mismatches: dict[int, str] = field(default_factory=dict)
+    """By block, the name of a register that has another value."""
+
+
+class Verification:
+    """Keeps the state of ``drives`` times ``blocks`` reads. Block 0 comes with every status, the others in a rotation."""
+
+    def __init__(self, drives: int, blocks: int, cycle_hz: int) -> None:
+        """``blocks``: block 0 included. ``cycle_hz``: how often :meth:`next_read` may be asked."""
+        self._blocks = blocks
+        self._drives = [_Drive(set(range(blocks))) for _ in range(drives)]
+        self._rotation = [(drive, block) for block in range(1, blocks) for drive in range(drives)]
+        reads = max(len(self._rotation), 1)
+        # One cycle in so many; a little quicker than the round allows, because an unread block may come in between.
+        self._every = max(1, math.floor(0.8 * ROUND_S * cycle_hz / reads))
+        self._cycle = 0
+        self._next = 0
+
+    def forget(self, drive: int) -> None:
+        """The drive may be another one now, or has been configured: read everything of it again."""
+        known = self._drives[drive]
+        known.unread = set(range(self._blocks))
+        known.mismatches.clear()
+
+    def heard(self, drive: int, *, answered: bool) -> None:
+        """Note whether the drive answered in this cycle. After some misses it may come back with other settings: read it all again.
+
+        What was found wrong stays so until it is read.
+        """
+        known = self._drives[drive]
+        known.misses = 0 if answered else known.misses + 1
+        if known.misses == _MISSES:
+            known.unread = set(range(self._blocks))
+
+    def next_read(self) -> tuple[int, int] | None:
+        """Return drive and block to read in this cycle, None where the rotation is not due. Unread blocks are due every other cycle."""
+        if not self._rotation:
+            return None
+        self._cycle += 1
+        if self._cycle % 2 == 0:
+            for drive, block in self._rotation:
+                if block in self._drives[drive].unread and 0 not in self._drives[drive].unread:
+                    return drive, block
+        if self._cycle % self._every:
+            return None
+        due = self._rotation[self._next]
+        self._next = (self._next + 1) % len(self._rotation)
+        return due
+
+    def found(self, drive: int, block: int, mismatch: str) -> None:
+        """A block was read; ``mismatch`` names a register that has another value, empty where there is none."""
+        known = self._drives[drive]
+        known.unread.discard(block)
+        if mismatch:
+            known.mismatches[block] = mismatch
+        else:
+            known.mismatches.pop(block, None)
+
+    def mismatch(self, drive: int) -> str:
+        """Return the name of a register that has another value than configured; empty where none is known."""
+        return next(iter(self._drives[drive].mismatches.values()), "")
+
+    def verified(self, drive: int) -> bool:
+        """Return whether every block has been read, and every register was right."""
+        known = self._drives[drive]
+        return not known.unread and not known.mismatches

@@ -1,0 +1,162 @@
+"""Takes a Load to the reference builder and brings back what came of it, in a thread that only waits.
+
+The I/O thread puts messages in and takes results out, and never waits for either.
+"""
+
+import logging
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from queue import SimpleQueue
+from typing import Final
+
+import msgspec
+
+from kata.device.config import StationConfig
+from kata.device.messages import LoadPart, Refusal, Request
+from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
+
+log = logging.getLogger(__name__)
+
+LIMIT_S: Final = 30.0
+"""Limits a builder that hangs. 3.8 hours at 100 Hz take it 6 s on two cores of a server."""
+_BUILDER: Final = (sys.executable, "-m", "kata.device.reference_builder")
+_ANSWER: Final = msgspec.msgpack.Decoder(Packed | Refusal)
+
+_NOT_CHECKED: Final = Refusal(
+    code="unplayable",
+    message="This recording could not be checked: the program that checks recordings has failed.",
+    next_step="Load it again.",
+)
+
+Result = Reference | Refusal
+
+
+class ReferenceLoader:
+    """One builder process, started again after it has ended, and the thread that talks to it. One Load at a time."""
+
+    def __init__(self, config: StationConfig, *, command: Sequence[str] = _BUILDER, limit_s: float = LIMIT_S) -> None:
+        """Start the builder; do so before this process asks for real time.
+
+        :param command: starts a builder; the descriptor of its socket is added.
+        :param limit_s: limits how long the builder may take for an answer.
+        """
+        self._config = config
+        self._command = command
+        self._limit_s = limit_s
+        self._builder: _Builder | None = _Builder(config, command, limit_s)
+        self._loading: int | None = None
+        """Id of the Load whose parts go to the builder."""
+        self._messages: SimpleQueue[Request | LoadPart | None] = SimpleQueue()
+        self._results: deque[tuple[int, Result]] = deque()
+        self._newest: Result | None = None
+        """Kept so that the control thread never is the one that gives an hour's memory back."""
+        self._ending = False
+        self._thread = threading.Thread(target=self._serve, name="loader", daemon=True)
+        self._notify: Callable[[], None] = lambda: None
+
+    def start(self, notify: Callable[[], None]) -> None:
+        """Start the thread; ``notify`` is called in it after each result."""
+        self._notify = notify
+        self._thread.start()
+
+    def finish(self) -> None:
+        """End thread and builder, whatever they are doing."""
+        self._ending = True
+        self._messages.put(None)
+        if builder := self._builder:
+            builder.kill()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._end_builder()
+
+    # -- the I/O thread's side ------------------------------------------------------------------------------------
+
+    def send(self, message: Request | LoadPart) -> None:
+        """Pass on a Request with a Load, or a part of it. The last part is answered by a result; never waits."""
+        self._messages.put(message)
+
+    def results(self) -> Iterator[tuple[int, Result]]:
+        """Take what has come since the last time: request ids, each with its reference or refusal."""
+        while self._results:
+            yield self._results.popleft()
+
+    # -- its own thread -------------------------------------------------------------------------------------------
+
+    def _serve(self) -> None:
+        while (message := self._messages.get()) is not None and not self._ending:
+            if isinstance(message, Request):
+                self._loading, self._newest = message.id, None
+            if message.id == self._loading:
+                self._advance(message)
+
+    def _advance(self, message: Request | LoadPart) -> None:
+        try:
+            result = self._pass_on(message)
+        except Exception:
+            log.exception("the reference builder has failed and is started again")
+            self._end_builder()
+            result = _NOT_CHECKED
+        if result:
+            self._loading, self._newest = None, result
+            self._results.append((message.id, result))
+            self._notify()
+
+    def _pass_on(self, message: Request | LoadPart) -> Result | None:
+        """Send one message to the builder, and wait for the answer to the last part.
+
+        :raises OSError: when the builder has ended or takes too long.
+        """
+        if isinstance(message, Request) and self._builder and self._builder.has_ended:
+            self._end_builder()
+        self._builder = builder = self._builder or _Builder(self._config, self._command, self._limit_s)
+        builder.send(msgspec.msgpack.encode(message))
+        return builder.receive() if isinstance(message, LoadPart) and message.last else None
+
+    def _end_builder(self) -> None:
+        builder, self._builder = self._builder, None
+        if builder:
+            builder.kill()
+            builder.close()
+
+
+class _Builder:
+    """A builder process and the socket to it."""
+
+    def __init__(self, config: StationConfig, command: Sequence[str], limit_s: float) -> None:
+        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs:
+            self._process = subprocess.Popen(
+                [*command, str(theirs.fileno())], stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()]
+            )
+        self._socket.settimeout(limit_s)
+        self.send(msgspec.msgpack.encode(config))
+
+    @property
+    def has_ended(self) -> bool:
+        return self._process.poll() is not None
+
+    def send(self, data: bytes) -> None:
+        self._socket.send(data)
+
+    def receive(self) -> Result:
+        data, descriptors, _, _ = socket.recv_fds(self._socket, LARGEST_MESSAGE, 1)
+        try:
+            if not data:
+                raise ConnectionError("it has ended")
+            answer = _ANSWER.decode(data)
+            return answer if isinstance(answer, Refusal) else unpack(answer, descriptors[0])
+        finally:
+            for descriptor in descriptors:
+                os.close(descriptor)
+
+    def kill(self) -> None:
+        self._process.kill()
+
+    def close(self) -> None:
+        self._socket.close()
+        self._process.wait()

@@ -1,0 +1,124 @@
+"""Resistance: which drive pushes against the patient, and how a held setpoint gives way to the push.
+
+Numbers and reasons: backend/decisions/0020-resistance-in-every-phase.md.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from kata.device.facts import Facts
+from kata.motion.linkage import Floats
+
+RESISTS_NS: Final = 100_000_000
+"""A push must last this long to count as resistance. Shorter torque peaks come from friction and from meeting gear flanks."""
+SLOW_DEG_S: Final = 1.0
+"""Below this speed the direction of the path is not reliable: in recorded holds the smoothed reference strays by 0.2 deg/s (RMS)."""
+_COUNT_DEG: Final = 0.1
+"""An angle nearer to its setpoint than this is on it: one count of a 4096-count encoder is 0.088 deg."""
+TURN_S: Final = 0.08
+"""Time in which a movement that met resistance comes to rest."""
+RELIEVE_NS: Final = 1_000_000_000
+"""Time in which a yielding setpoint ends a push at 100 Hz, against an arm that does not move at all. The softest drive needs most of it."""
+_TO_MEASURED_S: Final = 0.05
+"""Time constant with which a yielding setpoint goes to the measured angle."""
+_RETREAT_DEG_S_NM: Final = 6.0
+"""Speed of a yielding setpoint for each Nm above the level, which unwinds the integral part of the drive's control."""
+_RETREAT_DEG_NM: Final = 0.1
+"""The same for one setpoint, at most: a stiff drive answers 1 deg with 2.8 Nm, and at 10 Hz it would hunt."""
+FARTHEST_DEG: Final = 15.0
+"""A setpoint yields by this at most, so that a broken current sensor cannot move an arm far. Motor 5, the softest drive, is 9.5 deg
+behind its setpoint at its rated torque."""
+_RESUME_DEG_S: Final = 5.0
+"""Speed at which a yielded setpoint comes back to the path once the recording plays on."""
+
+
+class ResistanceMonitor:
+    """Finds the axis whose drive pushes with at least the patient's level for :data:`RESISTS_NS`."""
+
+    def __init__(self, thresholds_nm: Sequence[float]) -> None:
+        """``thresholds_nm``: the level's torque of each axis."""
+        self._thresholds_nm = thresholds_nm
+        self._since_ns: list[int | None] = [None] * len(thresholds_nm)
+        self._met: tuple[int, float, int] | None = None
+
+    def turned_back(self, axis: int, torque_nm: float, t_ns: int) -> None:
+        """Start again after a reversal: the push that was met has :data:`RELIEVE_NS` to end before it counts once more."""
+        self._since_ns = [None] * len(self._thresholds_nm)
+        self._met = (axis, torque_nm, t_ns + RELIEVE_NS)
+
+    def resisting_axis(self, facts: Facts, speed_deg_s: Sequence[float]) -> int | None:
+        """Return the first axis that meets resistance in this cycle, else None.
+
+        :param speed_deg_s: of the reference: the path's tangent times the pace.
+        """
+        found = None
+        for n, threshold_nm in enumerate(self._thresholds_nm):
+            torque_nm = facts.torque_nm[n]
+            ahead_deg = facts.setpoint_deg[n] - facts.measured_deg[n]
+            since_ns = self._since_ns[n]
+            if (
+                abs(torque_nm) < threshold_nm
+                or not _pushes(torque_nm, speed_deg_s[n], ahead_deg)
+                or self._ends(n, facts)
+            ):
+                self._since_ns[n] = None
+            elif since_ns is None:
+                self._since_ns[n] = facts.t_ns
+            elif found is None and facts.t_ns - since_ns >= RESISTS_NS:
+                found = n
+        return found
+
+    def _ends(self, n: int, facts: Facts) -> bool:
+        """Return True while the push that caused the last reversal may take its time to end."""
+        if self._met is None:
+            return False
+        axis, torque_nm, until_ns = self._met
+        return n == axis and facts.torque_nm[n] * torque_nm > 0 and facts.t_ns < until_ns
+
+
+def _pushes(torque_nm: float, speed_deg_s: float, ahead_deg: float) -> bool:
+    """Return True if a torque acts in the direction in which the drive pushes the arm.
+
+    A moving axis pushes along its path. An axis that stands, or is slower than :data:`SLOW_DEG_S`, also pushes towards its setpoint; when the arm is
+    on the setpoint, an integral part alone can push, and the torque's own direction counts.
+    """
+    if torque_nm * speed_deg_s > 0:
+        return True
+    return abs(speed_deg_s) < SLOW_DEG_S and np.sign(torque_nm) * ahead_deg > -_COUNT_DEG
+
+
+class GivingWay:
+    """How far each setpoint is taken off its path because the patient pushes there, ``(5,)`` in degrees."""
+
+    def __init__(self, thresholds_nm: Sequence[float], rate_hz: int, resume_deg_s: float) -> None:
+        """``resume_deg_s``: the fastest that the patient may be moved at."""
+        self._thresholds_nm = np.array(thresholds_nm)
+        self._share = min(1.0, 1.0 / rate_hz / _TO_MEASURED_S)
+        self._retreat_deg_nm = min(_RETREAT_DEG_NM, _RETREAT_DEG_S_NM / rate_hz)
+        self._resume_deg = min(_RESUME_DEG_S, resume_deg_s) / rate_hz
+        self.offset_deg: Floats = np.zeros(len(thresholds_nm))
+
+    def yield_to(self, torque_nm: Floats, setpoint_deg: Floats, measured_deg: Floats) -> None:
+        """Move the offset against each torque above the level: to the measured angle, and slowly beyond it.
+
+        All ``(5,)``. A torque within the level changes nothing.
+        """
+        sign = np.sign(torque_nm)
+        excess_nm = np.maximum(np.abs(torque_nm) - self._thresholds_nm, 0.0)
+        ahead_deg = np.maximum((setpoint_deg - measured_deg) * sign, 0.0)
+        change = self._share * ahead_deg + self._retreat_deg_nm * excess_nm
+        over = np.abs(torque_nm) >= self._thresholds_nm
+        self.offset_deg = np.clip(self.offset_deg - np.where(over, sign * change, 0.0), -FARTHEST_DEG, FARTHEST_DEG)
+
+    def resume(self, pace: float) -> None:
+        """Let one setpoint's time pass in which the recording plays on at ``pace``: the offset becomes smaller."""
+        back = self._resume_deg * pace
+        self.offset_deg = self.offset_deg - np.clip(self.offset_deg, -back, back)
+
+    def keep_within(self, lowest_deg: Floats, highest_deg: Floats) -> None:
+        """Bound the offset, ``(5,)`` each, so that it does not grow where a limit holds the setpoint."""
+        self.offset_deg = np.minimum(
+            np.maximum(self.offset_deg, np.minimum(lowest_deg, 0.0)), np.maximum(highest_deg, 0.0)
+        )

@@ -1,0 +1,62 @@
+"""Guard of a command that can start motion, release an arm or reset a stop: which state its sender saw, and until when it counts."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+from kata.device.messages import Refusal
+
+SEEN_LIMIT_S: Final = 2.0
+"""A command counts for this long after the live state that its sender saw. The page gets ten states a second, so an older one means that
+page or command was delayed, and the apparatus may have changed."""
+_AHEAD_LIMIT_S: Final = 0.1
+"""A state cannot have been seen before it was made. The clock below never jumps; this leaves room for rounding in a client."""
+
+_EXPIRED: Final = Refusal(
+    code="expired",
+    message="The command arrived more than 2 s after the state that it was based on.",
+    next_step="Look at the apparatus and at the page, then try again.",
+)
+_IN_FUTURE: Final = Refusal(
+    code="seen_in_future",
+    message="The command names a state of the apparatus that lies in the future.",
+    next_step="Reload the page, then try again.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """What a guarded command carries to the device."""
+
+    stops: int
+    """The stop counter of the state that the sender saw."""
+    expires_ns: int
+    """``time.monotonic_ns`` after which the device refuses the command."""
+
+
+class StateClock:
+    """Dates live states. It follows the monotonic clock, so setting the computer's clock makes no state look older or newer."""
+
+    def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        """``now_ns``: the monotonic clock, real or stepped."""
+        self._now_ns = now_ns
+        self._began_ns = now_ns()
+        self._began_at = datetime.now(UTC)
+
+    def now(self) -> datetime:
+        """Return the time for a state that is made now, UTC."""
+        return self._began_at + timedelta(microseconds=(self._now_ns() - self._began_ns) / 1000)
+
+    def guard(self, stops: int, seen_at: datetime) -> Guard | Refusal:
+        """Return the guard of a command whose sender saw this counter at ``seen_at`` (a time of this clock); a refusal if it is too old.
+
+        The expiry depends on ``seen_at`` alone: no wait of the service, for the database or a lock, can extend it.
+        """
+        seen_ns = self._began_ns + (seen_at - self._began_at) // timedelta(microseconds=1) * 1000
+        now_ns = self._now_ns()
+        if seen_ns > now_ns + _AHEAD_LIMIT_S * 1e9:
+            return _IN_FUTURE
+        expires_ns = seen_ns + int(SEEN_LIMIT_S * 1e9)
+        return _EXPIRED if now_ns > expires_ns else Guard(stops, expires_ns)

@@ -1,0 +1,245 @@
+"""What must never happen, judged by what the simulated drives accepted and measured.
+
+Nothing here asks the control program what it thinks, with two exceptions that are named where they stand: what the newest snapshot
+shows of the torque (it is compared with the drives), and whether a push was answered.
+"""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from kata.device.config import StationConfig
+from kata.device.messages import LOAD_LEVELS, Snapshot
+from tests.campaign.registers import expected_registers
+from tests.device.world import Seen, World
+
+COMMAND_LIFE_NS: Final = 2_000_000_000
+"""A command is void this long after it was pressed."""
+_START_CYCLES: Final = 3
+"""Torque comes on within so many cycles after an approach was accepted, or not at all."""
+_SETTLED_CYCLES: Final = 8
+"""A reboot is found by the status of each drive, which is read every fifth cycle, and one may be replaced by another read."""
+_SWITCH_S: Final = 0.1
+"""After each switching the drives' own word on their torque counts from 50 ms on, in the next status."""
+_ROTATION_NS: Final = 2_300_000_000
+"""Every configured register is read within 2 s; then the torque has to go."""
+_STOP_S: Final = 1.0
+"""A controlled stop ramps down within 0.4 s; a slow arm is met by the ramp's own limit."""
+_ANSWER_S: Final = 1.4
+"""A push over the level has ended, or been answered, by then: 0.1 s to know it, and 1 s that a reversal has to end it."""
+_OVER_LEVEL: Final = 1.15
+"""The drive's current is noisy and quantized."""
+_STEP_TOLERANCE_DEG: Final = 1.2
+_LIMIT_TOLERANCE_DEG: Final = 0.15
+_POSE_TOLERANCE_DEG: Final = 1.0
+_OWN_FAULTS: Final = frozenset(
+    {"setpoint_step", "setpoint_limit", "setpoint_acceleration", "setpoint_frozen", "unexpected_error"}
+)
+"""Faults of the control program's own: each one is a defect."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """An approach that the device accepted."""
+
+    accepted_ns: int
+    pressed_ns: int
+    stopped_ns: int
+    """When the last Stop before its acceptance reached the device."""
+
+
+@dataclass
+class _Motor:
+    """What is known of one drive from the wire."""
+
+    torque_since_ns: int | None = None
+    goal: tuple[int, float] | None = None
+    outside_deg: float | None = None
+    """How far the newest goal was beyond the patient's limits."""
+    over_since_ns: int | None = None
+    answered: object = None
+    wrong_since_ns: int | None = None
+    energised_at_loss: bool = False
+    """It had torque when the port was lost, and nobody has released the arm since."""
+    powerless: bool = False
+    """Its torque went by itself: power, reboot, exchange or a hardware error."""
+
+
+@dataclass
+class Judge:
+    """Raises AssertionError when one of the promises is broken. Call :meth:`look` after every cycle."""
+
+    world: World
+    config: StationConfig
+    last_stop_ns: int = -1
+    """When the last Stop reached the device."""
+    start: Start | None = None
+    released: bool = False
+    """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
+    limits_deg: tuple[tuple[float, float], ...] = ()
+    """The patient's, of the newest load."""
+    _motors: list[_Motor] = field(default_factory=lambda: [_Motor() for _ in range(5)])
+    _judged: int = 0
+    _shown: int = 0
+    """How many snapshots of the present device process have been judged."""
+
+    def __post_init__(self) -> None:
+        self._expected = [expected_registers(self.config, motor) for motor in range(1, 6)]
+        self._period_ns = 1_000_000_000 // self.config.cycle_hz
+
+    # -- what people and faults do ------------------------------------------------------------------------------------
+
+    def device_started(self) -> None:
+        """A new device process begins with snapshots of its own."""
+        self._shown = 0
+
+    def port_lost(self) -> None:
+        """The adapter has been pulled out, or the device process has ended."""
+        for known, drive in zip(self._motors, self.world.apparatus.drives, strict=True):
+            known.energised_at_loss = known.energised_at_loss or drive.torque_on
+        self.released = False
+
+    def power_lost(self, motor: int) -> None:
+        """Motor 1-5 has lost its torque by itself; until that is noticed it may still be sent goals."""
+        self._motors[motor - 1].powerless = True
+
+    def loaded(self, limits_deg: tuple[tuple[float, float], ...]) -> None:
+        """A load was accepted."""
+        self.limits_deg = limits_deg
+        for known in self._motors:
+            known.outside_deg = None
+
+    # -- after each cycle -----------------------------------------------------------------------------------------------
+
+    def look(self, snapshots: list[Snapshot]) -> None:
+        """Judge everything that has come since the last look."""
+        for seen in self.world.seen[self._judged :]:
+            known = self._motors[seen.motor - 1]
+            if seen.what == "goal":
+                self._goal(seen, known)
+            elif seen.value:
+                self._torque_on(seen, known)
+            else:
+                self._torque_off(seen, known)
+        self._judged = len(self.world.seen)
+        for snapshot in snapshots[self._shown :]:
+            self._torque_shown(snapshot)
+            self._own_faults(snapshot)
+        self._shown = len(snapshots)
+        newest = snapshots[-1]
+        for n in range(5):
+            self._registers(n)
+            self._resistance(n, newest)
+        self._angles(newest)
+
+    def _torque_on(self, seen: Seen, known: _Motor) -> None:
+        start = self.start
+        assert start is not None, f"motor {seen.motor} got torque without a start"
+        late_ns = seen.t_ns - start.accepted_ns
+        assert late_ns < _START_CYCLES * self._period_ns, f"motor {seen.motor} got torque without a new start"
+        assert start.pressed_ns > start.stopped_ns, f"motor {seen.motor} got torque by a command from before the Stop"
+        age_ns = start.accepted_ns - start.pressed_ns
+        assert age_ns <= COMMAND_LIFE_NS + self._period_ns, f"motor {seen.motor} got torque by an expired command"
+        known.torque_since_ns = seen.t_ns
+        known.powerless = False
+
+    def _torque_off(self, seen: Seen, known: _Motor) -> None:
+        if known.energised_at_loss:
+            assert self.released or known.powerless, f"motor {seen.motor} let the arm go without a confirmation"
+            known.energised_at_loss = False
+        known.torque_since_ns = known.goal = known.outside_deg = None
+
+    def _goal(self, seen: Seen, known: _Motor) -> None:
+        if known.powerless:
+            return
+        motor, axis = seen.motor, self.config.axes[seen.motor - 1]
+        assert self.start is not None, f"motor {motor} got a goal without a start"
+        tolerance = self.config.limit_tolerance_deg
+        assert axis.min_deg - tolerance <= seen.value <= axis.max_deg + tolerance, (
+            f"motor {motor} was sent to {seen.value}"
+        )
+        before, known.goal = known.goal, (seen.t_ns, seen.value)
+        if before is not None:
+            seconds = max((seen.t_ns - before[0]) / 1e9, 1 / self.config.rate_hz)
+            step_deg = abs(seen.value - before[1])
+            allowed_deg = 1.5 * axis.max_speed_deg_s * seconds + _STEP_TOLERANCE_DEG
+            assert step_deg <= allowed_deg, f"motor {motor} was sent a jump"
+        if self.limits_deg:
+            low, high = self.limits_deg[motor - 1]
+            outside_deg = max(low - seen.value, seen.value - high, 0.0)
+            allowed_deg = outside_deg if known.outside_deg is None else known.outside_deg
+            assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
+            known.outside_deg = min(outside_deg, allowed_deg)
+
+    def _registers(self, n: int) -> None:
+        """A drive with torque has exactly the configured registers, but for as long as it takes to see that it has not."""
+        known, drive = self._motors[n], self.world.apparatus.drives[n]
+        if not drive.torque_on or known.torque_since_ns is None:
+            known.wrong_since_ns = None
+            return
+        wrong = self._wrong_registers(n + 1, drive.watchdog_s)
+        if not wrong:
+            known.wrong_since_ns = None
+            return
+        known.wrong_since_ns = known.wrong_since_ns or self.world.t_ns
+        allowed_ns = self._seen_after_ns + int(_STOP_S * 1e9)
+        lasted_ns = self.world.t_ns - known.wrong_since_ns
+        assert lasted_ns <= allowed_ns, f"motor {n + 1} has torque with {wrong}"
+
+    @property
+    def _seen_after_ns(self) -> int:
+        if self.config.protocol == "modbus":
+            return _ROTATION_NS
+        return _SETTLED_CYCLES * self._period_ns + int(_SWITCH_S * 1e9)
+
+    def _wrong_registers(self, motor: int, watchdog_s: float) -> list[str]:
+        found = [
+            f"register {address} {present.hex()} for {data.hex()}"
+            for address, data in self._expected[motor - 1].items()
+            if (present := self.world.registers(motor, address, len(data))) != data
+        ]
+        if watchdog_s * 1000 != self.config.bus_watchdog_ms and not self.world.apparatus.drives[motor - 1].tripped:
+            found.append(f"a watchdog of {watchdog_s} s")
+        return found
+
+    def _torque_shown(self, snapshot: Snapshot) -> None:
+        """The snapshot is asked for what it shows."""
+        drives = self.world.apparatus.drives
+        for axis, drive in zip(snapshot.axes, drives, strict=True):
+            assert not (drive.torque_on and axis.torque == "off"), f"motor {axis.motor} has torque and is shown without"
+        assert not (any(drive.torque_on for drive in drives) and snapshot.torque == "off"), (
+            "torque is shown off and is on"
+        )
+
+    def _own_faults(self, snapshot: Snapshot) -> None:
+        """The snapshot is asked for its causes."""
+        causes = {cause.code for cause in snapshot.stop.causes} if snapshot.stop else set()
+        assert not causes & _OWN_FAULTS, f"a fault of the control program's own: {causes & _OWN_FAULTS}"
+
+    def _resistance(self, n: int, newest: Snapshot) -> None:
+        """The snapshot is asked for level and answer; how hard the drive pushes, and where to, is the drive's."""
+        known, drive, run = self._motors[n], self.world.apparatus.drives[n], newest.run
+        if run is None or not drive.torque_on or newest.stop or drive.tripped:
+            known.over_since_ns = None
+            return
+        level_nm = run.load_level / LOAD_LEVELS * self.config.axes[n].max_torque_nm * _OVER_LEVEL
+        towards = drive.goal - drive.angle
+        answered = (run.reversals, newest.mode)
+        over = drive.torque_nm * towards > 0 and abs(drive.torque_nm) > level_nm
+        if not over or answered != known.answered:
+            known.over_since_ns, known.answered = None, answered
+            return
+        known.over_since_ns = known.over_since_ns or self.world.t_ns
+        lasted_s = (self.world.t_ns - known.over_since_ns) / 1e9
+        assert lasted_s <= _ANSWER_S, f"motor {n + 1} pushed over its level for {lasted_s:.2f} s while {newest.mode}"
+
+    def _angles(self, newest: Snapshot) -> None:
+        """In idle, where every drive has been configured, the angles that are shown are the shafts' own."""
+        if newest.mode not in ("idle", "ready") or self.world.t_ns - newest.t_ns > 2 * self._period_ns:
+            return
+        for axis, true_deg in zip(newest.axes, self.world.angles_deg, strict=True):
+            if axis.measured_deg is None or self.world.speaks_untruth(axis.motor):
+                continue
+            wrong_deg = abs(axis.measured_deg - true_deg)
+            assert wrong_deg <= _POSE_TOLERANCE_DEG, (
+                f"motor {axis.motor} is at {true_deg:.1f}, shown at {axis.measured_deg:.1f}"
+            )

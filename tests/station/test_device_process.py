@@ -1,0 +1,88 @@
+"""What the service sends to the device process: a Stop never waits for a recording to be sent."""
+
+import asyncio
+import socket
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import msgspec
+
+from kata.device.messages import Load, LoadPart, Refusal, Reply, Request, Stop, ToDevice, frame, frames, frames_of
+from kata.station.device_process import DeviceProcess
+
+AN_HOUR = Load(run_id="r", recording_id="a", times_s=bytes(8 * 360_000), angles_deg=bytes(40 * 360_000))
+PARTS = sum(1 for _ in frames_of(Request(id=1, command=AN_HOUR))) - 1
+REFUSED = Reply(id=1, refusal=Refusal(code="is_playing", message="It is playing.", next_step="Pause first."))
+LIMIT_S = 10.0
+
+
+class Device:
+    """The device's end of the socket, in the same event loop."""
+
+    def __init__(self, process: DeviceProcess, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.process = process
+        self._reader = reader
+        self._writer = writer
+        self._incoming = bytearray()
+        self._decoder = msgspec.msgpack.Decoder(ToDevice)
+
+    async def hear(self) -> list[object]:
+        """Wait for some more messages; none when nothing comes any more."""
+        self._incoming += await self._reader.read(1 << 16)
+        return [self._decoder.decode(encoded) for encoded in frames(self._incoming)]
+
+    def say(self, reply: Reply) -> None:
+        self._writer.write(frame(reply))
+
+    def hang_up(self) -> None:
+        self._writer.close()
+
+
+def with_device(play: Callable[[Device], Awaitable[None]]) -> None:
+    async def played() -> None:
+        ours, theirs = socket.socketpair()
+        process = DeviceProcess(Path(), Path(), lambda message: None, lambda: None, str, real_time=False)
+        reader, process._writer = await asyncio.open_connection(sock=ours)
+        device = Device(process, *await asyncio.open_connection(sock=theirs))
+        listening = asyncio.create_task(process._listen(reader))
+        async with asyncio.timeout(LIMIT_S):
+            await play(device)
+            device.hang_up()
+            await listening
+        process._writer.close()
+
+    asyncio.run(played())
+
+
+def test_a_stop_goes_between_the_parts_of_a_load() -> None:
+    async def play(device: Device) -> None:
+        device.process.send(Request(id=1, command=AN_HOUR))
+        heard = await device.hear()
+        for _ in range(PARTS):  # all that does not wait for the socket
+            await asyncio.sleep(0)
+        device.process.send(Request(id=2, command=Stop()))
+        while not (isinstance(heard[-1], LoadPart) and heard[-1].last):
+            heard += await device.hear()
+        stop = heard.index(Request(id=2, command=Stop()))
+        assert stop < PARTS / 4
+        parts = [message for message in heard if isinstance(message, LoadPart)]
+        assert b"".join(part.data for part in parts if part.field == "angles_deg") == AN_HOUR.angles_deg
+        assert len(parts) == PARTS
+
+    with_device(play)
+
+
+def test_a_refused_load_is_sent_no_further() -> None:
+    async def play(device: Device) -> None:
+        device.process.send(Request(id=1, command=AN_HOUR))
+        heard = await device.hear()
+        (sending,) = device.process._sending.values()
+        device.say(REFUSED)
+        await asyncio.wait([sending])
+        device.process.send(Request(id=2, command=Stop()))
+        while heard[-1] != Request(id=2, command=Stop()):
+            heard += await device.hear()
+        assert len(heard) < PARTS / 4
+        assert device.process._sending == {}
+
+    with_device(play)

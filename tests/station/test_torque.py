@@ -1,0 +1,208 @@
+"""What the service says and allows while torque is on, off or unknown."""
+
+import asyncio
+import time
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import pytest
+
+from kata.device.messages import (
+    Approach,
+    AxisState,
+    Mode,
+    Refusal,
+    Snapshot,
+    StopCause,
+    StopState,
+    TorqueState,
+)
+from kata.motion.axes import Side
+from kata.station.schemas import Live
+from kata.station.station import Station
+from tests.station.silent import Silent, snapshot, station
+
+AXES = tuple(
+    AxisState(motor=n, setpoint_deg=0.0, measured_deg=0.0, speed_deg_s=0.0, torque_nm=0.0, torque="off", age_ms=1.0)
+    for n in range(1, 6)
+)
+
+
+def stopped(category: Literal[0, 1, 2], torque: TorqueState, *, t_ms: int = 0, **given: Any) -> Snapshot:
+    cause = StopCause(code="cause", category=category, message="It stopped.", next_step="Look.", cleared=True)
+    state = StopState(causes=(cause,), at_ns=0)
+    return snapshot(mode="stopped", torque=torque, stop=state, t_ns=t_ms * 1_000_000, **given)
+
+
+def held(at: Station) -> bool:
+    stop = at.live().stop
+    assert stop is not None
+    return stop.arm_held
+
+
+# -- what is shown ------------------------------------------------------------------------------------------------------
+
+
+def test_torque_is_unknown_before_the_first_snapshot(silent: list[Silent]) -> None:
+    at = station()
+
+    assert at.live().torque == "unknown"
+    assert at.torque == "unknown"
+
+
+def test_torque_is_unknown_without_a_device_process(silent: list[Silent]) -> None:
+    at = station()
+    silent[0].tell(snapshot(axes=AXES))
+    assert {axis.torque for axis in at.live().axes} == {"off"}
+
+    silent[0].running = False
+
+    live = at.live()
+    assert (live.torque, live.stops, live.verified_since) == ("unknown", 0, None)
+    assert [axis.torque for axis in live.axes] == ["unknown"] * 5
+
+
+@pytest.mark.parametrize("torque", get_args(TorqueState))
+def test_the_devices_torque_is_shown(silent: list[Silent], torque: TorqueState) -> None:
+    at = station()
+    silent[0].tell(snapshot(torque=torque))
+
+    assert at.live().torque == torque
+    assert at.torque == torque
+
+
+def test_a_command_on_its_way_makes_torque_unknown(silent: list[Silent]) -> None:
+    at = station()
+    silent[0].tell(snapshot(mode="ready"))
+
+    asyncio.run(at.command(Approach(stops=0, expires_ns=time.monotonic_ns() + 10**9)))
+
+    assert at.torque == "unknown"
+
+
+def test_every_state_carries_its_time_and_stops(silent: list[Silent]) -> None:
+    at = station()
+    silent[0].tell(snapshot(stops=7))
+    first: Live = at.live()
+    second: Live = at.live()
+
+    assert first.stops == 7
+    assert first.at < second.at
+
+
+def test_verification_keeps_its_time_until_it_changes(silent: list[Silent]) -> None:
+    at = station()
+    since_ns = time.monotonic_ns() - 60_000_000_000
+    silent[0].tell(snapshot(verified_since_ns=since_ns))
+    told = at.live().verified_since
+    assert told is not None
+    assert abs(datetime.now(UTC) - timedelta(seconds=60) - told) < timedelta(seconds=5)
+
+    silent[0].tell(snapshot(verified_since_ns=since_ns))
+    assert at.live().verified_since == told
+
+    silent[0].tell(snapshot(verified_since_ns=since_ns + 1_000_000_000))
+    later = at.live().verified_since
+    assert later is not None
+    assert later > told
+    silent[0].tell(snapshot(verified_since_ns=None))
+    assert at.live().verified_since is None
+
+
+# -- whether an arm is held ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("torque", "holds"), [("on", True), ("unknown", True), ("off", False)])
+def test_a_stop_of_category_2_holds_until_torque_is_off(silent: list[Silent], torque: TorqueState, holds: bool) -> None:
+    at = station()
+    silent[0].tell(stopped(2, torque))
+
+    assert held(at) is holds
+
+
+@pytest.mark.parametrize("category", [0, 1])
+def test_unknown_torque_after_a_stop_may_hold(silent: list[Silent], category: Literal[0, 1]) -> None:
+    at = station()
+    silent[0].tell(stopped(category, "unknown"))
+
+    assert held(at)
+
+
+def test_an_arm_that_slows_down_is_not_held(silent: list[Silent]) -> None:
+    at = station()
+    slowing = {"acknowledge": Refusal(code="still_stopping", message="", next_step="")}
+    for t_ms in range(0, 2000, 100):
+        silent[0].tell(stopped(1, "on", t_ms=t_ms, refusals=slowing))
+        assert not held(at)
+
+
+def test_torque_that_remains_after_a_stop_holds(silent: list[Silent]) -> None:
+    at = station()
+    told = []
+    for t_ms in (0, 100, 400, 500, 600):
+        silent[0].tell(stopped(0, "on", t_ms=t_ms))
+        told.append(held(at))
+
+    assert told == [False, False, False, True, True]
+
+
+# -- what depends on it -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mode", "torque", "occupied"),
+    [
+        ("idle", "off", False),
+        ("playing", "on", True),
+        ("idle", "unknown", True),
+        ("stopped", "unknown", True),
+        ("offline", "unknown", False),
+        ("offline", "on", True),
+    ],
+)
+def test_an_arm_under_torque_occupies_the_computer(
+    silent: list[Silent], mode: Mode, torque: TorqueState, occupied: bool
+) -> None:
+    at = station()
+    silent[0].tell(snapshot(mode=mode, torque=torque))
+
+    assert at.occupied is occupied
+
+
+@pytest.mark.parametrize(
+    ("mode", "torque", "refused"),
+    [
+        ("idle", "off", None),
+        ("offline", "unknown", None),
+        ("idle", "unknown", "torque_not_off"),
+        ("idle", "on", "torque_not_off"),
+        ("offline", "on", "torque_not_off"),
+        ("stopped", "unknown", "not_idle"),
+        ("ready", "off", "not_idle"),
+    ],
+)
+def test_turning_waits_until_no_arm_is_held(
+    silent: list[Silent], tmp_path: Path, mode: Mode, torque: TorqueState, refused: str | None
+) -> None:
+    at = station(tmp_path)
+    silent[0].tell(snapshot(mode=mode, torque=torque))
+
+    assert turned(at) == refused
+    assert silent[0].starts == (refused is None)
+
+
+def test_turning_waits_for_the_device_process(silent: list[Silent], tmp_path: Path) -> None:
+    at = station(tmp_path)
+
+    assert turned(at) == "device_offline"
+    assert silent[0].starts == 0
+
+
+def turned(at: Station) -> str | None:
+    other: Side = "left" if at.config.side == "right" else "right"
+
+    async def nothing() -> None: ...
+
+    refusal = asyncio.run(at.turn(other, nothing))
+    return refusal.code if refusal else None
