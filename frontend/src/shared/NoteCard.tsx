@@ -48,6 +48,9 @@ function Open({ session }: { session: Session }) {
   const chosen = reason ?? draft.data?.end_reason ?? null;
   // Saves of one session follow each other, each with the version that the one before has made.
   const version = useRef(session.updated_at);
+  useEffect(() => {
+    version.current = session.updated_at;
+  }, [session.updated_at]);
   const save = useMutation({
     scope: { id: `note ${session.id}` },
     mutationFn: (note: string) => api.updateSession(session.id, { note, updated_at: version.current }),
