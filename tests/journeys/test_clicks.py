@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.journeys.conftest import LONG_MS
-from tests.journeys.test_main_job import HOLD_MS, sign_up, stand_for_left, try_estop
+from tests.journeys.test_main_job import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
 
 APPROACH: Final = 6
 TEACH: Final = 5
@@ -86,6 +86,7 @@ def test_what_is_done_every_day_takes_few_clicks(page: Page, counted: dict[str, 
         visit.get_by_role("button", name="Begin the session").click()
         visit.get_by_role("button", name="I have looked at all 3: it is so").click()
         visit.get_by_role("button", name="Pain before: 4").click()
+        choose_level(page)
         visit.get_by_role("button", name="Load").click()
         expect(visit.get_by_role("button", name="Move to the start")).to_be_enabled(timeout=LONG_MS)
     visit.get_by_role("button", name="Move to the start").click(delay=HOLD_MS)
