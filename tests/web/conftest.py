@@ -1,5 +1,6 @@
 """The real service, in this process, with its device process and a simulated apparatus."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,8 +43,12 @@ def server() -> Iterator[postgresql.Server]:
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    """One for a file of tests: they leave the apparatus idle."""
+    """One for a file of tests, begun when the apparatus answers: they leave it idle."""
     with running(tmp_path_factory.mktemp("kata")) as made:
+        limit_s = time.monotonic() + 30
+        while (ready := made.get("/health/ready")).status_code != 200:
+            assert time.monotonic() < limit_s, ready.text
+            time.sleep(0.02)
         yield made
 
 
