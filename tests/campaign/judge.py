@@ -1,7 +1,7 @@
 """What must never happen, judged by what the simulated drives accepted and measured.
 
-Nothing here asks the control program what it thinks, with two exceptions that are named where they stand: what the newest snapshot
-shows of the torque (it is compared with the drives), and whether a push was answered.
+Nothing here asks the control program what it thinks, with exceptions that are named where they stand: what the newest snapshot shows
+of the torque (it is compared with the drives), whether a push was answered, and whether a Stop has ended what went on.
 """
 
 from dataclasses import dataclass, field
@@ -31,6 +31,9 @@ _OVER_LEVEL: Final = 1.15
 _STEP_TOLERANCE_DEG: Final = 1.2
 _LIMIT_TOLERANCE_DEG: Final = 0.15
 _POSE_TOLERANCE_DEG: Final = 1.0
+_ERROR_CYCLES: Final = 4
+"""A hardware error counts in the cycle that first hears of it. A lost answer costs a cycle, and a started one may be through."""
+_AT_REST: Final = frozenset({"offline", "idle", "stopped"})
 _OWN_FAULTS: Final = frozenset(
     {"setpoint_step", "setpoint_limit", "setpoint_acceleration", "setpoint_frozen", "unexpected_error"}
 )
@@ -72,11 +75,15 @@ class Judge:
     config: StationConfig
     last_stop_ns: int = -1
     """When the last Stop reached the device."""
+    begun_ns: int = -1
+    """When a load or a teaching was accepted last."""
     start: Start | None = None
     released: bool = False
     """The emergency stop is or was pressed, or the torque was released by command, since the port was lost."""
     limits_deg: tuple[tuple[float, float], ...] = ()
     """The patient's, of the newest load."""
+    error_since_ns: int | None = None
+    """Since then a drive has had a hardware error, while every drive answers and nothing else is wrong."""
     _motors: list[_Motor] = field(default_factory=lambda: [_Motor() for _ in range(5)])
     _judged: int = 0
     _shown: int = 0
@@ -126,6 +133,8 @@ class Judge:
             self._own_faults(snapshot)
         self._shown = len(snapshots)
         newest = snapshots[-1]
+        self._stop_ended_it(newest)
+        self._hardware_error()
         for n in range(5):
             self._registers(n)
             self._resistance(n, newest)
@@ -209,6 +218,22 @@ class Judge:
         assert not (any(drive.torque_on for drive in drives) and snapshot.torque == "off"), (
             "torque is shown off and is on"
         )
+
+    def _stop_ended_it(self, newest: Snapshot) -> None:
+        """The snapshot is asked for its mode: a Stop has left nothing loaded that an approach could begin with."""
+        just_stopped = 0 <= self.last_stop_ns <= newest.t_ns <= self.last_stop_ns + self._period_ns
+        if just_stopped and self.begun_ns < self.last_stop_ns:
+            assert newest.mode in _AT_REST, f"after a Stop the mode is {newest.mode}"
+
+    def _hardware_error(self) -> None:
+        """With one drive in error the others let go."""
+        if self.error_since_ns is None:
+            return
+        if any(drive.torque_on for drive in self.world.apparatus.drives):
+            lasted_ns = self.world.t_ns - self.error_since_ns
+            assert lasted_ns <= _ERROR_CYCLES * self._period_ns, "a drive's hardware error was not answered at once"
+        else:
+            self.error_since_ns = None
 
     def _own_faults(self, snapshot: Snapshot) -> None:
         """The snapshot is asked for its causes."""

@@ -165,6 +165,8 @@ class Sequences(RuleBasedStateMachine):
         self._estop_pressed_ns: int | None = None
         self._pedal: list[tuple[int, bool]] = [(0, False)]
         self._blind_ns = 0
+        self._disturbed = False
+        """Something is broken or was lost since everything was mended."""
         self._journals: list[Any] = []
 
     @initialize(config=stations(), seed=st.integers(0, 1000), pressed=st.booleans(), unknown=st.booleans())
@@ -272,15 +274,18 @@ class Sequences(RuleBasedStateMachine):
     def the_bus_fails(self, kind: Kind) -> None:
         if kind in ("estop_wire_broken", "second_wire_broken", "contact_welded"):
             self.judge.released = True
+        self._disturb()
         self.world.fault(kind)
 
     @rule(packets=st.integers(1, 3), after=st.integers(0, 6))
     def requests_are_lost(self, packets: int, after: int) -> None:
         """The drives do not hear some of the next requests."""
+        self._disturb()
         self.world.lose_requests(packets, after)
 
     @rule(seconds=st.sampled_from([0.05, 0.4]))
     def the_adapter_is_pulled_out(self, seconds: float) -> None:
+        self._disturb()
         self.world.fault("gone")
         self.judge.port_lost()
         self._run(seconds)
@@ -290,6 +295,8 @@ class Sequences(RuleBasedStateMachine):
         # What was pressed or failed unseen counts from now; where the port was gone, from when it is open.
         self._blind_ns = self.world.t_ns + (_REOPENED_NS if self.world.script.has("gone") else 0)
         self.world.script.clear()
+        self._disturb()
+        self._disturbed = False
         if self._estop_pressed_ns is not None:
             self._estop_pressed_ns = self.world.t_ns
 
@@ -321,6 +328,7 @@ class Sequences(RuleBasedStateMachine):
     @rule()
     def the_device_process_restarts(self) -> None:
         """As by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
+        self._disturb()
         self._journals += self.exchange.journals
         self.judge.port_lost()
         self.world.wait(0.3)
@@ -337,6 +345,7 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(milliseconds=st.sampled_from([15, 120, 400]))
     def the_computer_stands_still(self, milliseconds: int) -> None:
+        self._disturb()
         self.world.wait(milliseconds / 1000)
         self._blind_ns = max(self._blind_ns, self.world.t_ns)
         if self._estop_pressed_ns is not None:
@@ -424,9 +433,17 @@ class Sequences(RuleBasedStateMachine):
     # -- parts --------------------------------------------------------------------------------------------------------
 
     def _fault(self, kind: Kind, motor: int) -> None:
+        alone = kind == "hardware_error" and not self._disturbed
+        self._disturb()
         if kind in _POWERLESS:
             self.judge.power_lost(motor)
         self.world.fault(kind, motor, _VALUES.get(kind))
+        if alone and self.world.config.protocol == "dynamixel":
+            self.judge.error_since_ns = self.world.t_ns
+
+    def _disturb(self) -> None:
+        self._disturbed = True
+        self.judge.error_since_ns = None
 
     def _look(self, browser: int) -> None:
         self._browsers[browser].stops = self._snapshot.stops
@@ -486,7 +503,10 @@ class Sequences(RuleBasedStateMachine):
                 case Approach():
                     self.judge.start = Start(self._deadline_ns, pressed_ns, self.judge.last_stop_ns)
                 case Load():
+                    self.judge.begun_ns = self.world.t_ns
                     self.judge.loaded(command.limits_deg)
+                case Teach():
+                    self.judge.begun_ns = self.world.t_ns
                 case ReleaseTorque() | Acknowledge():
                     self.judge.released = True
                 case _:

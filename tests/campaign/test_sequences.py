@@ -4,6 +4,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.stateful import run_state_machine_as_test
 
+from tests.campaign.crossings import Crossings
 from tests.campaign.sequences import Sequences
 
 _ALL = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
@@ -24,3 +25,18 @@ def test_nor_does_any_of_ten_thousand(core: int) -> None:
         max_examples=5_000, stateful_step_count=100, deadline=None, suppress_health_check=_ALL, print_blob=True
     )
     run_state_machine_as_test(Sequences, settings=many)
+
+
+@pytest.mark.timeout(600)
+def test_a_stop_waits_for_nothing_on_its_way_from_the_service() -> None:
+    few = settings(max_examples=40, stateful_step_count=30, derandomize=True, deadline=None, suppress_health_check=_ALL)
+    run_state_machine_as_test(Crossings, settings=few)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(0)
+def test_nor_does_it_in_two_thousand_crossings() -> None:
+    many = settings(
+        max_examples=2_000, stateful_step_count=50, deadline=None, suppress_health_check=_ALL, print_blob=True
+    )
+    run_state_machine_as_test(Crossings, settings=many)

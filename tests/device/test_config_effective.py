@@ -121,6 +121,13 @@ class Apparatus:
         return ((axis.min_deg + axis.max_deg) / 2 for axis in self.config.axes)
 
 
+def hold_effective(config: StationConfig) -> None:
+    """Assert everything that an accepted configuration promises."""
+    hold_supervisor_effective(config)
+    hold_stuck_drives_noticed(config)
+    hold_registers_fit(config)
+
+
 def hold_supervisor_effective(config: StationConfig) -> None:
     """Assert that every failure which may injure is noticed in its time."""
     pressed = Apparatus(config, estop_open=False)
@@ -282,9 +289,7 @@ def test_each_accepted_configuration_keeps_the_supervisor_effective(
 ) -> None:
     config = accepted(tmp_path_factory.mktemp("station"), told)
     if config is not None:
-        hold_supervisor_effective(config)
-        hold_stuck_drives_noticed(config)
-        hold_registers_fit(config)
+        hold_effective(config)
 
 
 @pytest.mark.parametrize("base", BASES)
@@ -298,9 +303,7 @@ def test_both_ends_of_every_range_keep_the_supervisor_effective(tmp_path: Path, 
             if config is None:
                 refused.add(row.field)
                 continue
-            hold_supervisor_effective(config)
-            hold_stuck_drives_noticed(config)
-            hold_registers_fit(config)
+            hold_effective(config)
     assert refused <= NEEDS_OTHERS, "the end of a range that nothing can have is no range"
 
 

@@ -5,6 +5,7 @@ import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Literal, get_args
+from uuid import uuid4
 
 import pytest
 
@@ -19,6 +20,7 @@ from kata.device.messages import (
     TorqueState,
 )
 from kata.motion.axes import Side
+from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.station.station import Station
 from tests.station.silent import Silent, snapshot, station
@@ -168,6 +170,18 @@ def test_an_arm_under_torque_occupies_the_computer(
     silent[0].tell(snapshot(mode=mode, torque=torque))
 
     assert at.occupied is occupied
+
+
+@pytest.mark.parametrize(("torque", "at_the_arm"), [("off", False), ("on", True), ("unknown", True)])
+def test_whoever_operates_is_at_the_arm_while_there_may_be_torque(
+    silent: list[Silent], torque: TorqueState, at_the_arm: bool
+) -> None:
+    at, browser = station(), Browser(uuid4(), "Sato")
+    silent[0].tell(snapshot(mode="paused", torque=torque))
+    assert at.at_the_arm is None, "nobody operates"
+    at.operating.take(browser)
+
+    assert at.at_the_arm == (browser.id if at_the_arm else None)
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,27 @@ def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(clien
     assert before is None, "the clock was set back"
 
 
+def test_a_sign_in_does_not_end_while_its_user_operates_an_arm_that_is_held(client: TestClient) -> None:
+    database, limits = database_of(client), sign_in.Limits()
+    cookie, other, now = signed_in(database), signed_in(database), utc_now()
+    with database.read() as session:
+        here = sign_in.actor_of(session, cookie, now)
+        elsewhere = sign_in.actor_of(session, other, now)
+        assert here
+        assert elsewhere
+        both, at_the_arm = {here.sign_in_id, elsewhere.sign_in_id}, here.sign_in_id
+
+        long_after = now + limits.longest + timedelta(minutes=59)
+        assert sign_in.actor_of(session, cookie, long_after, limits, at_the_arm)
+        assert sign_in.actor_of(session, other, long_after, limits, at_the_arm) is None
+        assert sign_in.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
+
+        too_long = now + limits.longest + limits.at_the_arm
+        assert sign_in.actor_of(session, cookie, too_long, limits, at_the_arm) is None
+        assert sign_in.still(session, both, too_long, limits, at_the_arm) == set()
+        assert sign_in.still(session, both, long_after, limits) == set()
+
+
 def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
     with running(tmp_path) as client:
         app: Any = client.app

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Final, Literal
 from uuid import UUID, uuid4
 
-from sqlalchemy import ColumnElement, and_, select, update
+from sqlalchemy import ColumnElement, and_, or_, select, update
 from sqlalchemy.orm import Session
 
 from kata.access import secrets
@@ -35,7 +35,9 @@ class Limits:
     idle: timedelta = timedelta(minutes=15)
     """Without anything done by its user, the screen is locked."""
     longest: timedelta = timedelta(hours=12)
-    """Then it is over, whatever is done."""
+    """Then it is over, whatever is done, but for :attr:`at_the_arm`."""
+    at_the_arm: timedelta = timedelta(hours=1)
+    """How much longer it may last while its user operates an apparatus whose motors move or hold an arm."""
     second_factor_of: frozenset[Role] = frozenset({"administrator"})
 
 
@@ -63,13 +65,19 @@ def begin(session: Session, account: AccountRow, method: Method, now: datetime, 
     return secret
 
 
-def actor_of(session: Session, cookie: str | None, now: datetime, limits: Limits = Limits()) -> Actor | None:
-    """Who this cookie belongs to; None where that sign-in has ended, or never was."""
+def actor_of(
+    session: Session, cookie: str | None, now: datetime, limits: Limits = Limits(), at_the_arm: UUID | None = None
+) -> Actor | None:
+    """Return who this cookie belongs to; None where that sign-in has ended, or never was.
+
+    :param at_the_arm: the sign-in whose user operates an apparatus with torque.
+    """
     if not cookie:
         return None
     hashed = secrets.hashed(cookie)
     just_before = and_(SignInRow.before_hash == hashed, SignInRow.proved_at > now - _ON_ITS_WAY)
-    return _actor(session, SignInRow.secret_hash == hashed, now, limits) or _actor(session, just_before, now, limits)
+    which = (SignInRow.secret_hash == hashed, just_before)
+    return next((found for one in which if (found := _actor(session, one, now, limits, at_the_arm))), None)
 
 
 def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
@@ -77,7 +85,9 @@ def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> 
     return _actor(session, SignInRow.id == sign_in_id, now, limits)
 
 
-def _actor(session: Session, which: ColumnElement[bool], now: datetime, limits: Limits) -> Actor | None:
+def _actor(
+    session: Session, which: ColumnElement[bool], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+) -> Actor | None:
     found = session.execute(
         select(SignInRow, AccountRow)
         .join(AccountRow, AccountRow.id == SignInRow.account_id)
@@ -87,8 +97,9 @@ def _actor(session: Session, which: ColumnElement[bool], now: datetime, limits: 
         return None
     sign_in, account = found
     age = now - sign_in.began_at
+    longest = limits.longest + (limits.at_the_arm if sign_in.id == at_the_arm else timedelta())
     # A clock that was set back makes nobody stay for longer.
-    if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < limits.longest:
+    if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
     stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
     return Actor(
@@ -152,15 +163,21 @@ def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -
     ).all()
 
 
-def still(session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits) -> set[UUID]:
-    """Those of these that go on."""
+def still(
+    session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+) -> set[UUID]:
+    """Return those of these that go on; ``at_the_arm`` as in :func:`actor_of`."""
+    began_after = now - limits.longest
     asked = (
         select(SignInRow.id)
         .join(AccountRow, AccountRow.id == SignInRow.account_id)
         .where(
             SignInRow.id.in_(sign_in_ids),
             SignInRow.ended_at.is_(None),
-            SignInRow.began_at > now - limits.longest,
+            or_(
+                SignInRow.began_at > began_after,
+                and_(SignInRow.id == at_the_arm, SignInRow.began_at > began_after - limits.at_the_arm),
+            ),
             AccountRow.disabled_at.is_(None),
         )
     )

@@ -272,6 +272,12 @@ class Station:
         live = self.live()
         return live.torque == "on" or (live.torque == "unknown" and live.mode != "offline")
 
+    @property
+    def at_the_arm(self) -> UUID | None:
+        """The sign-in of whoever operates while a motor has torque, or may have; None otherwise. May be asked from any thread."""
+        snapshot, holder = self._snapshot, self.operating.by
+        return holder.id if snapshot and holder and snapshot.torque != "off" else None
+
     # -- telemetry ------------------------------------------------------------------------------------------------
 
     @property

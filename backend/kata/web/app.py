@@ -243,6 +243,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         on_journal=import_journal,
         on_due=operating.noting(trail, station_config.name),
     )
+    app.state.access.endings.at_the_arm = lambda: station.at_the_arm
     app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.may_load)
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,

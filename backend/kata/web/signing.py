@@ -57,6 +57,8 @@ class Endings:
         self._database = database
         self._limits = limits
         self._now = now
+        self.at_the_arm: Callable[[], UUID | None] = lambda: None
+        """The sign-in whose user operates an apparatus with torque; from any thread."""
         self._waiting: dict[UUID, set[asyncio.Event]] = {}
         self._look = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -113,7 +115,7 @@ class Endings:
 
     def _still(self, asked: set[UUID]) -> set[UUID]:
         with self._database.read() as session:
-            return sign_in.still(session, asked, self._now(), self._limits)
+            return sign_in.still(session, asked, self._now(), self._limits, self.at_the_arm())
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,8 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
     """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
     access: Access = connection.app.state.access
     with database.read() as session:
-        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits)
+        at_the_arm = access.endings.at_the_arm()
+        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
 
 
 def not_signed_in() -> ProblemError:

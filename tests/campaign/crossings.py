@@ -1,0 +1,204 @@
+"""Random crossings on the way from the service to the control thread, through the real exchange and its threads.
+
+The disk keeps a write or a sync waiting, and a recording is being checked, for as long as the sequence says, which may be for ever. A
+Stop passes them all the same. Nothing here depends on how fast the computer is: what waits, waits until a rule lets it go.
+"""
+
+import tempfile
+import threading
+from pathlib import Path
+from typing import Any, Final
+from unittest import mock
+
+import msgspec
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from kata.device import references
+from kata.device.journal import Files, JournalEnd, JournalWriter
+from kata.device.messages import (
+    Approach,
+    Command,
+    CommandName,
+    Load,
+    Pause,
+    Play,
+    Reply,
+    Return,
+    Stop,
+    Teach,
+    Unload,
+    parts_of,
+)
+from kata.device.refusals import not_in_this_mode
+from tests.device.stepped import Stepped
+from tests.device.test_exchange import Service, a_reference, until
+from tests.device.test_journal import HEADER
+from tests.device.test_load import TIMES_S, angles, message
+from tests.device.test_power import give
+
+_HUGE: Final = message(angles(motor1=np.where(TIMES_S > 1, 1e308, -1e308)))
+"""Angles at the end of the float range."""
+_REFERENCE: Final = a_reference()
+_STARTS: Final[tuple[Command, ...]] = (Approach(), Play(), Return(), Pause(), Unload(), Teach(teaching_id="t"))
+
+
+class _Disk(Files):
+    """Takes a write, and a sync, when it may."""
+
+    def __init__(self) -> None:
+        self.free = threading.Event()
+        self.free.set()
+
+    def write(self, file: int, data: bytearray) -> int:
+        self.free.wait()
+        return super().write(file, data)
+
+    def sync(self, file: int) -> None:
+        self.free.wait()
+        super().sync(file)
+
+
+class Crossings(RuleBasedStateMachine):
+    """One exchange with its threads; this thread is the service and, in turn, the control thread."""
+
+    @initialize()
+    def begin(self) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        self._disk = _Disk()
+        self._checking = threading.Event()
+        """Clear while a recording that is being checked keeps whoever checks it waiting."""
+        self._checking.set()
+        build = references.build
+
+        def build_when_allowed(*arguments: Any) -> Any:
+            self._checking.wait()
+            return build(*arguments)
+
+        self._patch = mock.patch.object(references, "build", build_when_allowed)
+        self._patch.start()
+        self._stepped = Stepped(Path(self._folder.name))
+        self.service = Service(Path(self._folder.name), self._disk)
+        self.service.exchange.start()
+        self._number = 0
+        self._writer: JournalWriter | None = None
+        self._samples = 0
+        self._refusing = False
+        """The newest snapshot says that nothing can be loaded."""
+        self._open: dict[int, int] = {}
+        """Number of each command that has no answer yet, and how many Stops had been sent before it."""
+        self._stops = 0
+        self._loaded: list[int] = []
+        """Loads that the builder has not been asked for yet, or has not answered."""
+
+    # -- what may happen ----------------------------------------------------------------------------------------------
+
+    @rule(command=st.sampled_from(_STARTS))
+    def a_command_is_sent(self, command: Command) -> None:
+        self._ask(command)
+
+    @rule(huge=st.booleans())
+    def a_load_is_sent(self, huge: bool) -> None:
+        sent = len(self.service.loader.sent)
+        number = self._ask(_HUGE if huge else message())
+        if self._refusing:
+            # By mode, and before anything else.
+            self._answer(number, refused_only=True)
+            assert len(self.service.loader.sent) == sent, "a recording was checked that cannot be loaded now"
+        else:
+            self._loaded.append(number)
+
+    @rule(mode=st.sampled_from(["idle", "playing"]))
+    def the_mode_is_published(self, mode: Any) -> None:
+        """The newest snapshot: while something plays nothing can be loaded."""
+        names: tuple[CommandName, ...] = ("load",)
+        refusals = {name: refusal for name in names if (refusal := not_in_this_mode(name, mode))}
+        self._refusing = bool(refusals)
+        snapshot = msgspec.structs.replace(self._stepped.snapshot, mode=mode, refusals=refusals)
+        self.service.exchange.publish_snapshot(snapshot)
+        self.service.exchange.wake()
+        until(lambda: self.service.exchange._newest is snapshot)
+
+    @rule()
+    def a_stop_is_sent(self) -> None:
+        """It reaches the control thread, and is answered, whatever waits."""
+        before = set(self._open)
+        number = self._ask(Stop())
+        self._stops += 1
+        exchange = self.service.exchange
+        until(exchange.take_stop)
+        self._answer(number)
+        while (taken := exchange.take_command()) is not None:
+            assert taken.id not in before, "a command from before the Stop was carried out after it"
+
+    @rule()
+    def the_control_thread_takes(self) -> None:
+        exchange = self.service.exchange
+        while (taken := exchange.take_command()) is not None:
+            assert self._open[taken.id] == self._stops, "a command from before a Stop was carried out after it"
+            exchange.reply(Reply(id=taken.id))
+            exchange.wake()
+            self._answer(taken.id)
+
+    @precondition(lambda self: self._loaded)
+    @rule()
+    def the_builder_answers(self) -> None:
+        self.service.loader.answer(self._loaded.pop(0), _REFERENCE)
+        self.service.exchange.notify()
+
+    @rule()
+    def a_recording_is_being_checked(self) -> None:
+        self._checking.clear()
+
+    @rule()
+    def the_disk_waits(self) -> None:
+        self._disk.free.clear()
+
+    @rule()
+    def nothing_waits(self) -> None:
+        self._disk.free.set()
+        self._checking.set()
+
+    @rule()
+    def something_is_measured(self) -> None:
+        if self._writer is None:
+            self._writer = self.service.exchange.open_journal(HEADER)
+        give(self._writer, self._samples * 10_000_000)
+        self._samples += 1
+        self.service.exchange.wake()
+
+    @invariant()
+    def the_threads_live(self) -> None:
+        assert not hasattr(self, "service") or not self.service.exchange.closing, "a thread has ended"
+
+    def teardown(self) -> None:
+        if not hasattr(self, "service"):
+            return
+        self.nothing_waits()
+        if self._writer:
+            self._writer.finish(JournalEnd(reason="stopped"))
+        self.service.exchange.finish()
+        self.service.close()
+        self._patch.stop()
+        self._folder.cleanup()
+
+    # -- parts --------------------------------------------------------------------------------------------------------
+
+    def _ask(self, command: Command) -> int:
+        self._number += 1
+        self._open[self._number] = self._stops
+        if isinstance(command, Load):
+            for part in parts_of(self._number, command):
+                self.service.send(part)
+        else:
+            self.service.ask(self._number, command)
+        return self._number
+
+    def _answer(self, number: int, *, refused_only: bool = False) -> None:
+        """Wait for the answer to a command. Others may come first."""
+        while number in self._open:
+            heard = self.service.hear()
+            if isinstance(heard, Reply):
+                self._open.pop(heard.id, None)
+                assert not (refused_only and heard.id == number) or heard.refusal

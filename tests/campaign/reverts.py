@@ -1,0 +1,286 @@
+"""Does the campaign find what it was built for? ``python -m tests.campaign.reverts [number ...]``
+
+Each fix of the outside review's defects is taken back in a copy of the package, and the campaign runs on the copy until it fails. Prints
+the table of docs/figures.md: how many sequences that took.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+ROOT: Final = Path(__file__).parents[2]
+DEVICE: Final = Path("backend/kata/device")
+Finder = Literal["sequences", "crossings", "configurations"]
+BUDGET: Final[dict[Finder, int]] = {"sequences": 10_000, "crossings": 2_000, "configurations": 1_000}
+"""How many examples each part of the campaign has in ``make campaign``."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One place of the package, changed."""
+
+    file: str
+    """In :data:`DEVICE`."""
+    now: str
+    """What stands there, once."""
+    then: str
+
+    def problem(self, package: Path) -> str:
+        """Say why it cannot be made; empty: it can."""
+        count = (package / self.file).read_text().count(self.now)
+        return "" if count == 1 else f"{self.file} has this {count} times: {self.now}"
+
+    def make(self, package: Path) -> None:
+        """Change the file in a copy of :data:`DEVICE`."""
+        path = package / self.file
+        path.write_text(path.read_text().replace(self.now, self.then))
+
+
+@dataclass(frozen=True)
+class Revert:
+    """A fix that is taken back."""
+
+    defect: int
+    """Its number in the review."""
+    what: str
+    edits: tuple[Edit, ...]
+    finder: Finder = "sequences"
+
+
+def _one(defect: int, what: str, file: str, now: str, then: str, finder: Finder = "sequences") -> Revert:
+    return Revert(defect, what, (Edit(file, now, then),), finder)
+
+
+_COMPARED: Final = Edit("bus/verification.py", "        if mismatch:\n", "        if False:\n")
+_NO_LIMITS_TIGHTEN: Final = Edit(
+    "limits.py", "        self.now_deg = tuple(\n            (max(low, min(tight_low", "        _ = tuple(\n            (max(low, min(tight_low"
+)  # fmt: skip
+
+REVERTS: Final = (
+    Revert(
+        1,
+        "drives are configured when the port is opened, and never compared again",
+        (
+            _COMPARED,
+            Edit("loop.py", "            self._bus.open()\n", "            self._bus.open()\n            self._bus.configure(range(5))\n"),
+        ),
+    ),
+    _one(
+        1,
+        "the registers outside the status block are not read again",
+        "bus/verification.py",
+        "        self._next = (self._next + 1) % len(self._rotation)\n        return due",
+        "        return None",
+    ),
+    _one(
+        1,
+        "a mismatch is no fault",
+        "faults.py",
+        "return (n for n, reset in enumerate(facts.reset) if reset)",
+        "return ()",
+    ),
+    _one(
+        1,
+        "a stop is acknowledged before the drives are configured again",
+        "modes.py",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) or not_verified(facts, self.drive_problem)",
+        "return not_yet_cleared(self.stop, still_stopping=still_stopping) if not facts.reset else None",
+    ),
+    _one(2, "a Stop does nothing in ready", "modes.py", " or self._teaching or self._run):", " or self._teaching):"),
+    _one(
+        2,
+        "the stop counter of a command is not compared",
+        "refusals.py",
+        "    if command.stops != stops:\n",
+        "    if False:\n",
+    ),
+    _one(
+        2, "the expiry of a command is not compared", "refusals.py", "    if t_ns > command.expires_ns:\n", "    if False:\n"
+    ),
+    Revert(
+        2,
+        "a Stop overtakes the commands before it and leaves them in the queue",
+        (
+            Edit("exchange.py", "        while self._commands:\n", "        while False:\n"),
+            Edit("exchange.py", "        if taken.stop_requests != self.stop_requests:\n", "        if False:\n"),
+        ),
+        "crossings",
+    ),
+    _one(
+        3,
+        "without a port torque is shown off",
+        "facts.py",
+        '                self._torque[n] = "unknown"\n',
+        '                self._torque[n] = "off"\n',
+    ),
+    Revert(
+        3,
+        "torque is switched off as soon as the port is there again",
+        (
+            Edit("loop.py", "                if machine.torque_left:\n                    return\n", ""),
+            Edit("modes.py", "            self.torque_left = True\n        elif", "            self.torque_left = False\n        elif"),
+        ),
+    ),
+    _one(
+        4,
+        "resistance counts above 2 deg/s only",
+        "resistance.py",
+        "    if torque_nm * speed_deg_s > 0:\n        return True\n    return abs(speed_deg_s) < SLOW_DEG_S and np.sign(torque_nm) * ahead_deg > -_COUNT_DEG",
+        "    return abs(speed_deg_s) >= 2.0 and torque_nm * speed_deg_s > 0",
+    ),
+    _one(
+        4,
+        "resistance counts while a recording plays forwards only",
+        "modes.py",
+        "        axis = run.resisted(facts)\n        if axis is None:\n",
+        '        axis = run.resisted(facts)\n        if axis is None or self.mode != "playing" or run.resisting_axis is not None:\n',
+    ),
+    _one(
+        4,
+        "a setpoint held against the patient does not yield",
+        "modes.py",
+        "            self._give_way(run, movement, facts)\n",
+        "",
+    ),
+    _one(
+        5,
+        "numbers are compared with < only, which NaN passes",
+        "config_rules.py",
+        "            if value is not None and not one.accepts(value):\n",
+        "            if value is not None and (value < one.low or value > one.high):\n",
+        "configurations",
+    ),
+    _one(
+        5,
+        "numbers have no ranges",
+        "config_rules.py",
+        "            if value is not None and not one.accepts(value):\n",
+        "            if False:\n",
+        "configurations",
+    ),
+    _one(
+        5,
+        "rules across fields are not checked",
+        "config_rules.py",
+        "    return found or [message for rule in RULES for message in rule.broken(config)]\n",
+        "    return found\n",
+        "configurations",
+    ),
+    _one(
+        6,
+        "references are built in the I/O thread",
+        "exchange.py",
+        "        loading.complete = part.last\n",
+        "        loading.complete = part.last\n        if part.last:\n            from kata.device import references\n\n"
+        "            references.build(loading.request.command, self._config)\n",
+        "crossings",
+    ),
+    _one(
+        6,
+        "journals are written in the I/O thread",
+        "exchange.py",
+        "            self._take_loaded()\n            self._send(outgoing)\n",
+        "            self._keeper.write()\n            self._take_loaded()\n            self._send(outgoing)\n",
+        "crossings",
+    ),
+    _one(
+        6,
+        "the mode is checked when the recording has been",
+        "exchange.py",
+        '        not_now = self._newest.refusals.get("load") if self._newest else None\n',
+        "        not_now = None\n",
+        "crossings",
+    ),
+    Revert(
+        7,
+        "limits stay as wide as they were for the approach",
+        (
+            _NO_LIMITS_TIGHTEN,
+            Edit("limits.py", "        self.now_deg = self.tight_deg\n        return True", "        return True"),
+            Edit("run.py", "        self.back_to_deg = _within(here_deg, self._lowest_deg, self._highest_deg)\n", "        self.back_to_deg = here_deg\n"),
+        ),
+    ),
+    _one(
+        8,
+        "the turn is taken as the drive says it",
+        "bus/dynamixel.py",
+        "zero_count(axis) - nearest_turn(axis, position)",
+        "zero_count(axis)",
+    ),
+    _one(
+        9,
+        "a watchdog that is not armed is not noticed",
+        "bus/dynamixel.py",
+        '            return ""\n        return "bus watchdog"',
+        '            return ""\n        return ""',
+    ),
+    _one(
+        9,
+        "a recording may be of any length",
+        "config.py",
+        "        if reference.duration_s < SHORTEST_REFERENCE_S:\n",
+        "        if False:\n",
+    ),
+    _one(
+        9,
+        "the alert bit is not looked at",
+        "facts.py",
+        "or int(drive is not None and drive.alert)",
+        "or 0",
+    ),
+)  # fmt: skip
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("defect", nargs="*", type=int, help="only these")
+    wanted = parser.parse_args().defect
+    _say("| Defect | Taken back | Found by | After |\n|---|---|---|---|")
+    for revert in REVERTS:
+        if not wanted or revert.defect in wanted:
+            after = found_after(revert)
+            told = f"{after} of {BUDGET[revert.finder]}" if after else f"**not found in {BUDGET[revert.finder]}**"
+            _say(f"| {revert.defect} | {revert.what} | {revert.finder} | {told} |")
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def found_after(revert: Revert) -> int | None:
+    """Return how many examples the campaign needed to fail without a fix; None where its budget did not suffice."""
+    with tempfile.TemporaryDirectory() as folder:
+        package = Path(folder) / DEVICE
+        shutil.copytree(ROOT / "backend/kata", package.parent, ignore=shutil.ignore_patterns("__pycache__"))
+        _make(revert.edits, package)
+        searched = subprocess.run(
+            [sys.executable, "-m", "tests.campaign.search", revert.finder],
+            cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(package.parents[1]), str(ROOT)])},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    if searched.returncode:
+        raise RuntimeError(searched.stderr)
+    return int(searched.stdout.split()[-1]) or None
+
+
+def _make(edits: Iterable[Edit], package: Path) -> None:
+    for edit in edits:
+        if problem := edit.problem(package):
+            raise ValueError(problem)
+        edit.make(package)
+
+
+if __name__ == "__main__":
+    main()

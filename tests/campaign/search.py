@@ -1,0 +1,103 @@
+"""How many examples of a part of the campaign it takes until one fails: ``python -m tests.campaign.search PART``; 0: none does."""
+
+import argparse
+import logging
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis.errors import HypothesisException
+from hypothesis.stateful import RuleBasedStateMachine, run_state_machine_as_test
+
+from tests.campaign.crossings import Crossings
+from tests.campaign.reverts import BUDGET, Finder
+from tests.campaign.sequences import Sequences
+from tests.device.test_config_effective import accepted, changes, hold_effective
+
+_MACHINES: Final[dict[Finder, tuple[type[RuleBasedStateMachine], int]]] = {
+    "sequences": (Sequences, 100),
+    "crossings": (Crossings, 50),
+}
+"""With the steps of an example."""
+
+
+class Count:
+    """Which example is running, and which was the first that failed."""
+
+    def __init__(self) -> None:
+        self.begun = 0
+        self.failed = 0
+
+    def fail(self, error: BaseException | None) -> None:
+        """Note that the example has ended with an error, if it is one; hypothesis has some of its own."""
+        if isinstance(error, Exception) and not isinstance(error, HypothesisException):
+            self.failed = self.failed or self.begun
+
+
+def search(part: Finder) -> int:
+    """Return the number of the first example that fails, or 0. The same examples each time."""
+    count = Count()
+    chosen = settings(
+        max_examples=BUDGET[part],
+        stateful_step_count=_MACHINES[part][1] if part in _MACHINES else 1,
+        phases=[Phase.generate],
+        report_multiple_bugs=False,
+        derandomize=True,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    try:
+        if part in _MACHINES:
+            run_state_machine_as_test(_counted(_MACHINES[part][0], count), settings=chosen)
+        else:
+            _search_configurations(count, chosen)
+    except Exception:
+        if not count.failed:
+            raise
+    return count.failed
+
+
+def _counted(machine: type[RuleBasedStateMachine], count: Count) -> type[RuleBasedStateMachine]:
+    class Counted(machine):  # type: ignore[valid-type, misc]
+        def __init__(self) -> None:
+            count.begun += 1
+            super().__init__()
+
+        def teardown(self) -> None:
+            # It is called while the error of a step is on its way.
+            count.fail(sys.exc_info()[1])
+            try:
+                super().teardown()
+            except Exception as error:
+                count.fail(error)
+                raise
+
+    return Counted
+
+
+def _search_configurations(count: Count, chosen: settings) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+
+        @chosen
+        @given(changes())
+        def hold(told: dict[str, Any]) -> None:
+            count.begun += 1
+            config = accepted(Path(folder), told)
+            try:
+                if config is not None:
+                    hold_effective(config)
+            except Exception as error:
+                count.fail(error)
+                raise
+
+        hold()
+
+
+if __name__ == "__main__":
+    logging.disable()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("part", choices=get_args(Finder))
+    sys.stdout.write(f"{search(parser.parse_args().part)}\n")
