@@ -2,12 +2,12 @@
 
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 from msgspec import structs
 
-from kata.device.bus.port import BusError, DriveReading, InputReading, Reading
+from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from tests.device.matrix import Kind
 from tests.device.stepped import SteppedApparatus
 
@@ -28,6 +28,10 @@ class FaultyApparatus(SteppedApparatus):
     number: int = 0
     dice: random.Random = field(default_factory=lambda: random.Random(1))
     last: Reading | None = None
+    told: int = 0
+    """How many statuses of the faulty drive have come since it is at fault."""
+    statuses: list[DriveStatus] = field(default_factory=list)
+    """These, as they would have been."""
 
     def read(self) -> Reading:
         true = super().read()
@@ -47,11 +51,57 @@ class FaultyApparatus(SteppedApparatus):
                     true.statuses if what != "reply" else tuple(s for s in true.statuses if self._status(s.axis, axis))
                 )
                 return structs.replace(true, drives=tuple(drives), garbled=garbled, statuses=statuses)
-            case "e-stop" | "pedal":
+            case "registers" | "torque":
+                return structs.replace(true, statuses=tuple(self._told(what, int(motor) - 1, true.statuses)))
+            case "e-stop" | "second" | "pedal":
                 return structs.replace(true, inputs=self._inputs(what, true.inputs))
             case "bus":
                 return self._whole(true)
         return true
+
+    def _told(self, what: str, faulty: int, statuses: Iterable[DriveStatus]) -> Iterator[DriveStatus]:
+        """What comes with a status of the faulty drive."""
+        for status in statuses:
+            if status.axis != faulty:
+                yield status
+                continue
+            self.told += 1
+            self.statuses.append(status)
+            if told := self._registers(status) if what == "registers" else self._torque_word(status):
+                yield told
+
+    def _registers(self, now: DriveStatus) -> DriveStatus:
+        match self.kind:
+            case "off":
+                return structs.replace(now, verified=False, mismatch="")
+            case "garbage":
+                return structs.replace(now, verified=False, mismatch="goal current")
+            case "wrong":
+                if self.told == 1:
+                    self.mismatch[now.axis] = "position gains"
+                wrong = self.mismatch[now.axis]
+                return structs.replace(now, verified=not wrong, mismatch=wrong)
+            case "intermittent" if self.told % 2:
+                return structs.replace(now, verified=False, mismatch="goal current")
+        return now
+
+    def _torque_word(self, now: DriveStatus) -> DriveStatus | None:
+        match self.kind:
+            case "off":
+                return None
+            case "stuck":
+                return structs.replace(now, torque_on=self.statuses[0].torque_on)
+            case "garbage":
+                return structs.replace(now, torque_on=self.dice.random() < 0.5)
+            case "wrong":
+                return structs.replace(now, torque_on=not now.torque_on)
+            case "slow":
+                return None if self.told % _SLOW else now
+            case "delayed":
+                return self.statuses[-2] if len(self.statuses) > 1 else None
+            case "intermittent" if self.told % 2:
+                return structs.replace(now, torque_on=not now.torque_on)
+        return now
 
     def _status(self, of: int, faulty: int) -> bool:
         return of != faulty or self.kind in ("stuck", "slow", "intermittent")
@@ -108,6 +158,8 @@ class FaultyApparatus(SteppedApparatus):
         assert now is not None
         if what == "pedal":
             return structs.replace(now, pedal_down=self._pedal(now.pedal_down))
+        if what == "second":
+            return structs.replace(now, contacts_disagree=self._disagreeing)
         match self.kind:
             case "off":
                 return None
@@ -122,6 +174,17 @@ class FaultyApparatus(SteppedApparatus):
             case "intermittent":
                 return None if self.number % 2 else now
         return now
+
+    @property
+    def _disagreeing(self) -> bool:
+        match self.kind:
+            case "garbage":
+                return self.dice.random() < 0.3
+            case "wrong":
+                return True
+            case "intermittent":
+                return self.number % 2 == 0
+        return False
 
     def _pedal(self, down: bool | None) -> bool | None:
         match self.kind:

@@ -1,6 +1,6 @@
 """The fault matrix: what each kind of fault of each signal leads to in each mode, by which cause and how soon.
 
-Seven kinds, nineteen signals, nine modes. This table is the requirement; test_matrix.py runs every cell of it.
+Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs every cell of it.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,17 @@ Kind = Literal["off", "stuck", "garbage", "wrong", "slow", "delayed", "intermitt
 KINDS: Final[tuple[Kind, ...]] = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
 """off: nothing at all, or zero. stuck: the last value for ever. garbage: values that cannot be, or bytes that are not
 sound. wrong: sound, plausible, and not true. slow: one in five cycles. delayed: true, and late (angles and currents
-by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle."""
+by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. What comes with a drive's status, its registers
+and its word on its torque, is slow, late or intermittent status by status."""
 
 SIGNALS: Final = (
     *(f"position {motor}" for motor in range(1, 6)),
     *(f"current {motor}" for motor in range(1, 6)),
     *(f"reply {motor}" for motor in range(1, 6)),
+    *(f"registers {motor}" for motor in range(1, 6)),
+    *(f"torque {motor}" for motor in range(1, 6)),
     "e-stop",
+    "second contact",
     "pedal",
     "bus",
     "service",
@@ -145,6 +149,45 @@ _ESTOP: Final[dict[Kind, Row]] = {
     "delayed": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
     "intermittent": _HARMLESS,
 }
+_STATUS: Final = 6 * _CYCLE
+"""Each drive says how it is every fifth cycle."""
+# What a drive has in its registers, compared with what it is to have.
+_REGISTERS: Final[dict[Kind, Row]] = {
+    # Not read yet: nothing is known to be wrong, but nothing begins.
+    "off": _row(offline=_WAITS),
+    "stuck": _HARMLESS,
+    "garbage": _always("drive_reset", _STATUS, offline=_WAITS),
+    # Offline nothing has begun: the drive is configured, and the apparatus comes up.
+    "wrong": _always("drive_reset", _STATUS, offline=GoesOn()),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _always("drive_reset", 2 * _STATUS, offline=Stops("drive_reset", 300)),
+}
+# A drive's own word on its torque. Whatever it says, torque that is on is never shown off.
+_FOUND: Final = Stops("torque_found", 300)
+_TORQUE_WORD: Final[dict[Kind, Row]] = {
+    "off": _always("drive_silent", 1000 + 3 * _CYCLE, offline=_WAITS),
+    "stuck": _HARMLESS,
+    "garbage": _energised("torque_lost", 400, resting=Stops("torque_remains", 400))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", 400)},
+    "wrong": _energised("torque_lost", _STATUS, resting=Stops("torque_remains", _STATUS))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", _STATUS)},
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _energised("torque_lost", 2 * _STATUS, resting=Stops("torque_remains", 2 * _STATUS))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", 2 * _STATUS)},
+}
+_SECOND_CONTACT: Final[dict[Kind, Row]] = {
+    # A wire that is broken reads as the switch that is not pressed. Pressing it before a session is what finds it.
+    "off": _HARMLESS,
+    "stuck": _HARMLESS,
+    # A reading in which the contacts differ clears the count.
+    "garbage": _HARMLESS,
+    "wrong": _always("contacts_disagree", 100 + 3 * _CYCLE, offline=Stops("contacts_disagree", 300)),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _HARMLESS,
+}
 # The pedal stops nothing: it lets samples be recorded. What it must never do is tested beside the cells.
 _PEDAL: Final[dict[Kind, Row]] = dict.fromkeys(KINDS, _HARMLESS)
 _BUS: Final[dict[Kind, Row]] = {
@@ -173,7 +216,10 @@ _TABLES: Final = {
     "position": _POSITION,
     "current": _CURRENT,
     "reply": _REPLY,
+    "registers": _REGISTERS,
+    "torque": _TORQUE_WORD,
     "e-stop": _ESTOP,
+    "second": _SECOND_CONTACT,
     "pedal": _PEDAL,
     "bus": _BUS,
     "service": _SERVICE,
