@@ -71,6 +71,7 @@ def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Pat
     choose(page, page.get_by_role("combobox", name="Add a recording"), "motors 3, 4 only")
     dialog = page.get_by_role("dialog")
     press(page, dialog.get_by_role("button", name="Repetitions: more"))
+    press(page, dialog.get_by_role("slider", name="Resistance level"), "End")
     press(page, dialog.get_by_role("button", name="Done"))
     expect(dialog).to_be_hidden()
     write(page, page.get_by_label("Prescribed by"), "Aoki Rin")

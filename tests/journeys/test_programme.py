@@ -27,6 +27,9 @@ def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: 
         page.get_by_role("combobox", name="Add a recording").click()
         page.get_by_role("option", name=name).click()
         dialog = page.get_by_role("dialog", name=name)
+        if name == "Raise the arm":
+            expect(page.get_by_test_id("whole")).to_have_text("Resistance level not chosen yet: Raise the arm")
+            dialog.get_by_role("slider", name="Resistance level").press("End")
         for _ in range(more):
             dialog.get_by_role("button", name="Repetitions: more").click()
         dialog.get_by_role("button", name="Done").click()

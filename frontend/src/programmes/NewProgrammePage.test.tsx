@@ -78,5 +78,13 @@ it("is saved once a resistance level has been chosen, and none is preselected", 
   show([{ ...LEFT, max_load_level: 12 } as Episode]);
   fireEvent.change(await screen.findByLabelText(/Name of the programme/), { target: { value: "Morning" } });
   await add("Lift left · 0:30", false);
-  expect((screen.getByText("Save the programme").closest("button") as HTMLButtonElement).disabled).toBe(true);
+  const save = screen.getByText("Save the programme").closest("button") as HTMLButtonElement;
+  expect(save.disabled).toBe(true);
+  expect(screen.getByText("Resistance level not chosen yet: Lift left")).toBeTruthy();
+  fireEvent.click(screen.getByRole("button", { name: "Lift left: settings" }));
+  fireEvent.click(screen.getByRole("button", { name: "One level higher" }));
+  fireEvent.click(screen.getByText("Done"));
+  expect(screen.queryByText(/Resistance level not chosen/)).toBeNull();
+  fireEvent.click(save);
+  await waitFor(() => expect(onSaved).toHaveBeenCalled());
 });

@@ -66,6 +66,8 @@ export function ProgrammeEditor(props: {
       ...draft,
       items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
     });
+  const highest = useHighestLevel(patientId, episode.id);
+  const withoutLevel = draft.items.filter((item) => item.load_level === null);
   const chosen = draft.items.find((item) => item.key === set);
   return (
     <Stack component="section" aria-label={EDITOR.title}>
@@ -75,13 +77,16 @@ export function ProgrammeEditor(props: {
         patientId={patientId}
         episode={episode}
         draft={draft}
+        highest={highest}
         onChange={setDraft}
         onAdded={setSet}
       />
       <Text size="lg" fw={600} data-testid="whole">
         {preview.told
           ? EDITOR.whole(formatSpan(preview.told.duration_s))
-          : draft.items.length > 0 && !preview.error && EDITOR.working}
+          : withoutLevel.length > 0
+            ? EDITOR.levelOpen(withoutLevel.map((item) => item.recording_name))
+            : draft.items.length > 0 && !preview.error && EDITOR.working}
       </Text>
       {beyond && <Text data-testid="beyond">{beyond}</Text>}
       <ProblemNote error={preview.error} />
@@ -153,6 +158,7 @@ export function ProgrammeEditor(props: {
             <LoadLevel
               value={chosen.load_level}
               last={null}
+              highest={highest}
               onChange={(load_level) => change(chosen.key, { load_level })}
             />
             <Button size="lg" onClick={() => setSet(null)}>
@@ -183,12 +189,13 @@ function AddRecording(props: {
   patientId: string;
   episode: Treated;
   draft: Draft;
+  /** The highest resistance level that the doctor allows; null: any. */
+  highest: number | null;
   onChange: (draft: Draft) => void;
   onAdded: (key: string) => void;
 }) {
-  const { draft, episode } = props;
+  const { draft, episode, highest } = props;
   const recordings = useRecordings(props.patientId);
-  const highest = useHighestLevel(props.patientId, episode.id);
   const [next, setNext] = useState(1);
   const fitting = (recordings.data?.items ?? []).filter(
     (one) => !one.archived_at && one.side === episode.side,

@@ -5,11 +5,11 @@ import { LoadLevel, lastLevel } from "./LoadLevel";
 
 afterEach(cleanup);
 
-function show(value: number, last: number | null = null) {
+function show(value: number, last: number | null = null, highest: number | null = null) {
   const onChange = vi.fn();
   render(
     <MantineProvider>
-      <LoadLevel value={value} last={last} onChange={onChange} />
+      <LoadLevel value={value} last={last} highest={highest} onChange={onChange} />
     </MantineProvider>,
   );
   return onChange;
@@ -36,6 +36,14 @@ describe("the resistance level", () => {
   ])("goes no further than %d", (value, name) => {
     show(value);
     expect(screen.getByRole("button", { name }).hasAttribute("disabled")).toBe(true);
+  });
+
+  it("goes no further than the doctor allows, and says so", () => {
+    const onChange = show(12, null, 12);
+    expect(screen.getByRole("button", { name: "One level higher" }).hasAttribute("disabled")).toBe(true);
+    fireEvent.keyDown(screen.getByRole("slider", { name: "Resistance level" }), { key: "ArrowRight" });
+    expect(onChange.mock.calls.flat().every((level) => level <= 12)).toBe(true);
+    expect(screen.getByText("The doctor’s limits allow 12 at most.")).toBeTruthy();
   });
 
   it("says when it is the one of last time", () => {

@@ -6,7 +6,7 @@ import { LOAD_LEVELS } from "./levels";
 import { useNewestSession } from "./ofPatient";
 import { LEVEL } from "./playWords";
 
-const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS].map((value) => ({ value, label: value }));
+const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
 
 /** The level of the newest run that has one. */
 export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
@@ -20,11 +20,15 @@ export const useLastRuns = (patientId: string) => useNewestSession(patientId, (n
 export function LoadLevel(props: {
   value: number | null;
   last: number | null;
+  /** The highest that the doctor allows; null: any. */
+  highest: number | null;
   onChange: (level: number) => void;
 }) {
   const { value, onChange } = props;
   const label = useId();
-  const step = (by: number) => onChange(Math.min(LOAD_LEVELS, Math.max(1, (value ?? 0) + by)));
+  const highest = props.highest ?? LOAD_LEVELS;
+  const marks = [...MARKS.filter((mark) => mark < highest), highest];
+  const step = (by: number) => onChange(Math.min(highest, Math.max(1, (value ?? 0) + by)));
   return (
     <Stack gap={4} role="group" aria-labelledby={label}>
       <Group justify="space-between" align="baseline">
@@ -53,10 +57,10 @@ export function LoadLevel(props: {
         <Slider
           flex={1}
           min={1}
-          max={LOAD_LEVELS}
+          max={highest}
           value={value ?? 1}
           onChange={onChange}
-          marks={MARKS}
+          marks={marks.map((mark) => ({ value: mark, label: mark }))}
           label={null}
           size={22}
           thumbSize={44}
@@ -67,12 +71,13 @@ export function LoadLevel(props: {
           size={44}
           variant="default"
           aria-label={LEVEL.higher}
-          disabled={value !== null && value >= LOAD_LEVELS}
+          disabled={value !== null && value >= highest}
           onClick={() => step(1)}
         >
           <IconPlus size={22} />
         </ActionIcon>
       </Group>
+      {props.highest !== null && <Text size="sm">{LEVEL.atMost(props.highest)}</Text>}
       <Text size="sm">{LEVEL.means(LOAD_LEVELS)}</Text>
     </Stack>
   );

@@ -9,6 +9,7 @@ export const LEVEL = say(
     choose: "Choose a level",
     lower: "One level lower",
     higher: "One level higher",
+    atMost: (highest: number) => `The doctor’s limits allow ${highest} at most.`,
     means: (most: number) =>
       `How hard the arm may resist before it is taken back. 1: the lightest touch, which the arm's own weight may be. ${most}: the motors' rated torque.`,
   },
@@ -19,6 +20,7 @@ export const LEVEL = say(
     choose: "レベルを選んでください",
     lower: "1段階下げる",
     higher: "1段階上げる",
+    atMost: (highest) => `医師の制限により、上限は${highest}です。`,
     means: (most) =>
       `腕がどれだけ抵抗したら引き戻すかを決めます。1はごく軽い力で、腕の重さだけで達することがあります。${most}はモータの定格トルクです。`,
   },

@@ -139,7 +139,7 @@ function Choose({ session, wanted, level, onLevel }: Choice) {
         last={settingsOfLast}
         onChange={(given) => value && setSettings({ ...settings, [value]: given })}
       />
-      <LoadLevel value={shownLevel} last={levelOfLast} onChange={onLevel} />
+      <LoadLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
       <CommandButton
         command="load"
         disabled={
