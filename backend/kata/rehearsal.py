@@ -27,7 +27,7 @@ from kata.clinic.sessions.checklist import Checked, CheckName
 from kata.clinic.sessions.schemas import CheckTick, Run
 from kata.database.base import utc_now
 from kata.device.journal import Journal, JournalEnd, not_written
-from kata.device.messages import Mode
+from kata.device.messages import LOAD_LEVELS, Mode
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
@@ -130,7 +130,9 @@ class Rehearsal:
     async def play(self, recording: RecordingRow, method: Method = "smooth") -> Run:
         """Load it, move to its start, play it to its end, and back. ``learned`` knows what was played before."""
         await self._go_through_checklist(recording)
-        wanted = commands.LoadRequest(session_id=self._visit_id, recording_id=recording.id, method=method)
+        wanted = commands.LoadRequest(
+            session_id=self._visit_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
+        )
         run = await commands.load(self.station, self.database, self._kept, self._ahead, self.browser, wanted)
         await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)

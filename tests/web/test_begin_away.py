@@ -59,7 +59,7 @@ def of_today(client: TestClient, name: str) -> dict[str, Any]:
     patient: dict[str, Any] = client.post("/api/patients", json=body).json()
     first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
     second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_1"])
-    items = [{"recording_id": one["id"], "speed_percent": 150.0} for one in (first, second)]
+    items = [{"load_level": 25, "recording_id": one["id"], "speed_percent": 150.0} for one in (first, second)]
     made = client.post(f"/api/patients/{patient['id']}/programmes", json={"name": "Morning", "items": items})
     assert made.status_code == 201, made.text
     return patient | {"first": first, "second": second, "programme": made.json()}
@@ -90,7 +90,7 @@ def alarms(client: TestClient, session_id: str) -> list[str]:
 
 
 def play(client: TestClient, session_id: str, recording_id: str, position: int) -> dict[str, Any]:
-    what = {"session_id": session_id, "recording_id": recording_id, "programme_position": position}
+    what = {"session_id": session_id, "load_level": 25, "recording_id": recording_id, "programme_position": position}
     run = accepted(client, "load", what | {"speed_percent": 150.0})
     accepted(client, "approach")
     until_mode(client, "paused")
@@ -131,7 +131,13 @@ def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arri
         url, first = f"/api/sessions/{visit['id']}", patient["first"]["id"]
 
         # Held against the same as ever.
-        load = {"session_id": visit["id"], "recording_id": first, "programme_position": 1, "speed_percent": 150.0}
+        load = {
+            "session_id": visit["id"],
+            "load_level": 25,
+            "recording_id": first,
+            "programme_position": 1,
+            "speed_percent": 150.0,
+        }
         assert still_open(client, visit["id"], first) == ["side", "fixtures", "belt"]
         problem(client.post("/api/station/load", json=load), 409, "checklist_open")
         for check in ("side", "fixtures", "belt"):
@@ -235,7 +241,7 @@ def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a
         first = one["first"]["id"]
         for check in ("side", "fixtures", "belt"):
             client.put(f"/api/sessions/{visit['id']}/checklist/{check}", json={"recording_id": first})
-        load = {"session_id": visit["id"], "recording_id": first, "programme_position": 1}
+        load = {"session_id": visit["id"], "load_level": 25, "recording_id": first, "programme_position": 1}
         problem(client.post("/api/station/load", json=load | {"load_level": 25}), 422, "level_not_allowed")
         # Nothing that is another patient's is named with it.
         problem(client.post("/api/station/load", json=load | {"recording_id": str(uuid4())}), 503, "database_away")

@@ -101,7 +101,7 @@ def play(served: Served, session_id: str, **what: Any) -> str:
     for check in LOOKED_AT:
         given = {"checked_by": "T", "recording_id": what["recording_id"]}
         served.call("PUT", f"sessions/{session_id}/checklist/{check}", given)
-    run_id: str = served.call("POST", "station/load", {"session_id": session_id, **what})["id"]
+    run_id: str = served.call("POST", "station/load", {"session_id": session_id, "load_level": 25, **what})["id"]
     served.operate("approach")
     served.until(lambda: served.live()["mode"] == "paused")
     served.operate("play")
@@ -133,7 +133,7 @@ def test_a_service_that_is_killed_in_an_outage_finds_the_session_that_began_in_i
 ) -> None:
     first = Served(tmp_path, server.url)
     patient_id, recording_id = taught(first)
-    items = {"name": "Morning", "items": [{"recording_id": recording_id}]}
+    items = {"name": "Morning", "items": [{"load_level": 25, "recording_id": recording_id}]}
     version_id = first.call("POST", f"patients/{patient_id}/programmes", items)["current"]["id"]
     first.until(lambda: "kata_ready_patients 1.0" in first.metrics())
     with server.killed():

@@ -221,5 +221,5 @@ def test_the_device_is_given_the_doctors_speed_limit(
 def test_nothing_is_loaded_for_a_shoulder_that_is_not_treated(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted(), side="left")
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    wanted = {"session_id": visit["id"], "recording_id": recording["id"]}
+    wanted = {"session_id": visit["id"], "load_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=wanted), 409, "no_open_episode")

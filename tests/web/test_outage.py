@@ -204,7 +204,12 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
 def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
     client: TestClient, server: postgresql.Server, told: list[Happening], visit: dict[str, Any]
 ) -> None:
-    second = {"session_id": visit["id"], "recording_id": visit["second"]["id"], "programme_position": 2}
+    second = {
+        "session_id": visit["id"],
+        "load_level": 25,
+        "recording_id": visit["second"]["id"],
+        "programme_position": 2,
+    }
     url = f"/api/sessions/{visit['id']}/checklist/fixtures"
     ticked = {"checked_by": WHO, "recording_id": visit["second"]["id"]}
     with client.websocket_connect("/api/live"), server.killed():

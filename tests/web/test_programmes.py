@@ -20,7 +20,11 @@ def lift(client: TestClient) -> dict[str, Any]:
 
 
 def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **given: Any) -> Any:
-    body = {"name": "Morning", "made_by": "Aoki Rin", "items": [{"recording_id": lift["id"]} | one for one in items]}
+    body = {
+        "name": "Morning",
+        "made_by": "Aoki Rin",
+        "items": [{"load_level": 25, "recording_id": lift["id"]} | one for one in items],
+    }
     return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
 
 
@@ -37,7 +41,12 @@ def test_a_programme_is_made_listed_changed_and_put_away(client: TestClient, lif
     assert made["patient"]["name"] == "Mori Sakura"
 
     url = f"/api/programmes/{made['id']}"
-    change = {"based_on": 1, "made_by": "Baba Ken", "note": "Less.", "items": [{"recording_id": lift["id"]}]}
+    change = {
+        "based_on": 1,
+        "made_by": "Baba Ken",
+        "note": "Less.",
+        "items": [{"load_level": 25, "recording_id": lift["id"]}],
+    }
     changed = client.post(f"{url}/versions", json=change).json()
     assert [version["number"] for version in changed["versions"]] == [2, 1]
     problem(client.post(f"{url}/versions", json=change), 409, "edited_meanwhile")
@@ -57,7 +66,9 @@ def test_what_this_station_could_not_play_is_refused_with_item_motor_and_time(
 ) -> None:
     fast = taught(client, {"id": lift["patient_id"]}, lambda times_s: lifted()(4 * times_s % LASTS_S))
     told = problem(
-        post(client, lift, ITEM, {"recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2}),
+        post(
+            client, lift, ITEM, {"load_level": 25, "recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2}
+        ),
         422,
         "unplayable",
     )
@@ -75,7 +86,7 @@ def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_playe
     with app.state.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(damaged["id"])).data = b"damaged"
     left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
-    items = [{"recording_id": one["id"]} for one in (lift, damaged, left)]
+    items = [{"load_level": 25, "recording_id": one["id"]} for one in (lift, damaged, left)]
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     told = client.post(url, json={"items": items}).json()
     assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
@@ -112,10 +123,13 @@ def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
     ("given", "pointer"),
     [
         ({"items": []}, "#/items"),
-        ({"items": [{"recording_id": str(uuid4())}] * 51}, "#/items"),
-        ({"items": [{"recording_id": str(uuid4()), "speed_percent": 151}]}, "#/items/0/speed_percent"),
+        ({"items": [{"load_level": 25, "recording_id": str(uuid4())}] * 51}, "#/items"),
+        (
+            {"items": [{"load_level": 25, "recording_id": str(uuid4()), "speed_percent": 151}]},
+            "#/items/0/speed_percent",
+        ),
         ({"items": [{"recording_id": str(uuid4()), "load_level": 26}]}, "#/items/0/load_level"),
-        ({"items": [{"recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
+        ({"items": [{"load_level": 25, "recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
         ({"timer_minutes": 0.5}, "#/timer_minutes"),
         ({"sessions_per_week": 22}, "#/sessions_per_week"),
         ({"made_by": "x" * 101}, "#/made_by"),

@@ -72,7 +72,9 @@ def teach(
 def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     go_through_checklist(client, session["id"], recording["id"])
-    return accepted(client, "load", {"session_id": session["id"], "recording_id": recording["id"], **settings})
+    return accepted(
+        client, "load", {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], **settings}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -154,7 +156,7 @@ def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
     # Another control program has connected: the emergency stop is tested again.
     assert still_open(client, run["session_id"], recording["id"]) == ["estop"]
     go_through_checklist(client, run["session_id"], recording["id"])
-    body = {"session_id": run["session_id"], "recording_id": recording["id"]}
+    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_side")
     assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
     left = teach(client, taught_patient, side="left")
@@ -253,7 +255,7 @@ def test_a_recording_of_somebody_else_is_not_played(
     client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    body = {"session_id": session["id"], "recording_id": recording["id"]}
+    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"]}
     problem(client.post("/api/station/load", json=body), 409, "other_patient")
     assert client.get(f"/api/sessions/{session['id']}").json()["runs"] == []
 
@@ -262,7 +264,7 @@ def test_a_refused_load_leaves_no_run_behind(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     run = load(client, taught_patient, recording)
-    body = {"session_id": run["session_id"], "recording_id": recording["id"]}
+    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
     before = len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"])
     problem(client.post("/api/station/load", json=body), 409, "is_ready")
     assert len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"]) == before
@@ -310,7 +312,7 @@ def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
-    body = {"session_id": session["id"], "recording_id": recording["id"], field: value}
+    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], field: value}
     told = problem(client.post("/api/station/load", json=body), 422, "invalid")
     assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
     assert until_mode(client, "idle")["run"] is None
@@ -322,7 +324,13 @@ def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
     go_through_checklist(client, session["id"], recording["id"])
     before = len(client.get(f"/api/sessions/{session['id']}").json()["runs"])
-    body = {"session_id": session["id"], "recording_id": recording["id"], "speed_percent": 10, "repetitions": 200}
+    body = {
+        "session_id": session["id"],
+        "load_level": 25,
+        "recording_id": recording["id"],
+        "speed_percent": 10,
+        "repetitions": 200,
+    }
     told = problem(client.post("/api/station/load", json=body), 422, "unplayable")
     assert "200 repetitions" in told["detail"]
     assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before

@@ -97,7 +97,7 @@ def test_a_visit_goes_from_its_programme_to_its_addendum(
 
     # The checklist: nothing is played before it, and what the apparatus tells itself nobody ticks.
     item = {
-        "session_id": session["id"], "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
+        "session_id": session["id"], "load_level": 25, "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
         "repetitions": 2, "pause_s": 0.5,
     }  # fmt: skip
     assert still_open(client, session["id"], shrug["id"]) == ["side", "fixtures", "belt"]

@@ -21,6 +21,7 @@ import msgspec
 from kata.bench.prepared import Prepared, prepare
 from kata.bench.signed_in import ACTIVE
 from kata.device import config
+from kata.device.messages import LOAD_LEVELS
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 
@@ -169,7 +170,8 @@ class Clinic:
     def approach(self, records: Prepared) -> None:
         """From idle: load the recording and go to its start, which switches torque on."""
         self._go_through_checklist(records)
-        self.insist("load", session_id=str(records.session_id), recording_id=str(records.recording_id))
+        session_id, recording_id = str(records.session_id), str(records.recording_id)
+        self.insist("load", session_id=session_id, recording_id=recording_id, load_level=LOAD_LEVELS)
         self.insist("approach")
 
     def play(self, records: Prepared) -> None:

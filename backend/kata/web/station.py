@@ -132,7 +132,7 @@ class LoadRequest(Asked):
     programme_position: int | None = Field(
         None, ge=1, le=1000, description="Which item of the session's programme this is; none: chosen besides."
     )
-    load_level: LoadLevel = messages.LOAD_LEVELS
+    load_level: LoadLevel
     method: Method = Field(
         "smooth",
         description="paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what "

@@ -3917,7 +3917,6 @@ export interface components {
             /**
              * Load Level
              * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
-             * @default 25
              * @example 8
              */
             load_level: number;
@@ -4024,7 +4023,6 @@ export interface components {
             /**
              * Load Level
              * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
-             * @default 25
              * @example 8
              */
             load_level: number;
@@ -4245,7 +4243,6 @@ export interface components {
             /**
              * Load Level
              * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
-             * @default 25
              * @example 8
              */
             load_level: number;
@@ -5297,7 +5294,6 @@ export interface components {
             /**
              * Load Level
              * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
-             * @default 25
              * @example 8
              */
             load_level: number;

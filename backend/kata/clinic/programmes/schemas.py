@@ -7,7 +7,6 @@ from pydantic import Field, StrictBool
 
 from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
 from kata.clinic.sessions.schemas import Asked
-from kata.device.messages import LOAD_LEVELS
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel
 
@@ -36,7 +35,7 @@ class ItemWanted(Asked):
     """One recording to be played, and how. Unless given, as it was taught, once."""
 
     recording_id: UUID
-    load_level: LoadLevel = LOAD_LEVELS
+    load_level: LoadLevel
     method: Method = "smooth"
 
 
