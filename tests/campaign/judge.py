@@ -57,7 +57,7 @@ class _Motor:
     torque_since_ns: int | None = None
     goal: tuple[int, float] | None = None
     outside_deg: float | None = None
-    """How far the newest goal was beyond the patient's limits."""
+    """How far the innermost goal since the torque came on was beyond the patient's limits."""
     over_since_ns: int | None = None
     answered: object = None
     wrong_since_ns: int | None = None
@@ -101,6 +101,8 @@ class Judge:
 
     def port_lost(self) -> None:
         """The adapter has been pulled out, or the device process has ended."""
+        # What the glance halfway to the next cycle did came before.
+        self._look_at_drives()
         for known, drive in zip(self._motors, self.world.apparatus.drives, strict=True):
             known.energised_at_loss = known.energised_at_loss or drive.torque_on
         self.released = False
@@ -119,15 +121,7 @@ class Judge:
 
     def look(self, snapshots: list[Snapshot]) -> None:
         """Judge everything that has come since the last look."""
-        for seen in self.world.seen[self._judged :]:
-            known = self._motors[seen.motor - 1]
-            if seen.what == "goal":
-                self._goal(seen, known)
-            elif seen.value:
-                self._torque_on(seen, known)
-            else:
-                self._torque_off(seen, known)
-        self._judged = len(self.world.seen)
+        self._look_at_drives()
         for snapshot in snapshots[self._shown :]:
             self._torque_shown(snapshot)
             self._own_faults(snapshot)
@@ -139,6 +133,17 @@ class Judge:
             self._registers(n)
             self._resistance(n, newest)
         self._angles(newest)
+
+    def _look_at_drives(self) -> None:
+        for seen in self.world.seen[self._judged :]:
+            known = self._motors[seen.motor - 1]
+            if seen.what == "goal":
+                self._goal(seen, known)
+            elif seen.value:
+                self._torque_on(seen, known)
+            else:
+                self._torque_off(seen, known)
+        self._judged = len(self.world.seen)
 
     def _torque_on(self, seen: Seen, known: _Motor) -> None:
         start = self.start
@@ -175,9 +180,13 @@ class Judge:
         if self.limits_deg:
             low, high = self.limits_deg[motor - 1]
             outside_deg = max(low - seen.value, seen.value - high, 0.0)
-            allowed_deg = outside_deg if known.outside_deg is None else known.outside_deg
+            shaft_deg = self.world.angles_deg[motor - 1]
+            # A goal that is no further out than the arm itself does not push it outwards.
+            allowed_deg = max(
+                low - shaft_deg, shaft_deg - high, 0.0 if known.outside_deg is None else known.outside_deg
+            )
             assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
-            known.outside_deg = min(outside_deg, allowed_deg)
+            known.outside_deg = outside_deg if known.outside_deg is None else min(outside_deg, known.outside_deg)
 
     def _registers(self, n: int) -> None:
         """A drive with torque has exactly the configured registers, but for as long as it takes to see that it has not."""
@@ -259,10 +268,13 @@ class Judge:
 
     def _angles(self, newest: Snapshot) -> None:
         """In idle, where every drive has been configured, the angles that are shown are the shafts' own."""
-        if newest.mode not in ("idle", "ready") or self.world.t_ns - newest.t_ns > 2 * self._period_ns:
+        if newest.mode not in ("idle", "ready") or self.world.t_ns - newest.t_ns >= self._period_ns:
             return
         for axis, true_deg in zip(newest.axes, self.world.angles_deg, strict=True):
-            if axis.measured_deg is None or self.world.speaks_untruth(axis.motor):
+            # What was not heard in this cycle is shown with its age.
+            if axis.measured_deg is None or axis.age_ms is None or axis.age_ms * 2e6 >= self._period_ns:
+                continue
+            if self.world.speaks_untruth(axis.motor):
                 continue
             wrong_deg = abs(axis.measured_deg - true_deg)
             assert wrong_deg <= _POSE_TOLERANCE_DEG, (

@@ -15,6 +15,8 @@ _HALF_TURN: Final = 2048
 _INPUT_WITH_PULL_UP: Final = 2
 _CURRENT_BASED_POSITION: Final = 5
 
+_NO_SECONDARY_ID: Final = 255
+
 Registers = dict[int, bytes]
 """First address to bytes (Dynamixel, little-endian) or to register contents (Modbus, big-endian)."""
 
@@ -35,8 +37,10 @@ def _dynamixel(config: StationConfig, motor: int) -> Registers:
         9: bytes([config.return_delay_us // 2]),
         10: b"\0",
         11: bytes([_CURRENT_BASED_POSITION]),
+        12: bytes([_NO_SECONDARY_ID]),
         20: bytes(4),
         38: struct.pack("<H", current),
+        60: b"\0",
         80: struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain),
         102: struct.pack("<h", current),
     }

@@ -56,6 +56,9 @@ _PEDAL_LATE_NS: Final = 80_000_000
 _RECOVERS_S: Final = 4.0
 """Everything mended: the port is open, the drives are configured and every register has been read."""
 
+_ON_THE_WIRE_S: Final = 0.005
+"""What was sent last still reaches the drives."""
+
 _DRIVE_FAULTS: Final[list[Kind]] = [
     "off", "silent", "stuck", "frozen", "garbage", "wrong_crc", "delayed", "intermittent", "hardware_error",
 ]  # fmt: skip
@@ -286,6 +289,7 @@ class Sequences(RuleBasedStateMachine):
     @rule(seconds=st.sampled_from([0.05, 0.4]))
     def the_adapter_is_pulled_out(self, seconds: float) -> None:
         self._disturb()
+        self.world.wait(_ON_THE_WIRE_S)
         self.world.fault("gone")
         self.judge.port_lost()
         self._run(seconds)
@@ -330,6 +334,7 @@ class Sequences(RuleBasedStateMachine):
         """As by SIGKILL: nothing is switched off, and a new process finds the drives as they are."""
         self._disturb()
         self._journals += self.exchange.journals
+        self.world.wait(_ON_THE_WIRE_S)
         self.judge.port_lost()
         self.world.wait(0.3)
         self._deadline_ns = self._blind_ns = self.world.t_ns + _REOPENED_NS

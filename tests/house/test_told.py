@@ -32,6 +32,7 @@ SAYS: Final[dict[str, tuple[int | str, ...]]] = {
     "TableError": (0,),
     "Complaint": (2,),
     "_emit": (1,),
+    "tell": (1,),
     "_named": (1,),
 }
 """Which arguments are said, of every call that says something."""

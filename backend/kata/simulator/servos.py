@@ -42,6 +42,7 @@ _DEFAULTS: Final = (
     (BAUD, "<B", 3),
     (RETURN_DELAY, "<B", 250),
     (OPERATING_MODE, "<B", 3),
+    (12, "<B", 255),
     (CURRENT_LIMIT, "<H", 2047),
     (MIN_POSITION, "<I", 0),
     (MAX_POSITION, "<I", 4095),

@@ -127,6 +127,29 @@ class Conformance:
             bus.configure([motor - 1])
             self.until_verified(world, bus)
 
+    def test_a_drive_with_torque_is_not_configured(self, world: World, bus: Bus) -> None:
+        bus.torque_on(HOLD)
+        with pytest.raises(BusError, match=r"motor 2 .* has torque: its settings are left as they are"):
+            bus.configure([1])
+        assert world.torque == [True] * 5
+        assert self.wrong(world, 2) == []
+
+    @pytest.mark.parametrize("end", ["min_deg", "max_deg"])
+    def test_after_a_power_cycle_an_angle_at_either_end_of_the_range_is_the_shafts_own(
+        self, world: World, bus: Bus, end: str
+    ) -> None:
+        wanted = [getattr(axis, end) for axis in world.config.axes]
+        for motor, angle_deg in enumerate(wanted, start=1):
+            world.place(motor, angle_deg)
+            world.fault("off", motor)
+        world.script.clear()
+        # Without torque the arm sinks: what counts is where the shafts are.
+        (reading,) = self.cycles(world, bus, 1)
+        assert [drive.position_deg for drive in reading.drives] == pytest.approx(wanted, abs=1.0)
+        for _ in range(20):
+            (reading,) = self.cycles(world, bus, 1)
+            assert [drive.position_deg for drive in reading.drives] == pytest.approx(world.angles_deg, abs=3.0)
+
     @pytest.mark.parametrize("kind", ["off", "reboot", "exchanged"])
     def test_a_drive_that_lost_its_settings_is_found_and_configured(self, world: World, bus: Bus, kind: Any) -> None:
         world.fault(kind, 2)

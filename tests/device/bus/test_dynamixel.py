@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import FastParser, StatusParser, encode
 from kata.device.bus.line import Line
-from kata.device.bus.port import BusError
+from kata.device.bus.port import Bus, BusError
+from kata.device.config import Inputs
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction
 from tests.device.bus.conformance import Conformance
@@ -191,6 +192,61 @@ def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
     heard.clear()
     bus.read()
     assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]
+
+
+def ready(world: World) -> Bus:
+    """Its drives are configured and verified."""
+    bus = make_bus(world.config, world.open_line)
+    bus.open()
+    bus.configure(range(5))
+    for _ in range(80):
+        bus.read()
+        world.wait(0.01)
+    return bus
+
+
+def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
+    """Motors and the registers that were found wrong."""
+    found = set()
+    for _ in range(cycles):
+        found |= {(status.axis + 1, status.mismatch) for status in bus.read().statuses if status.mismatch}
+        world.wait(0.01)
+    return found
+
+
+def test_a_marker_that_has_gone_out_is_found_though_every_register_is_right() -> None:
+    world = World()
+    bus = ready(world)
+    world.set_registers(3, 65, b"\0")
+    assert mismatches(world, bus, 8) == {(3, "configured marker (LED)")}
+
+
+def test_the_one_drive_whose_watchdog_is_not_armed_is_found() -> None:
+    world = World()
+    bus = ready(world)
+    bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
+    bus.read()
+    world.set_registers(4, 98, b"\0")
+    assert mismatches(world, bus, 8) == {(4, "bus watchdog")}
+
+
+@pytest.mark.parametrize(
+    ("estop", "second", "pedal"), [(1, 3, 2), (3, 1, 2), (2, None, 1), (1, None, 3), (3, None, 2), (2, 3, 1)]
+)
+def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: int) -> None:
+    world = World(inputs=Inputs(estop_port=estop, estop_second_port=second, pedal_port=pedal, max_age_cycles=30))
+    bus = ready(world)
+    drive = world.apparatus.drives[world.config.inputs.drive_id - 1]
+    for pressed in (False, True):
+        # The simulator's wiring is fixed: contacts are put at the ports that are asked.
+        drive.contacts.clear()
+        drive.contacts[estop] = not pressed
+        if second:
+            drive.contacts[second] = pressed
+        drive.contacts[pedal] = pressed
+        inputs = bus.read().inputs
+        assert inputs is not None
+        assert (inputs.estop_open, inputs.pedal_down, inputs.contacts_disagree) == (pressed, pressed, False)
 
 
 def test_a_silent_drive_is_no_noise_and_the_quicker_request_stays() -> None:

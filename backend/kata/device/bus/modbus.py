@@ -268,24 +268,33 @@ class ModbusBus:
     # -- configuration ------------------------------------------------------------------------------------------------
 
     def _configure(self, motor: int, axis: Axis, registers: Sequence[tuple[str, int, bytes]]) -> None:
-        self._set(motor, axis.id, self._map.torque_enable, struct.pack(">H", 0))
+        status = self._read_back(motor, axis.id, range(self._map.status, self._map.status + 1))
+        if int.from_bytes(status, "big") >> self._map.status_torque_bit & 1:
+            raise BusError(f"motor {motor} (id {axis.id}) has torque: its settings are left as they are")
         if self._map.watchdog_ms != NO_REGISTER:
             self._set(motor, axis.id, self._map.watchdog_ms, struct.pack(">H", 0))
         for name, first, data in registers:
             self._set(motor, axis.id, first, data)
-            self._slack_left_ns = self._slack_ns
-            answer = self._read_span(axis.id, range(first, first + len(data) // 2))
-            if answer.data is None or answer.data[1:] != data:
+            if self._read_back(motor, axis.id, range(first, first + len(data) // 2)) != data:
                 raise BusError(f"motor {motor} (id {axis.id}) does not take its {name}")
+
+    def _read_back(self, motor: int, slave: int, span: range) -> bytes:
+        self._slack_left_ns = self._slack_ns
+        return self._contents(motor, slave, self._read_span(slave, span))[1:]
 
     def _set(self, motor: int, slave: int, register: int, data: bytes) -> None:
         self._slack_left_ns = self._slack_ns
         answer = self._transact(slave, _WRITE, self._written(register, data), _WRITTEN_BYTES)
         if answer.exception:
             raise BusError(f"motor {motor} (id {slave}) refused register {register} (exception {answer.exception})")
+        self._contents(motor, slave, answer)
+
+    @staticmethod
+    def _contents(motor: int, slave: int, answer: _Answer) -> bytes:
         if answer.data is None:
             why = "answers, but damaged: do two drives share its id?" if answer.garbled else "does not answer"
             raise BusError(f"motor {motor} (id {slave}) {why}")
+        return answer.data
 
     # -- registers and frames -------------------------------------------------------------------------------------
 

@@ -18,12 +18,14 @@ _MODEL: Final = 0
 _RETURN_DELAY: Final = 9
 _DRIVE_MODE: Final = 10
 _OPERATING_MODE: Final = 11
+_SECONDARY_ID: Final = 12
 _HOMING_OFFSET: Final = 20
 _CURRENT_LIMIT: Final = 38
 _POSITION_LIMITS: Final = 48
 """Maximum and minimum, four bytes each, in counts of one turn."""
 _PORT_MODE: Final = 55
 """Plus the port's number, 1 to 3."""
+_STARTUP: Final = 60
 _LED: Final = 65
 _GAINS: Final = 80
 """D, I and P, two bytes each."""
@@ -31,13 +33,18 @@ _GOAL_CURRENT: Final = 102
 
 STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
 """Read of one drive in turn in every cycle: torque, hardware error, gains, watchdog and goal current."""
-EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _PORT_MODE + 4))
+EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _STARTUP + 1))
 """Read in a slow rotation. None is longer than the status block, whose place it takes."""
 
 _CURRENT_BASED_POSITION: Final = 5
 _DIGITAL_INPUT_PULL_UP: Final = 2
 _NORMAL: Final = 0
 """Drive mode: not reversed, velocity-based profile, torque only by its own register."""
+
+_NO_SECONDARY_ID: Final = 255
+"""A drive answers to its own id only."""
+_NOTHING_AT_STARTUP: Final = 0
+"""Neither torque nor kept RAM: what a drive has after power came is its defaults, which are found."""
 
 DEG_PER_COUNT: Final = 360 / 4096
 COUNTS_PER_TURN: Final = 4096
@@ -74,6 +81,7 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
     yield Register("return delay time", _RETURN_DELAY, bytes([config.return_delay_us // 2]))
     yield Register("drive mode", _DRIVE_MODE, bytes([_NORMAL]))
     yield Register("operating mode", _OPERATING_MODE, bytes([_CURRENT_BASED_POSITION]))
+    yield Register("secondary id", _SECONDARY_ID, bytes([_NO_SECONDARY_ID]))
     yield Register("homing offset", _HOMING_OFFSET, bytes(4))
     yield Register("current limit", _CURRENT_LIMIT, struct.pack("<H", current))
     if limits := _position_limits(axis):
@@ -81,6 +89,7 @@ def _registers(config: StationConfig, axis: Axis) -> Iterator[Register]:
     if axis.id == config.inputs.drive_id:
         for port in sorted(config.inputs.ports):
             yield Register(f"mode of external port {port}", _PORT_MODE + port, bytes([_DIGITAL_INPUT_PULL_UP]))
+    yield Register("startup configuration", _STARTUP, bytes([_NOTHING_AT_STARTUP]))
     gains = struct.pack("<HHH", axis.position_d_gain, axis.position_i_gain, axis.position_p_gain)
     yield Register("position gains", _GAINS, gains)
     yield Register("goal current", _GOAL_CURRENT, struct.pack("<h", current))

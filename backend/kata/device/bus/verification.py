@@ -6,6 +6,8 @@ from typing import Final
 
 _MISSES: Final = 3
 """A busy computer loses an answer now and then; no drive is exchanged or restarted within two cycles."""
+_TRIES: Final = 3
+"""How often a read of the rotation is asked for when its answer stays away; a round has a fifth of its time to spare for that."""
 ROUND_S: Final = 2.0
 """Every configured register of every drive is read at least this often."""
 
@@ -31,10 +33,17 @@ class Verification:
         self._drives = [_Drive(set(range(blocks))) for _ in range(drives)]
         self._rotation = [(drive, block) for block in range(1, blocks) for drive in range(drives)]
         reads = max(len(self._rotation), 1)
-        # One cycle in so many; a little quicker than the round allows, because an unread block may come in between.
+        # One cycle in so many; a little quicker than the round allows, because some answers stay away and are asked for again.
         self._every = max(1, math.floor(0.8 * ROUND_S * cycle_hz / reads))
         self._cycle = 0
+        """Since the last read of the rotation."""
+        self._read_last = False
+        """The last cycle had no status."""
         self._next = 0
+        """The place in the rotation that is read next."""
+        self._tries = 0
+        """How often that place has been asked for."""
+        self._unread_next = 0
 
     def forget(self, drive: int) -> None:
         """The drive may be another one now, or has been configured: read everything of it again."""
@@ -53,24 +62,43 @@ class Verification:
             known.unread = set(range(self._blocks))
 
     def next_read(self) -> tuple[int, int] | None:
-        """Return drive and block to read in this cycle, None where the rotation is not due. Unread blocks are due every other cycle."""
-        if not self._rotation:
-            return None
+        """Return drive and block to read in this cycle; None: a status, at least every other cycle.
+
+        Unread blocks are due in turn, so that one that is never answered keeps no other waiting. The rotation goes on meanwhile, and asks
+        again for what was not answered.
+        """
         self._cycle += 1
-        if self._cycle % 2 == 0:
-            for drive, block in self._rotation:
-                if block in self._drives[drive].unread and 0 not in self._drives[drive].unread:
-                    return drive, block
-        if self._cycle % self._every:
-            return None
-        due = self._rotation[self._next]
-        self._next = (self._next + 1) % len(self._rotation)
+        due = None
+        if self._rotation and not self._read_last:
+            due = self._next_of_rotation() if self._cycle >= self._every else self._next_unread()
+        self._read_last = due is not None
         return due
+
+    def _next_of_rotation(self) -> tuple[int, int]:
+        if self._tries == _TRIES:
+            self._move_on()
+        self._tries += 1
+        self._cycle = 0
+        return self._rotation[self._next]
+
+    def _move_on(self) -> None:
+        self._next, self._tries = (self._next + 1) % len(self._rotation), 0
+
+    def _next_unread(self) -> tuple[int, int] | None:
+        for step in range(len(self._rotation)):
+            drive, block = place = self._rotation[(self._unread_next + step) % len(self._rotation)]
+            unread = self._drives[drive].unread
+            if block in unread and 0 not in unread:
+                self._unread_next = (self._unread_next + step + 1) % len(self._rotation)
+                return place
+        return None
 
     def found(self, drive: int, block: int, mismatch: str) -> None:
         """A block was read; ``mismatch`` names a register that has another value, empty where there is none."""
         known = self._drives[drive]
         known.unread.discard(block)
+        if self._rotation and (drive, block) == self._rotation[self._next]:
+            self._move_on()
         if mismatch:
             known.mismatches[block] = mismatch
         else:
