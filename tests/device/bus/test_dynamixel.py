@@ -185,10 +185,7 @@ def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
         return carry_out(instruction, baud, now_ns)
 
     world.line._bus.carry_out = listen  # type: ignore[attr-defined]
-    bus = make_bus(world.config, world.open_line)
-    bus.open()
-    bus.configure(range(5))
-    bus.read()
+    bus = ready(world)
     heard.clear()
     bus.read()
     assert heard == [protocol.FAST_SYNC_READ, protocol.READ, protocol.READ]
@@ -219,6 +216,23 @@ def test_a_marker_that_has_gone_out_is_found_though_every_register_is_right() ->
     bus = ready(world)
     world.set_registers(3, 65, b"\0")
     assert mismatches(world, bus, 8) == {(3, "configured marker (LED)")}
+
+
+def test_ports_that_are_not_known_to_be_inputs_tell_nothing_of_the_switch() -> None:
+    """A factory-default drive's ports read 0: with one contact that is "closed", with two it is "pressed"."""
+    world = World()
+    bus = ready(world)
+    assert bus.read().inputs is not None
+    world.fault("exchanged", world.config.inputs.drive_id)
+    world.script.clear()
+    bus.close()
+    bus.open()
+    for _ in range(50):
+        assert bus.read().inputs is None
+        world.wait(0.01)
+    bus.configure([world.config.inputs.drive_id - 1])
+    assert bus.read().inputs is None
+    assert any(bus.read().inputs for _ in range(10))
 
 
 def test_the_one_drive_whose_watchdog_is_not_armed_is_found() -> None:

@@ -33,6 +33,7 @@ from kata.device.bus.registers import (
     GOAL_POSITION,
     NM_PER_AMPERE,
     PORT_DATA,
+    PORTS_BLOCK,
     PRESENT,
     STATUS_BLOCK,
     TORQUE_ENABLE,
@@ -352,7 +353,10 @@ class DynamixelBus:
         return self._transact(request, asked, FastParser(asked, size) if fast else StatusParser(), size, take)
 
     def _ask_inputs(self) -> InputReading | None:
+        """Return what the contacts say; None also where the ports are not known to be inputs: what they read then means nothing."""
         inputs = self._config.inputs
+        if not self._verification.is_right(self._ids.index(inputs.drive_id), PORTS_BLOCK):
+            return None
         first = min(inputs.ports)
         length = self._input_bytes
         before = next(self._before_inputs)

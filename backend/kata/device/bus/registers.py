@@ -35,6 +35,8 @@ STATUS_BLOCK: Final = range(TORQUE_ENABLE, _GOAL_CURRENT + 2)
 """Read of one drive in turn in every cycle: torque, hardware error, gains, watchdog and goal current."""
 EEPROM_BLOCKS: Final = (range(24), range(_CURRENT_LIMIT, _STARTUP + 1))
 """Read in a slow rotation. None is longer than the status block, whose place it takes."""
+PORTS_BLOCK: Final = 2
+"""The one with the modes of the external ports, counted from the status block as 0."""
 
 _CURRENT_BASED_POSITION: Final = 5
 _DIGITAL_INPUT_PULL_UP: Final = 2

@@ -87,8 +87,8 @@ class Verification:
     def _next_unread(self) -> tuple[int, int] | None:
         for step in range(len(self._rotation)):
             drive, block = place = self._rotation[(self._unread_next + step) % len(self._rotation)]
-            unread = self._drives[drive].unread
-            if block in unread and 0 not in unread:
+            known = self._drives[drive]
+            if block in known.unread and not known.misses:
                 self._unread_next = (self._unread_next + step + 1) % len(self._rotation)
                 return place
         return None
@@ -107,6 +107,11 @@ class Verification:
     def mismatch(self, drive: int) -> str:
         """Return the name of a register that has another value than configured; empty where none is known."""
         return next(iter(self._drives[drive].mismatches.values()), "")
+
+    def is_right(self, drive: int, block: int) -> bool:
+        """Return whether a block has been read, and every register in it was right."""
+        known = self._drives[drive]
+        return block not in known.unread and block not in known.mismatches
 
     def verified(self, drive: int) -> bool:
         """Return whether every block has been read, and every register was right."""
