@@ -99,13 +99,13 @@ class Judge:
         """A new device process begins with snapshots of its own."""
         self._shown = 0
 
-    def port_lost(self) -> None:
-        """The adapter has been pulled out, or the device process has ended."""
+    def port_lost(self, *, pressed: bool) -> None:
+        """The adapter has been pulled out, or the device process has ended. ``pressed``: the emergency stop is, or looks so."""
         # What the glance halfway to the next cycle did came before.
         self._look_at_drives()
         for known, drive in zip(self._motors, self.world.apparatus.drives, strict=True):
             known.energised_at_loss = known.energised_at_loss or drive.torque_on
-        self.released = False
+        self.released = pressed
 
     def power_lost(self, motor: int) -> None:
         """Motor 1-5 has lost its torque by itself; until that is noticed it may still be sent goals."""

@@ -291,7 +291,7 @@ class Sequences(RuleBasedStateMachine):
         self._disturb()
         self.world.wait(_ON_THE_WIRE_S)
         self.world.fault("gone")
-        self.judge.port_lost()
+        self.judge.port_lost(pressed=self._looks_pressed)
         self._run(seconds)
 
     @rule()
@@ -335,7 +335,7 @@ class Sequences(RuleBasedStateMachine):
         self._disturb()
         self._journals += self.exchange.journals
         self.world.wait(_ON_THE_WIRE_S)
-        self.judge.port_lost()
+        self.judge.port_lost(pressed=self._looks_pressed)
         self.world.wait(0.3)
         self._deadline_ns = self._blind_ns = self.world.t_ns + _REOPENED_NS
         self._deadline_ns = self.world.t_ns
@@ -445,6 +445,14 @@ class Sequences(RuleBasedStateMachine):
         self.world.fault(kind, motor, _VALUES.get(kind))
         if alone and self.world.config.protocol == "dynamixel":
             self.judge.error_since_ns = self.world.t_ns
+
+    @property
+    def _looks_pressed(self) -> bool:
+        """Either contact of the emergency stop is as if it were pressed."""
+        broken = any(
+            self.world.script.has(kind) for kind in ("estop_wire_broken", "second_wire_broken", "contact_welded")
+        )
+        return broken or self._estop_pressed_ns is not None
 
     def _disturb(self) -> None:
         self._disturbed = True

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kata.device.faults import largest_step_deg
+from kata.device.limits import SETTLE_S, RunLimits
 from kata.device.messages import Approach, Less, Play, Return, Unload
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -279,3 +280,32 @@ def test_the_guard_of_setpoints_knows_the_patients_speed_limit(stepped: Stepped)
     machine._movement.position_s = 5.0  # as a defect would
     stepped.cycle()
     assert "setpoint_step" in stepped.causes()
+
+
+def settling(high_deg: float = 42.0) -> RunLimits:
+    """Limits of 5 to 42 deg on every axis, widened for an arm at 60."""
+    limits = RunLimits(((0.0, 120.0),) * 5, ((5.0, high_deg),) * 5, tolerance_deg=4.0)
+    limits.widen((60.0,) * 5)
+    return limits
+
+
+def test_an_arm_that_stays_outside_has_exactly_its_time_to_settle() -> None:
+    limits = settling()
+    inside, outside = (40.0,) * 5, (50.0,) * 5
+    assert [limits.settle(inside, outside, SETTLE_S / 4) for _ in range(4)] == [False, False, False, True]
+    assert not limits.widened
+
+
+def test_limits_do_not_tighten_in_front_of_a_setpoint_that_is_still_outside() -> None:
+    limits = settling()
+    inside, just_outside = (40.0,) * 5, (42.5,) * 5
+    assert not limits.settle(just_outside, inside, 2 * SETTLE_S)
+    assert limits.widened
+    assert limits.settle(inside, inside, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("arm_deg", "settles"), [(42.9, True), (43.1, False), (4.1, True), (3.9, False), (42.0, True), (5.0, True)]
+)
+def test_an_arm_within_a_quarter_of_the_tolerance_counts_as_inside(arm_deg: float, settles: bool) -> None:
+    assert settling().settle((40.0,) * 5, (arm_deg,) * 5, 0.0) is settles

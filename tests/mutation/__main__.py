@@ -1,6 +1,6 @@
 """Mutation testing of what is judged and what is done about it: ``python -m tests.mutation [module ...]``.
 
-Every change of :mod:`tests.mutation.mutants` is made to one of the nine modules in a process of its own, which imports
+Every change of :mod:`tests.mutation.mutants` is made to one of the eleven modules in a process of its own, which imports
 the changed module afresh and runs the tests that come by there, the fastest first, until one fails. What survives is
 printed; more survivors than :data:`ALLOWED`, or one that has no reason in survivors.toml, fail the run.
 
@@ -33,7 +33,9 @@ from tests.mutation.mutants import Mutant, mutants
 
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = ROOT / "backend/kata/device"
-MODULES: Final = ("supervisor", "faults", "facts", "modes", "refusals", "run", "movement", "comfort", "teaching")
+MODULES: Final = (
+    "supervisor", "faults", "facts", "modes", "refusals", "limits", "resistance", "run", "movement", "comfort", "teaching",
+)  # fmt: skip
 """The most important first."""
 TESTS: Final = sorted(
     str(path)
