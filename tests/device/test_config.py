@@ -8,7 +8,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from kata.device import config_rules, facts, faults
 from kata.device.ceiling import ceiling_hz
 from kata.device.config import NO_REGISTER, Axis, ConfigError, Inputs, ModbusMap, StationConfig, at_rate, read, write
 from kata.device.config_rules import RANGES
@@ -185,11 +184,6 @@ def test_the_widest_axis_spans_less_than_one_turn() -> None:
             next(row for row in RANGES if row.field == f"axes[{motor}].{end}") for end in ("min_deg", "max_deg")
         )
         assert high.high - low.low + 2 * tolerance < 360.0
-
-
-def test_the_rules_know_the_constants_of_faults_and_resistance() -> None:
-    assert config_rules._OVERSPEED == faults._OVERSPEED
-    assert config_rules._OVERTORQUE == facts._TORQUE_TOLERANCE
 
 
 @pytest.mark.parametrize(

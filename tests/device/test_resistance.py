@@ -13,7 +13,7 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalHeader, JournalWriter
 from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
-from kata.device.resistance import FARTHEST_DEG, RELIEVE_NS, GivingWay, ResistanceMonitor
+from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
 from tests.device.conftest import LOAD, a_trajectory
@@ -383,7 +383,7 @@ def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
     stroke.forward(0.3)
     assert reversals(stroke) == 1
     assert stroke.causes() == []
-    stroke.forward(RELIEVE_NS / 1e9)
+    stroke.forward(1.0)
     assert stroke.causes() == ["load_on_the_way"]
 
 
@@ -426,7 +426,7 @@ def test_a_stuck_torque_reading_moves_an_arm_fifteen_degrees_at_most(stroke: Ste
     stroke.until("paused")
     at_deg = stroke.apparatus.angles_deg[PUSHED]
     push(stroke, torque_nm=-3.9, cycles=1000)
-    assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(at_deg + FARTHEST_DEG, abs=0.01)
+    assert stroke.apparatus.angles_deg[PUSHED] == pytest.approx(at_deg + 15.0, abs=0.01)
 
 
 def test_after_giving_way_the_recording_is_met_slowly(stepped: Stepped) -> None:
@@ -475,12 +475,44 @@ def test_the_push_against_a_blocked_arm_ends_in_time(
         if ms % (1000 // rate_hz) == 0:
             giving.yield_to(np.array([torque_nm]), np.array([late[-1]]), np.array([0.0]))
         late.append(began_deg + float(giving.offset_deg[0]))
-    assert ended_ms is not None and ended_ms <= (RELIEVE_NS / 1e6 if rate_hz == 100 else 1500)
+    assert ended_ms is not None and ended_ms <= (1000 if rate_hz == 100 else 1500)
     # It does not begin again, and the drive does not hunt.
     assert max(torques_nm[3000:]) <= 1.4 * threshold_nm
 
 
 # -- exactly at the limits --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("rate_hz", "step_deg"), [(100, 0.06), (50, 0.1), (10, 0.1)])
+def test_a_setpoint_retreats_by_six_degrees_a_second_and_newton_metre_and_never_abruptly(
+    rate_hz: int, step_deg: float
+) -> None:
+    giving = GivingWay([1.0], rate_hz, 15.0)
+    giving.yield_to(np.array([2.0]), np.array([0.0]), np.array([0.0]))
+    assert giving.offset_deg[0] == pytest.approx(-step_deg)
+
+
+@pytest.mark.parametrize(
+    ("fastest_deg_s", "pace", "step_deg"), [(15.0, 1.0, 0.05), (15.0, 0.5, 0.025), (2.0, 1.0, 0.02)]
+)
+def test_a_setpoint_comes_back_at_five_degrees_a_second_or_the_patients_limit(
+    fastest_deg_s: float, pace: float, step_deg: float
+) -> None:
+    giving = GivingWay([1.0], 100, fastest_deg_s)
+    giving.offset_deg = np.array([-3.0])
+    giving.resume(pace)
+    assert giving.offset_deg[0] == pytest.approx(-3.0 + step_deg)
+
+
+def test_the_push_that_was_turned_back_from_has_one_second_to_end(stepped: Stepped) -> None:
+    monitor = ResistanceMonitor([1.0] * 5)
+    monitor.turned_back(PUSHED, 2.0, 0)
+    facts = stepped.loop._observer.facts(0, None, stepped.loop._situation(0, 0.0))
+    pushed = msgspec.structs.replace(facts, torque_nm=(0.0, 0.0, 0.0, 2.0, 0.0))
+    times_ns = range(0, 1_500_000_000, 10_000_000)
+    along = [0.0, 0.0, 0.0, 5.0, 0.0]
+    felt_by = [monitor.resisting_axis(msgspec.structs.replace(pushed, t_ns=t_ns), along) for t_ns in times_ns]
+    assert times_ns[felt_by.index(PUSHED)] == 1_100_000_000
 
 
 def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: object) -> Run:

@@ -35,13 +35,15 @@ _LATE_REPLY_MS: Final = 4.0
 """How long the drivers wait beyond the time of the bytes, in one cycle at most."""
 _LONGEST_INPUT_AGE_MS: Final = 300.0
 """What a pseudo-terminal on a busy computer needs (decision 0006). An emergency stop that is unknown for longer stops the arm."""
-_TURN_BACK_S: Final = 0.08
-"""Time from full speed to a stand when the arm yields to resistance (:mod:`kata.device.run`)."""
-_TURN_BACK_SHARE: Final = 0.35
-"""Of the acceleration limit, for changes of pace (:mod:`kata.device.run`). The reference takes half, what goes ahead of it the rest."""
-_OVERSPEED: Final = 1.5
-"""A measured speed is a fault above this multiple of the limit (:mod:`kata.device.faults`)."""
-_OVERTORQUE: Final = 1.1
+TURN_S: Final = 0.08
+"""Time in which a movement that met resistance comes to rest from its highest speed."""
+RAMP_SHARE: Final = 0.35
+"""Of the highest acceleration: a change of pace at an axis' highest speed takes this much. With the reference's own half there is room for
+the third by which a speed that is judged over a tenth of a second may be higher in between."""
+OVERSPEED: Final = 1.5
+"""A measured speed is a fault above this multiple of the limit."""
+OVERTORQUE: Final = 1.1
+"""A measured torque is a fault above this multiple of the limit: what a drive reports may overshoot its own limit a little."""
 _LARGEST_WORD: Final = 32_767
 """Of a signed Modbus register."""
 _MODBUS_BLOCK: Final = 125
@@ -500,7 +502,7 @@ def _approach_is_slower(config: "StationConfig") -> Iterator[str]:
 
 def _can_turn_back(config: "StationConfig") -> Iterator[str]:
     for motor, axis in enumerate(config.axes, start=1):
-        needed_deg_s2 = axis.max_speed_deg_s / _TURN_BACK_S / _TURN_BACK_SHARE
+        needed_deg_s2 = axis.max_speed_deg_s / TURN_S / RAMP_SHARE
         if axis.max_acceleration_deg_s2 < needed_deg_s2:
             yield (
                 f"axes[{motor}].max_acceleration_deg_s2: {axis.max_acceleration_deg_s2:g} is less than the {needed_deg_s2:g} deg/s2 "
@@ -542,15 +544,15 @@ def _modbus_measures_faults(config: "StationConfig") -> Iterator[str]:
     fastest = _LARGEST_WORD / config.modbus.speed_per_deg_s
     strongest = _LARGEST_WORD / config.modbus.torque_per_nm
     for motor, axis in enumerate(config.axes, start=1):
-        if _OVERSPEED * axis.max_speed_deg_s >= fastest:
+        if OVERSPEED * axis.max_speed_deg_s >= fastest:
             yield (
                 f"modbus.speed_per_deg_s: a register holds at most {fastest:g} deg/s, and motor {motor} is too fast above "
-                f"{_OVERSPEED * axis.max_speed_deg_s:g}"
+                f"{OVERSPEED * axis.max_speed_deg_s:g}"
             )
-        if _OVERTORQUE * axis.max_torque_nm >= strongest:
+        if OVERTORQUE * axis.max_torque_nm >= strongest:
             yield (
                 f"modbus.torque_per_nm: a register holds at most {strongest:g} Nm, and motor {motor} is too strong above "
-                f"{_OVERTORQUE * axis.max_torque_nm:g}"
+                f"{OVERTORQUE * axis.max_torque_nm:g}"
             )
 
 

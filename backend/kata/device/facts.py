@@ -7,6 +7,7 @@ from msgspec import Struct, structs
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Axis, StationConfig
+from kata.device.config_rules import OVERTORQUE
 from kata.device.messages import TorqueState
 
 _SWITCHING_NS: Final = 50_000_000
@@ -15,8 +16,6 @@ _TORQUE_KNOWN_MS: Final = 1000.0
 """A drive's word on its torque counts for this long; its status is read every few cycles."""
 _STEADY_NS: Final = 20_000_000
 """A pedal contact that bounces for less than this has not moved."""
-_TORQUE_TOLERANCE: Final = 1.1
-"""The drive's own limit is the rated torque; what it reports may overshoot a little."""
 _NOTHING: Final = Reading(drives=(), inputs=None, statuses=())
 
 Contact = Literal["closed", "open", "unknown"]
@@ -279,7 +278,7 @@ class Observer:
 
     def _too_strong(self, n: int) -> bool:
         drive = self._drives[n]
-        return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * _TORQUE_TOLERANCE
+        return drive is not None and abs(drive.torque_nm) > self._axis(n).max_torque_nm * OVERTORQUE
 
     def _too_abrupt(self, n: int) -> bool:
         before, now = self._before[n], self._drives[n]

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from kata.device.config import Axis, StationConfig
+from kata.device.config_rules import OVERSPEED
 from kata.device.facts import Facts, Limits
 
 OVERRUN_LIMIT_MS: Final = 250.0
 """Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
-_OVERSPEED: Final = 1.5
 _STEP: Final = 1.5
 _STEP_TOLERANCE_DEG: Final = 1.0
 _ROUNDING_DEG: Final = 1e-6
@@ -120,7 +120,7 @@ def _overspeed(facts: Facts, config: StationConfig) -> Iterable[int]:
     return (
         n
         for n, (axis, speed) in enumerate(zip(config.axes, facts.speed_deg_s, strict=True))
-        if abs(speed) > _OVERSPEED * axis.max_speed_deg_s
+        if abs(speed) > OVERSPEED * axis.max_speed_deg_s
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from kata.device import journal
 from kata.device.config import StationConfig
+from kata.device.config_rules import TURN_S
 from kata.device.facts import Facts, Limits
 from kata.device.faults import Key
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
@@ -51,7 +52,6 @@ from kata.device.refusals import (
     outside_range,
     too_far_from_start,
 )
-from kata.device.resistance import TURN_S
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching

@@ -17,8 +17,6 @@ SLOW_DEG_S: Final = 1.0
 """Below this speed the direction of the path is not reliable: in recorded holds the smoothed reference strays by 0.2 deg/s (RMS)."""
 _COUNT_DEG: Final = 0.1
 """An angle nearer to its setpoint than this is on it: one count of a 4096-count encoder is 0.088 deg."""
-TURN_S: Final = 0.08
-"""Time in which a movement that met resistance comes to rest."""
 RELIEVE_NS: Final = 1_000_000_000
 """Time in which a yielding setpoint ends a push at 100 Hz, against an arm that does not move at all. The softest drive needs most of it."""
 _TO_MEASURED_S: Final = 0.05

@@ -9,13 +9,14 @@ import numpy as np
 
 from kata.device.comfort import Comfort
 from kata.device.config import REFERENCE_SHARE, StationConfig
+from kata.device.config_rules import RAMP_SHARE, TURN_S
 from kata.device.facts import Facts, Limits
 from kata.device.faults import largest_step_deg
 from kata.device.journal import JournalWriter
 from kata.device.limits import RunLimits
 from kata.device.messages import LOAD_LEVELS, Load, RunState
 from kata.device.movement import CREEP, Movement, Path, longest_step
-from kata.device.resistance import TURN_S, GivingWay, ResistanceMonitor
+from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import rate_hz
@@ -25,9 +26,6 @@ _USED_SHARE: Final = 0.98
 """Of the highest acceleration: reference and what is added to it together take no more."""
 AHEAD_SHARE: Final = _USED_SHARE - REFERENCE_SHARE
 """Of what an axis may be bent: what is added to the reference takes this much at most, and no more than the reference leaves."""
-_RAMP_SHARE: Final = 0.35
-"""Of the highest acceleration: a change of pace at an axis' highest speed takes this much. With the reference's own half there is room for
-the third by which a speed that is judged over a tenth of a second may be higher in between."""
 _STEP_SHARE: Final = 0.8
 """Of what the longest step leaves above an axis' highest speed: that is judged over a tenth of a second, and may be more in between."""
 _SAME_PLACE_S: Final = 1.0
@@ -79,9 +77,9 @@ class Run:
         steps = [
             largest_step_deg(axis, self.rate_hz) - axis.max_speed_deg_s / self.rate_hz for axis in self.config.axes
         ]
-        self._least_bend_deg = (_USED_SHARE - REFERENCE_SHARE - _RAMP_SHARE) * acceleration / self.rate_hz**2
+        self._least_bend_deg = (_USED_SHARE - REFERENCE_SHARE - RAMP_SHARE) * acceleration / self.rate_hz**2
         self._bend_deg = _USED_SHARE * acceleration / self.rate_hz**2
-        ramps_s = [axis.max_speed_deg_s / (_RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
+        ramps_s = [axis.max_speed_deg_s / (RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
         self._shortest_ramp_s = max(ramps_s)
         self._ahead_step_deg = np.minimum(self._ahead_bend_deg, _STEP_SHARE * np.array(steps))
         self.comfort = Comfort(
