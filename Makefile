@@ -29,10 +29,11 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 	@$(BIN)/kata seed --data .data
 
 # Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy, measuring
-# included. The journeys go one by one: two at once, on a computer with other work, have had drives that seemed silent.
-# Their browser keeps an event loop running in its process, where no other test could start one.
+# included. Journeys that move an arm go one by one: two at once, on a computer with other work, have had drives that seemed
+# silent. A journey's browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
 TIMED := tests/whole $(addprefix tests/web/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
+DESK := $(addprefix tests/journeys/test_,accessible.py assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
@@ -40,7 +41,8 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(addprefix --ignore=,tests/device tests/journeys $(MEASURED) $(TIMED))
 	@$(TWO_BY_TWO) $(MEASURED)
 	@$(TWO_BY_TWO) $(TIMED)
-	@$(BIN)/python -m pytest tests/journeys
+	@$(TWO_BY_TWO) $(DESK)
+	@$(BIN)/python -m pytest tests/journeys $(addprefix --ignore=,$(DESK))
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
@@ -52,6 +54,7 @@ campaign: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## the long cam
 	@$(BIN)/python -m pytest -m campaign --log-cli-level info --ignore tests/journeys
 	@$(BIN)/python -m pytest -m campaign --log-cli-level info tests/journeys
 	@$(BIN)/python -m tests.mutation
+	@$(BIN)/python -m tests.campaign.reverts
 
 check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, in both languages
 	$(BIN)/ruff format --check --quiet .

@@ -1,0 +1,14 @@
+"""The fixes that the campaign is tried without are still where they are taken back."""
+
+import pytest
+
+from tests.campaign.reverts import DEVICE, REVERTS, ROOT, Revert
+
+
+@pytest.mark.parametrize("revert", REVERTS, ids=lambda revert: f"{revert.defect}: {revert.what}")
+def test_each_fix_can_be_taken_back(revert: Revert) -> None:
+    assert [problem for edit in revert.edits if (problem := edit.problem(ROOT / DEVICE))] == []
+
+
+def test_each_defect_of_the_device_has_its_fix_taken_back() -> None:
+    assert {revert.defect for revert in REVERTS} == set(range(1, 10))
