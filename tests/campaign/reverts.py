@@ -76,8 +76,8 @@ REVERTS: Final = (
         1,
         "the registers outside the status block are not read again",
         "bus/verification.py",
-        "        self._next = (self._next + 1) % len(self._rotation)\n        return due",
-        "        return None",
+        "self._next_of_rotation() if self._cycle >= self._every else self._next_unread()",
+        "self._next_unread()",
     ),
     _one(
         1,
