@@ -367,6 +367,8 @@ class Sequences(RuleBasedStateMachine):
     def a_pressed_switch_has_cut_the_torque(self) -> None:
         if not hasattr(self, "world") or self._estop_pressed_ns is None or self.world.script.has("gone"):
             return
+        if not self._a_contact_tells:
+            return
         inputs = self.world.config.inputs
         noticed_ns = (inputs.max_age_cycles + 2) * self._period_ns + _NOTICED_NS
         if self.world.t_ns - max(self._estop_pressed_ns, self._blind_ns) > 3 * noticed_ns:
@@ -445,6 +447,14 @@ class Sequences(RuleBasedStateMachine):
         self.world.fault(kind, motor, _VALUES.get(kind))
         if alone and self.world.config.protocol == "dynamixel":
             self.judge.error_since_ns = self.world.t_ns
+
+    @property
+    def _a_contact_tells(self) -> bool:
+        """At least one of the contacts that are wired opens or closes with the switch. With both broken nothing can be known."""
+        second = self.world.config.inputs.estop_second_port is not None
+        return not self.world.script.has("contact_welded") or (
+            second and not self.world.script.has("second_wire_broken")
+        )
 
     @property
     def _looks_pressed(self) -> bool:
