@@ -180,13 +180,13 @@ class Judge:
         if self.limits_deg:
             low, high = self.limits_deg[motor - 1]
             outside_deg = max(low - seen.value, seen.value - high, 0.0)
-            shaft_deg = self.world.angles_deg[motor - 1]
+            # The first goal is where the arm was when it was measured.
+            innermost_deg = outside_deg if known.outside_deg is None else known.outside_deg
             # A goal that is no further out than the arm itself does not push it outwards.
-            allowed_deg = max(
-                low - shaft_deg, shaft_deg - high, 0.0 if known.outside_deg is None else known.outside_deg
-            )
+            shaft_deg = self.world.angles_deg[motor - 1]
+            allowed_deg = max(low - shaft_deg, shaft_deg - high, innermost_deg)
             assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
-            known.outside_deg = outside_deg if known.outside_deg is None else min(outside_deg, known.outside_deg)
+            known.outside_deg = min(outside_deg, innermost_deg)
 
     def _registers(self, n: int) -> None:
         """A drive with torque has exactly the configured registers, but for as long as it takes to see that it has not."""
