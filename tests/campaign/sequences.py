@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from kata.device.bus.drivers import make_bus
+from kata.device.bus.verification import ROUND_S
 from kata.device.config import StationConfig
 from kata.device.journal import read
 from kata.device.loop import ControlLoop
@@ -397,6 +398,8 @@ class Sequences(RuleBasedStateMachine):
         self.world.lose_requests(0, 0)
         self.world.apparatus.step_on_pedal(False)
         self.exchange.service_silent_ms, self.exchange.naming, self.exchange.journal_ok = 0.0, None, True
+        # A drive that has just lost its settings is found within a round of the verification.
+        self._run(ROUND_S)
         self._until(lambda: self._snapshot.torque != "unknown" and self._snapshot.mode != "offline")
         self._press(0, _STOP, 0.0)
         self._run(0.1)
