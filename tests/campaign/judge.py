@@ -4,6 +4,7 @@ Nothing here asks the control program what it thinks, with exceptions that are n
 of the torque (it is compared with the drives), whether a push was answered, and whether a Stop has ended what went on.
 """
 
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -30,6 +31,8 @@ _OVER_LEVEL: Final = 1.15
 """The drive's current is noisy and quantized."""
 _STEP_TOLERANCE_DEG: Final = 1.2
 _LIMIT_TOLERANCE_DEG: Final = 0.15
+_KNOWN_CYCLES: Final = 3
+"""An angle is measured in one cycle, answered to in the next, and sent with the one after it where function 23 carries the goals."""
 _POSE_TOLERANCE_DEG: Final = 1.0
 _ERROR_CYCLES: Final = 4
 """A hardware error counts in the cycle that first hears of it. A lost answer costs a cycle, and a started one may be through."""
@@ -58,6 +61,8 @@ class _Motor:
     goal: tuple[int, float] | None = None
     outside_deg: float | None = None
     """How far the innermost goal since the torque came on was beyond the patient's limits."""
+    been_deg: deque[float] = field(default_factory=lambda: deque(maxlen=_KNOWN_CYCLES))
+    """Where the shaft was in the last cycles."""
     over_since_ns: int | None = None
     answered: object = None
     wrong_since_ns: int | None = None
@@ -129,7 +134,8 @@ class Judge:
         newest = snapshots[-1]
         self._stop_ended_it(newest)
         self._hardware_error()
-        for n in range(5):
+        for n, angle_deg in enumerate(self.world.angles_deg):
+            self._motors[n].been_deg.append(angle_deg)
             self._registers(n)
             self._resistance(n, newest)
         self._angles(newest)
@@ -182,9 +188,9 @@ class Judge:
             outside_deg = max(low - seen.value, seen.value - high, 0.0)
             # The first goal is where the arm was when it was measured.
             innermost_deg = outside_deg if known.outside_deg is None else known.outside_deg
-            # A goal that is no further out than the arm itself does not push it outwards.
-            shaft_deg = self.world.angles_deg[motor - 1]
-            allowed_deg = max(low - shaft_deg, shaft_deg - high, innermost_deg)
+            # A goal that is no further out than the arm itself, as far as that could be known, does not push it outwards.
+            been_deg = (*known.been_deg, self.world.angles_deg[motor - 1])
+            allowed_deg = max(low - min(been_deg), max(been_deg) - high, innermost_deg)
             assert outside_deg <= allowed_deg + _LIMIT_TOLERANCE_DEG, f"motor {motor} was moved away from its limits"
             known.outside_deg = min(outside_deg, innermost_deg)
 
