@@ -30,7 +30,8 @@ _ANSWER_S: Final = 1.4
 _OVER_LEVEL: Final = 1.15
 """The drive's current is noisy and quantized."""
 _STEP_TOLERANCE_DEG: Final = 1.2
-_LIMIT_TOLERANCE_DEG: Final = 0.15
+_LIMIT_TOLERANCE_DEG: Final = 0.5
+"""A setpoint that yields to the patient's push may go back to where the arm was some cycles ago, and the arm comes in meanwhile."""
 _KNOWN_CYCLES: Final = 3
 """An angle is measured in one cycle, answered to in the next, and sent with the one after it where function 23 carries the goals."""
 _POSE_TOLERANCE_DEG: Final = 1.0
