@@ -7,19 +7,19 @@ is seconds of imports.
 
 def main() -> None:
     """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
-    from kata import turns
-    from kata.staying import staying
+    from kata import scheduling
+    from kata.gc_freeze import staying
 
     # Before anything has threads of its own. Not the service's alone: also a benchmark or an evaluation beside it is not to
     # make an apparatus late.
-    turns.ask_for(turns.LONG_NS)
+    scheduling.ask_for(scheduling.LONG_NS)
     with staying():
         from pydantic import ValidationError
 
         from kata.cli import app
+        from kata.console import fail
         from kata.device import realtime
         from kata.settings import Settings, complaint
-        from kata.terminal import fail
 
     realtime.refuse_huge_pages()
     try:

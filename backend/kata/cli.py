@@ -13,10 +13,10 @@ import typer
 from kata.access.audit_commands import app as audit
 from kata.access.backups.commands import backup, restore
 from kata.bench.commands import app as bench
+from kata.console import console, fail
 from kata.evaluate.commands import evaluate
+from kata.gc_freeze import staying
 from kata.settings import Settings
-from kata.staying import staying
-from kata.terminal import console, fail
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.add_typer(audit, name="audit")

@@ -20,9 +20,9 @@ from kata.clinic.sessions.schemas import Comparison
 from kata.database.engine import DatabaseError
 from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
+from kata.errors import ProblemError
 from kata.motion.taught import Taught, TaughtError, read_csv
-from kata.problems import ProblemError
-from kata.rehearsal import RehearsalError, rehearsing
+from kata.service_driver import RehearsalError, rehearsing
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorError

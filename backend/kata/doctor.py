@@ -30,8 +30,8 @@ from kata.database.engine import Database, DatabaseError
 from kata.database.upgrade import migrations
 from kata.device import config
 from kata.device.ceiling import ceiling_hz
+from kata.errors import ProblemError
 from kata.privileges import fifo_granted, kernel_preemption, memory_lock_granted
-from kata.problems import ProblemError
 from kata.settings import Settings
 
 State = Literal["ok", "warning", "problem"]

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import uvicorn
 
-from kata import memory
+from kata import malloc
 from kata.access import set_up
 from kata.access.anchor import AnchorError
 from kata.access.backups.folder import UnfinishedRestoreError
@@ -20,12 +20,12 @@ from kata.access.backups.key import BackupError
 from kata.access.factor_key import FactorKeyError
 from kata.access.openid import OpenIdError
 from kata.clinic.reports.letterhead import LetterheadError
+from kata.console import console, fail
 from kata.database.engine import DatabaseError
 from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
 from kata.settings import Settings
 from kata.simulator.process import SimulatorError
-from kata.terminal import console, fail
 from kata.web import live, logs, tls, watchdog
 from kata.web.app import create_app
 from kata.web.hardening import allowed_hosts
@@ -89,7 +89,7 @@ def _address(host: str, port: int, *, encrypted: bool) -> str:
 
 async def _serve(settings: Settings) -> None:
     """With the lifespan in our own hands, its errors are ours to put into words."""
-    memory.give_back()
+    malloc.give_back()
     application = create_app(settings)
     listening = _listen(settings)
     try:

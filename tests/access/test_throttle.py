@@ -3,7 +3,7 @@
 import pytest
 
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS, Patience, Throttle
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 
 class Clock:

@@ -12,7 +12,7 @@ from kata.clinic.assessments.tables import RomRow
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 SPADI = [8, 7, 6, 5, 4, 3, 3, 3, 3, 3, 3, 3, 3]

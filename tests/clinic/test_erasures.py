@@ -25,7 +25,7 @@ from kata.clinic.recordings.schemas import RecordingUpdate
 from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from tests.clinic.exported import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")

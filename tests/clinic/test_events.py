@@ -16,7 +16,7 @@ from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
 from tests.upgraded import upgraded_file

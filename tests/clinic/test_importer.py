@@ -32,11 +32,11 @@ from kata.database.series import Series
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT, Asked
 from kata.motion.learning import Correction
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
-from kata.problems import ProblemError
 
 STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 

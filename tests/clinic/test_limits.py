@@ -15,11 +15,11 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database
 from kata.device.config_rules import RANGES
+from kata.errors import ProblemError
 from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
-from kata.problems import ProblemError
 from tests.upgraded import upgraded_file
 
 TIMES_S = np.arange(0, 4.005, 0.01)

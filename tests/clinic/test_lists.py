@@ -24,7 +24,7 @@ from kata.clinic.sessions.lists import Wanted
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 MONDAY = datetime(2026, 11, 16, 9, tzinfo=UTC)
 

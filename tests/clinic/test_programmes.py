@@ -22,7 +22,7 @@ from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 MONDAY = datetime(2026, 11, 16, 9, 0, tzinfo=UTC)
 DAY = timedelta(days=1)

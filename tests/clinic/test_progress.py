@@ -20,7 +20,7 @@ from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Track
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}

@@ -26,8 +26,8 @@ from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
 from kata.database.series import Series
 from kata.device.faults import FAULTS
+from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from kata.problems import ProblemError
 from tests.clinic.treated import PLAIN, Texts, treat
 from tests.conftest import ROOT
 from tests.upgraded import upgraded_file

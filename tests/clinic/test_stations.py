@@ -18,8 +18,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
+from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from kata.problems import ProblemError
 from tests.clinic.test_importer import Clinic, pose
 
 NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)

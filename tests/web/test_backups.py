@@ -14,7 +14,7 @@ from fastapi.testclient import TestClient
 from kata.access.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.settings import Settings
 from kata.web.backups import Backups, due, next_at, night_lock
 from tests.signed_in import signed_in

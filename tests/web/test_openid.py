@@ -16,7 +16,7 @@ from starlette.websockets import WebSocketDisconnect
 from kata.access.openid import OpenIdError
 from kata.access.openid import Provider as OurSide
 from kata.doctor import examine
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.settings import Settings
 from tests.web.conftest import running
 from tests.web.provider import CLIENT, SECRET, Provider, provider

@@ -26,8 +26,8 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.device import journal
+from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from kata.problems import ProblemError
 from tests.web.conftest import running
 from tests.web.test_derived import lifted, taught
 from tests.web.test_records import problem

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kata import memory
+from kata import malloc
 
 _GIVES_BACK = """
 import ctypes
@@ -15,7 +15,7 @@ import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
-from kata import memory
+from kata import malloc
 
 class Allocated(ctypes.Structure):
     _fields_ = [(name, ctypes.c_size_t) for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost".split()]
@@ -28,7 +28,7 @@ libc.fdopen.restype = ctypes.c_void_p
 libc.malloc_info.argtypes = [ctypes.c_int, ctypes.c_void_p]
 libc.fflush.argtypes = [ctypes.c_void_p]
 if sys.argv[1] == "asked":
-    memory.give_back()
+    malloc.give_back()
 if sys.argv[1] == "served":
     from kata import serving
     from kata.settings import Settings
@@ -67,7 +67,7 @@ def lines(folder: Path, how: str) -> list[str]:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
-@pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, memory.ARENAS), ("not", 0, 7)])
+@pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, malloc.ARENAS), ("not", 0, 7)])
 def test_a_large_block_is_gone_when_it_is_freed_and_threads_share_arenas(
     tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:

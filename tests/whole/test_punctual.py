@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kata import turns
+from kata import scheduling
 from kata.device.messages import Load
 from kata.motion.taught import Taught
 from tests.conftest import ROOT
@@ -28,9 +28,9 @@ except SystemExit:
     print(open(file).read())
 """
 _SETTLED = """
-from kata import turns
+from kata import scheduling
 from kata.device.realtime import settle
-turns.ask_for(turns.LONG_NS)
+scheduling.ask_for(scheduling.LONG_NS)
 settle()
 print(open("/proc/self/sched").read())
 """
@@ -83,9 +83,9 @@ def kernel_that_heeds_turns() -> None:
 @pytest.mark.usefixtures("kernel_that_heeds_turns")
 def test_only_what_has_to_be_in_time_has_short_turns_of_the_processor(tmp_path: Path) -> None:
     """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
-    assert turn_ns(said(_HELP, "/proc/self/sched")) == turns.LONG_NS
-    assert turn_ns(said(_SETTLED)) == turns.SHORT_NS
-    assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == turns.SHORT_NS
+    assert turn_ns(said(_HELP, "/proc/self/sched")) == scheduling.LONG_NS
+    assert turn_ns(said(_SETTLED)) == scheduling.SHORT_NS
+    assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == scheduling.SHORT_NS
 
 
 def said(program: str, *arguments: str) -> str:

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from kata.access import demonstration, second_factor, secrets, sign_in
 from kata.access.actor import Role
 from kata.access.tables import AccountRow, AccountStationRow
-from kata.problems import ProblemError, not_found
+from kata.errors import ProblemError, not_found
 
 CODE_LASTS: Final = timedelta(hours=24)
 

@@ -29,7 +29,7 @@ from joserfc.jws import JWSRegistry
 from requests import RequestException
 
 from kata.access import secrets
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.settings import Settings, is_safe
 
 log = logging.getLogger(__name__)

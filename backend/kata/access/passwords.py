@@ -14,7 +14,7 @@ from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
 from kata.access import secrets
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 SHORTEST: Final = 10
 _OURS: Final = ("kata", "shoulder", "clinic", "therapist", "administrator")

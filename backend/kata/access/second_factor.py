@@ -15,7 +15,7 @@ from kata.access import secrets
 from kata.access.actor import Role
 from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow, RecoveryCodeRow
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 Asked = Literal["administrators", "everyone", "nobody"]
 _STEP_S: Final = 30

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from kata.access import secrets
 from kata.access.actor import Actor, Role
 from kata.access.tables import AccountRow, AccountStationRow, SignInRow
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 COOKIE: Final = "kata_sign_in"
 SECURE_COOKIE: Final = "__Host-kata_sign_in"

@@ -8,7 +8,7 @@ from math import ceil
 from threading import Lock
 from typing import Final
 
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 _KEPT: Final = 10_000
 _FORGOTTEN_S: Final = 3600.0

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 from kata.access.actor import ACTING, Actor
 from kata.clinic.figures import FigureWorker, Window
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.station.station import Station
 
 _LONGEST_S: Final = 86_400.0

@@ -22,10 +22,10 @@ from kata.clinic import overview
 from kata.database.arrays import Floats, UnreadableError, decode
 from kata.database.series import Series, unpack, unpack_within
 from kata.device.journal import PHASE_PLAYING
+from kata.errors import ProblemError
 from kata.motion.axes import AXES
 from kata.motion.edit import Asked, Motion, as_asked
 from kata.motion.tracking import compare
-from kata.problems import ProblemError
 
 # Red, yellow and cyan are kept for alarms. These are told apart by everybody, and in grey by their brightness.
 _TAUGHT: Final = "#1f3a93"

@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 from sqlalchemy import Select, literal, tuple_
 from sqlalchemy.orm import InstrumentedAttribute
 
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 Row = TypeVar("Row")
 Keys = TypeVar("Keys", bound=tuple[Any, ...])

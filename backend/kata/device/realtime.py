@@ -12,7 +12,7 @@ import resource
 import sys
 from typing import Final
 
-from kata import turns
+from kata import scheduling
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ def settle() -> None:
     connections leaves no reference cycle behind, and the loop collects while it is not connected, when no cycle is due.
     """
     refuse_huge_pages()
-    turns.ask_for(turns.SHORT_NS)
+    scheduling.ask_for(scheduling.SHORT_NS)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     gc.freeze()

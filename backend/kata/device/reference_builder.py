@@ -11,7 +11,7 @@ import socket
 import sys
 from typing import Final
 
-from kata import turns
+from kata import scheduling
 
 _NICENESS: Final = 5
 """Behind the service, and yet a quarter of a processor beside one busy process of it: somebody waits for the Load."""
@@ -35,7 +35,7 @@ def _step_back() -> None:
     """Take ordinary scheduling, behind the service, and a single thread for the linear algebra, whose equations are banded."""
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     os.nice(_NICENESS)
-    turns.ask_for(turns.LONG_NS)
+    scheduling.ask_for(scheduling.LONG_NS)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from kata.terminal import fail
+from kata.console import fail
 
 if TYPE_CHECKING:
     from kata.evaluate.outcome import Outcome

@@ -11,12 +11,12 @@ import numpy as np
 
 from kata.clinic.recordings.tables import RecordingRow
 from kata.device.journal import PHASE_PLAYING
+from kata.errors import ProblemError
 from kata.evaluate.outcome import Outcome, Played, Recording
 from kata.evaluate.run import Job
 from kata.motion.axes import Side
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
-from kata.problems import ProblemError
-from kata.rehearsal import Rehearsal, RehearsalError, Show, rehearsing
+from kata.service_driver import Rehearsal, RehearsalError, Show, rehearsing
 from kata.settings import Settings
 from kata.simulator.hand import HandRefusedError
 

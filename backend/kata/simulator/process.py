@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Final, Literal, get_args
 
-from kata import turns
+from kata import scheduling
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
@@ -63,7 +63,7 @@ def main() -> int:
     port: Path = arguments.control.with_suffix(".port")
     wire = Wire(line, script, port)
     control = ControlServer(arguments.control, apparatus, script)
-    turns.ask_for(turns.SHORT_NS)
+    scheduling.ask_for(scheduling.SHORT_NS)
     with contextlib.suppress(OSError):  # best effort: on a busy computer the drives would else seem to stutter
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     gc.collect()

@@ -29,7 +29,7 @@ from kata.clinic.sessions.ahead import Ahead
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.web.remembered import Remembered
 from kata.web.signing import actor_at, address_of, cookie_of
 

@@ -12,7 +12,7 @@ from kata.access.tables import AccountRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import NO_NUL, Moment, Name, Schema
 from kata.database.base import utc_now
-from kata.problems import ProblemError, check_version
+from kata.errors import ProblemError, check_version
 from kata.web.signing import Access, StationName, TheAccess, Username
 
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])

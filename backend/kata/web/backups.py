@@ -27,7 +27,7 @@ from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.fields import Moment, Schema
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.settings import Settings
 
 log = logging.getLogger(__name__)

@@ -11,7 +11,7 @@ from sqlalchemy import text
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.clinic.fields import Schema
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 log = logging.getLogger(__name__)
 router = APIRouter(prefix="/health", tags=["health"])

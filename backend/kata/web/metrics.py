@@ -15,7 +15,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.exposition import choose_encoder
 from prometheus_client.registry import Collector
 
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.station.schemas import LoopLive
 from kata.station.station import Station
 

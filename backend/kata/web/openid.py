@@ -21,7 +21,7 @@ from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import NO_NUL, Schema
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.web.signing import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
 
 router = APIRouter(prefix="/api/sign-in", tags=["sign-in"])

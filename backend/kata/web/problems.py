@@ -13,7 +13,7 @@ from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.away import DatabaseAwayError
 from kata.device.messages import Refusal
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.web import access, words
 
 log = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import Name, Schema
 from kata.database.away import DatabaseAwayError
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.web.metrics import refusals_counted
 from kata.web.signing import (
     Access,

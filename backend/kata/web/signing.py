@@ -30,7 +30,7 @@ from kata.clinic.fields import LONGEST_NAME, NO_NUL, Schema
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.web.remembered import Remembered
 
 log = logging.getLogger(__name__)

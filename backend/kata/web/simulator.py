@@ -10,11 +10,11 @@ from pydantic import Field, StrictBool
 
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.fields import Name, Schema
+from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
 from kata.motion.taught import Taught, TaughtError, parse_csv, read_csv
-from kata.problems import ProblemError
 from kata.simulator.apparatus import State
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorProcess

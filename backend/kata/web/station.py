@@ -33,10 +33,10 @@ from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
+from kata.errors import ProblemError
 from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
-from kata.problems import ProblemError
 from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from kata.console import fail
 from kata.settings import Settings
-from kata.terminal import fail
 
 if TYPE_CHECKING:
     from kata.access.backups.restoring import Tried

@@ -26,7 +26,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.pages import Keyset
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
-from kata.problems import ProblemError, check_version, not_found
+from kata.errors import ProblemError, check_version, not_found
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], AssessmentRow.assessed_at, AssessmentRow.id, descending=True)
 _MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"}

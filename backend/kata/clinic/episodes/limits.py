@@ -17,13 +17,13 @@ from kata.clinic.episodes.schemas import MotionLimit
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.fields import side_of
 from kata.clinic.patients import service as patients
+from kata.errors import ProblemError
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method, reference
 from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.trajectory import Trajectory
-from kata.problems import ProblemError
 
 MotorLimits = tuple[tuple[float, float], ...]
 """Lowest and highest angle of each motor, or none at all (:attr:`kata.device.messages.Load.limits_deg`)."""

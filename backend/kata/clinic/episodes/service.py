@@ -13,7 +13,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
-from kata.problems import ProblemError, check_version, not_found
+from kata.errors import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
 

@@ -19,7 +19,7 @@ from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, TeachingRow
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
 from kata.database.base import utc_now
-from kata.problems import ProblemError, not_found
+from kata.errors import ProblemError, not_found
 
 ERASED_NAME: Final = "Erased"
 

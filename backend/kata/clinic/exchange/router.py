@@ -21,8 +21,8 @@ from kata.clinic.patients.schemas import Patient
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.database.series import Series, unpack
+from kata.errors import ProblemError
 from kata.motion.csv_table import TableError
-from kata.problems import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["exchange"])

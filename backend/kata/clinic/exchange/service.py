@@ -17,8 +17,8 @@ from kata.clinic.sessions.tables import SAMPLES as RUN_SAMPLES
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.database.series import Series
+from kata.errors import ProblemError
 from kata.motion.axes import Side
-from kata.problems import ProblemError
 
 
 def person(session: Session, patient_id: UUID) -> PatientRow:

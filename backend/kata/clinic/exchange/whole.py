@@ -24,7 +24,7 @@ from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.database.series import Series
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 _PIECE: Final = 1 << 18
 _README: Final = """Everything that Kata keeps of one patient.

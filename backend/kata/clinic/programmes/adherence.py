@@ -17,7 +17,7 @@ from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
-from kata.problems import not_found
+from kata.errors import not_found
 
 _WEEK: Final = timedelta(days=7)
 

@@ -20,11 +20,11 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
+from kata.errors import ProblemError, not_found
 from kata.motion.edit import Asked, EditError, Motion, as_asked
 from kata.motion.method import Method, reference
 from kata.motion.repetitions import pace
 from kata.motion.trajectory import TrajectoryError
-from kata.problems import ProblemError, not_found
 
 
 @dataclass(frozen=True)

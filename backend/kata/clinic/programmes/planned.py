@@ -14,8 +14,8 @@ from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import Asked, Outcome
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
-from kata.problems import ProblemError, not_found
 from kata.station.schemas import LoadLevel
 
 Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]

@@ -23,7 +23,7 @@ from kata.clinic.programmes.schemas import (
     ProgrammeUpdate,
     VersionCreate,
 )
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["programmes"])

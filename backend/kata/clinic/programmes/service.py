@@ -23,7 +23,7 @@ from kata.clinic.programmes.schemas import (
 )
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.database.base import utc_now
-from kata.problems import ProblemError, check_version, edited_meanwhile, not_found
+from kata.errors import ProblemError, check_version, edited_meanwhile, not_found
 
 
 def of_patient(session: Session, patient_id: UUID) -> list[ProgrammeVersionRow]:

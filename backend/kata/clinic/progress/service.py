@@ -27,7 +27,7 @@ from kata.clinic.progress.series import (
 )
 from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.problems import not_found
+from kata.errors import not_found
 
 _WEEK: Final = timedelta(weeks=1)
 

@@ -23,9 +23,9 @@ from kata.clinic.recordings.schemas import (
 )
 from kata.clinic.recordings.shown import MotionShown, shown
 from kata.database.engine import Database
+from kata.errors import ProblemError
 from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
-from kata.problems import ProblemError
 from kata.station.station import Station
 
 router = APIRouter(tags=["recordings"])

@@ -21,7 +21,7 @@ from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
-from kata.problems import ProblemError, check_version, not_found
+from kata.errors import ProblemError, check_version, not_found
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""

@@ -24,7 +24,7 @@ from kata.clinic.reports.content import (
 )
 from kata.clinic.reports.session import person
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.problems import not_found
+from kata.errors import not_found
 
 PAINS: Final = ("rest", "active", "passive", "average")
 

@@ -15,7 +15,7 @@ from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
 from kata.database.base import utc_now
-from kata.problems import ProblemError, not_found
+from kata.errors import ProblemError, not_found
 
 log = logging.getLogger(__name__)
 

@@ -35,10 +35,10 @@ from kata.clinic.sessions.schemas import (
 from kata.database.away import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.errors import check_version
 from kata.motion import edit
 from kata.motion.learning import Correction
 from kata.motion.method import Method
-from kata.problems import check_version
 
 _EVERY_S: Final = 10.0
 _MOST: Final = 20

@@ -27,9 +27,9 @@ from kata.clinic.sessions import checks, runs, service
 from kata.clinic.sessions.checklist import Answer, CheckName
 from kata.clinic.sessions.schemas import EndReason, PainWhen
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.errors import ProblemError
 from kata.motion import edit
 from kata.motion.method import Method
-from kata.problems import ProblemError
 
 CHANGED_MEANWHILE: Final = "changed_meanwhile"
 Change = Literal[

@@ -22,8 +22,8 @@ from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, che
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
+from kata.errors import ProblemError
 from kata.motion.linkage import Floats
-from kata.problems import ProblemError
 from kata.station.schemas import Live
 
 _ROTATES_DEG: Final = 15.0

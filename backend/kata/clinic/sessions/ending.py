@@ -5,7 +5,7 @@ from datetime import datetime
 from typing import Protocol
 
 from kata.clinic.sessions.schemas import EndReason, SessionItem
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 
 class Played(Protocol):

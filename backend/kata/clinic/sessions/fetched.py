@@ -25,9 +25,9 @@ from kata.clinic.sessions.checklist import Need
 from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.base import utc_now
+from kata.errors import ProblemError
 from kata.motion import edit
 from kata.motion.learning import Correction
-from kata.problems import ProblemError
 
 log = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session as DatabaseSession
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import SessionItem, SessionProgramme
 from kata.clinic.sessions.tables import SessionRow
-from kata.problems import ProblemError, not_found
+from kata.errors import ProblemError, not_found
 
 
 def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:

@@ -39,11 +39,11 @@ from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, Journal
 from kata.device.messages import LOAD_LEVELS
+from kata.errors import ProblemError, not_found
 from kata.motion import edit
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Tracking, compare, compare_motions
-from kata.problems import ProblemError, not_found
 
 log = logging.getLogger(__name__)
 

@@ -22,7 +22,7 @@ from kata.clinic.sessions.tables import (
     SessionStopRow,
 )
 from kata.database.base import utc_now
-from kata.problems import ProblemError, check_version, not_found
+from kata.errors import ProblemError, check_version, not_found
 
 _MAY_BE_EMPTIED: Final = {"pain_before", "pain_during", "pain_after"}
 

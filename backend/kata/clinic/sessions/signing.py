@@ -8,7 +8,7 @@ from kata.clinic.sessions import service
 from kata.clinic.sessions.schemas import AddendumCreate, SessionSign
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
 from kata.database.base import utc_now
-from kata.problems import ProblemError
+from kata.errors import ProblemError
 
 
 def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:

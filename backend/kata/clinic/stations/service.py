@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.stations.tables import StationRow, StationVersionRow
 from kata.device.config import StationConfig, as_toml
+from kata.errors import not_found
 from kata.motion.axes import CANONICAL_SIDE
-from kata.problems import not_found
 
 _SIMULATED: Final = "simulated"
 

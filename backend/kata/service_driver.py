@@ -28,11 +28,11 @@ from kata.clinic.sessions.schemas import CheckTick, Run
 from kata.database.base import utc_now
 from kata.device.journal import Journal, JournalEnd, not_written
 from kata.device.messages import LOAD_LEVELS, Mode
+from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.linkage import Floats
 from kata.motion.method import Method
 from kata.motion.taught import Taught
-from kata.problems import ProblemError
 from kata.settings import Settings
 from kata.simulator.apparatus import State
 from kata.station.guard import Guard
