@@ -33,7 +33,7 @@ from kata.device.messages import (
 )
 from kata.device.refusals import not_in_this_mode
 from tests.device.stepped import Stepped
-from tests.device.test_exchange import Service, a_reference, until
+from tests.device.test_ipc import Service, a_reference, until
 from tests.device.test_journal import HEADER
 from tests.device.test_load import TIMES_S, angles, message
 from tests.device.test_power import give

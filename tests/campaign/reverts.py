@@ -108,15 +108,15 @@ REVERTS: Final = (
         2,
         "a Stop overtakes the commands before it and leaves them in the queue",
         (
-            Edit("exchange.py", "        while self._commands:\n", "        while False:\n"),
-            Edit("exchange.py", "        if taken.stop_requests != self.stop_requests:\n", "        if False:\n"),
+            Edit("ipc.py", "        while self._commands:\n", "        while False:\n"),
+            Edit("ipc.py", "        if taken.stop_requests != self.stop_requests:\n", "        if False:\n"),
         ),
         "crossings",
     ),
     _one(
         3,
         "without a port torque is shown off",
-        "facts.py",
+        "cycle_state.py",
         '                self._torque[n] = "unknown"\n',
         '                self._torque[n] = "off"\n',
     ),
@@ -176,7 +176,7 @@ REVERTS: Final = (
     _one(
         6,
         "references are built in the I/O thread",
-        "exchange.py",
+        "ipc.py",
         "        loading.complete = part.last\n",
         "        loading.complete = part.last\n        if part.last:\n            from kata.device import references\n\n"
         "            references.build(loading.request.command, self._config)\n",
@@ -185,7 +185,7 @@ REVERTS: Final = (
     _one(
         6,
         "journals are written in the I/O thread",
-        "exchange.py",
+        "ipc.py",
         "            self._take_loaded()\n            self._send(outgoing)\n",
         "            self._keeper.write()\n            self._take_loaded()\n            self._send(outgoing)\n",
         "crossings",
@@ -193,7 +193,7 @@ REVERTS: Final = (
     _one(
         6,
         "the mode is checked when the recording has been",
-        "exchange.py",
+        "ipc.py",
         '        not_now = self._newest.refusals.get("load") if self._newest else None\n',
         "        not_now = None\n",
         "crossings",
@@ -231,7 +231,7 @@ REVERTS: Final = (
     _one(
         9,
         "the alert bit is not looked at",
-        "facts.py",
+        "cycle_state.py",
         "or int(drive is not None and drive.alert)",
         "or 0",
     ),

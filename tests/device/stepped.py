@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import StationConfig
-from kata.device.exchange import Taken
+from kata.device.ipc import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter, read
 from kata.device.loop import ControlLoop
 from kata.device.messages import Command, Event, Load, Refusal, Reply, Snapshot, StopCode, stamped

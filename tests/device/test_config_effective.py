@@ -15,7 +15,7 @@ from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Axis, ConfigError, Inputs, ModbusMap, StationConfig, read
 from kata.device.config_rules import RANGES, Range
-from kata.device.facts import Observer, Situation
+from kata.device.cycle_state import CycleStateBuilder, Situation
 from kata.device.supervisor import judge
 from tests.device.answering import AnsweringLine
 
@@ -65,7 +65,7 @@ class Apparatus:
     def __post_init__(self) -> None:
         axis = self.config.axes[WATCHED]
         self.position_deg = self.setpoint_deg = (axis.min_deg + axis.max_deg) / 2
-        self._observer = Observer(self.config)
+        self._observer = CycleStateBuilder(self.config)
         self._command()
         for _ in range(10):
             assert self.faults() == set(), "nothing is wrong yet"

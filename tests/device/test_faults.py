@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.facts import Facts, Situation
+from kata.device.cycle_state import CycleState, Situation
 from kata.device.faults import FAULTS, refused_setpoints
 from kata.device.supervisor import judge
 from tests.device.stepped import REST_DEG
@@ -17,7 +17,7 @@ LIMITS = CONFIG.mechanism_deg
 LOW_DEG, HIGH_DEG = LIMITS[1]
 """What may be commanded of axis 1, in whose place most faults are put here."""
 
-MOVING = Facts(
+MOVING = CycleState(
     t_ns=0,
     situation=Situation(
         late_ms=0.0, service_age_ms=0.0, disagreements=0, journal_ok=True, limits_deg=LIMITS, rate_hz=100
@@ -53,7 +53,7 @@ MOVING = Facts(
 """All is well, and torque is on."""
 
 
-def facts_with(field: str, value: object) -> Facts:
+def facts_with(field: str, value: object) -> CycleState:
     """All is well but for one thing; what belongs to axes is given for axis 1."""
     if hasattr(MOVING.situation, field):
         return msgspec.structs.replace(MOVING, situation=_situation(field, value))

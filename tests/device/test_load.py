@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.exchange import Taken
+from kata.device.ipc import Taken
 from kata.device.messages import Load, Refusal
 from kata.device.references import build
 from kata.motion.learning import LARGEST_DEG, rows

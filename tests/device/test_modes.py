@@ -10,7 +10,7 @@ import pytest
 
 from kata.device import modes
 from kata.device.config import StationConfig
-from kata.device.facts import Facts
+from kata.device.cycle_state import CycleState
 from kata.device.messages import (
     COMMAND_NAMES,
     Acknowledge,
@@ -170,10 +170,10 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
 def test_a_step_that_wants_to_go_where_there_is_no_way_stops_at_once(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def astray(machine: modes.Machine, facts: Facts) -> None:
+    def astray(machine: modes.StateMachine, facts: CycleState) -> None:
         machine._enter("teaching")
 
-    monkeypatch.setitem(modes.Machine._STEPS, "playing", astray)
+    monkeypatch.setitem(modes.StateMachine._STEPS, "playing", astray)
     playing.cycle()
 
     assert playing.mode == "stopped"
@@ -313,10 +313,10 @@ def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
 def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     bring(stepped, "teaching")
 
-    def broken(machine: modes.Machine, facts: Facts) -> None:
+    def broken(machine: modes.StateMachine, facts: CycleState) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setitem(modes.Machine._STEPS, "teaching", broken)
+    monkeypatch.setitem(modes.StateMachine._STEPS, "teaching", broken)
     stepped.cycle()
     assert stepped.mode == "stopped"
     assert stepped.causes() == ["unexpected_error"]
@@ -363,7 +363,7 @@ def test_offline_errors_stop_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     def broken(*_: object) -> None:
         raise RuntimeError("as if")
 
-    monkeypatch.setattr(modes.Machine, "_leave_offline", broken)
+    monkeypatch.setattr(modes.StateMachine, "_leave_offline", broken)
     stepped = Stepped(tmp_path)
     assert stepped.mode == "stopped"
     assert stepped.causes()[0] == "unexpected_error"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
-from kata.device.keeper import JournalKeeper, next_sync_ns
+from kata.device.journal_set import JournalKeeper, next_sync_ns
 from kata.device.messages import Acknowledge, Approach, Play
 from tests.device.conftest import LOAD, a_trajectory
 from tests.device.power import CutDisk

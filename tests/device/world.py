@@ -31,7 +31,7 @@ class _LossyLine(world.MemoryLine):
         self._lossy = lossy
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         if not self._lossy.loses_this():
             super().send(data)
 

@@ -34,14 +34,14 @@ from tests.mutation.mutants import Mutant, mutants
 ROOT: Final = Path(__file__).parents[2]
 DEVICE: Final = ROOT / "backend/kata/device"
 MODULES: Final = (
-    "supervisor", "faults", "facts", "modes", "refusals", "limits", "resistance", "run", "movement", "comfort", "teaching",
+    "supervisor", "faults", "cycle_state", "modes", "refusals", "limits", "resistance", "run", "movement", "range_override", "teaching",
 )  # fmt: skip
 """The most important first."""
 TESTS: Final = sorted(
     str(path)
     for path in (ROOT / "tests/device").glob("test_*.py")
     # The matrix and the power cuts take long, and add nothing: what they show is asserted one by one by the others.
-    if path.stem not in ("test_matrix", "test_power", "test_exchange", "test_journal", "test_lateness")
+    if path.stem not in ("test_matrix", "test_power", "test_ipc", "test_journal", "test_latency_histogram")
 )
 SURVIVORS: Final = Path(__file__).parent / "survivors.toml"
 ALLOWED: Final = 3

@@ -5,7 +5,7 @@ from typing import Final
 from kata.bench.cycle import Goals
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import DynamixelBus
-from kata.device.bus.line import SerialLine
+from kata.device.bus.serial_transport import SerialLine
 from kata.device.config import StationConfig
 
 _INSTRUCTION_AT: Final = 7
@@ -56,6 +56,6 @@ class _OlderDrives(SerialLine):
     """A line to drives that do not know Fast Sync Read: for them it is as if it had not been sent."""
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         if data[_INSTRUCTION_AT] != _FAST_SYNC_READ:
             super().send(data)

@@ -16,7 +16,7 @@ import msgspec
 
 from kata.bench.beside import beside
 from kata.device import realtime
-from kata.device.lateness import Lateness
+from kata.device.latency_histogram import Lateness
 
 
 class Floor(msgspec.Struct):

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERSPEED
-from kata.device.facts import Facts, Limits
+from kata.device.cycle_state import CycleState, Limits
 
 OVERRUN_LIMIT_MS: Final = 250.0
 """Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
@@ -30,7 +30,7 @@ _DISAGREEMENTS: Final = 3
 Key = tuple[str, int | None]
 """A fault's code and axis (0-4) or None."""
 
-Condition = Callable[[Facts, StationConfig], Iterable[int | None]]
+Condition = Callable[[CycleState, StationConfig], Iterable[int | None]]
 """The axes (0-4) for which the fault holds; a single None where it belongs to no axis; nothing where it does not hold."""
 
 
@@ -45,27 +45,27 @@ class Fault:
     holds: Condition
 
 
-def _estop_pressed(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _estop_pressed(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.estop == "open" else ()
 
 
-def _estop_unknown(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _estop_unknown(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.estop == "unknown" and facts.bus_ok else ()
 
 
-def _bus_lost(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _bus_lost(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return () if facts.bus_ok else (None,)
 
 
-def _drive_silent(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _drive_silent(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return _unheard(facts, config, garbled=False)
 
 
-def _drive_garbled(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _drive_garbled(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return _unheard(facts, config, garbled=True)
 
 
-def _unheard(facts: Facts, config: StationConfig, *, garbled: bool) -> Iterable[int]:
+def _unheard(facts: CycleState, config: StationConfig, *, garbled: bool) -> Iterable[int]:
     if not facts.bus_ok:
         return ()
     ages = zip(facts.drive_age_ms, facts.status_age_ms, facts.garbled, strict=True)
@@ -76,36 +76,36 @@ def _unheard(facts: Facts, config: StationConfig, *, garbled: bool) -> Iterable[
     )
 
 
-def _drive_error(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _drive_error(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, error in enumerate(facts.hardware_error) if error)
 
 
-def _drive_watchdog(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _drive_watchdog(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, tripped in enumerate(facts.watchdog_tripped) if tripped and facts.torque_on)
 
 
-def _torque_lost(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _torque_lost(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, reported in enumerate(facts.torque_reported) if facts.torque_on and reported is False)
 
 
-def _torque_remains(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _torque_remains(facts: CycleState, config: StationConfig) -> Iterable[int]:
     switched_off = not facts.torque_on and not facts.situation.torque_left
     return (n for n, reported in enumerate(facts.torque_reported) if switched_off and reported)
 
 
-def _torque_found(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _torque_found(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, reported in enumerate(facts.torque_reported) if facts.situation.torque_left and reported)
 
 
-def _drive_reset(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _drive_reset(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, reset in enumerate(facts.reset) if reset)
 
 
-def _contacts_disagree(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _contacts_disagree(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.contacts_disagree_ms > config.inputs.contacts_disagree_ms else ()
 
 
-def _position_limit(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _position_limit(facts: CycleState, config: StationConfig) -> Iterable[int]:
     if not facts.torque_on:
         return ()
     # Half of the tolerance is in the limits of what may be commanded already.
@@ -114,7 +114,7 @@ def _position_limit(facts: Facts, config: StationConfig) -> Iterable[int]:
     return (n for n, ((low, high), angle) in enumerate(measured) if not low - tolerance <= angle <= high + tolerance)
 
 
-def _overspeed(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _overspeed(facts: CycleState, config: StationConfig) -> Iterable[int]:
     if not facts.torque_on:
         return ()
     return (
@@ -124,48 +124,48 @@ def _overspeed(facts: Facts, config: StationConfig) -> Iterable[int]:
     )
 
 
-def _following_error(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _following_error(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, lasted in enumerate(facts.following_ms) if lasted > config.following_error_ms)
 
 
-def _overtorque(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _overtorque(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, lasted in enumerate(facts.overtorque_ms) if lasted > _OVERTORQUE_MS and facts.torque_on)
 
 
-def _overacceleration(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _overacceleration(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, lasted in enumerate(facts.accelerating_ms) if lasted > _ACCELERATING_MS and facts.torque_on)
 
 
-def _position_jump(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _position_jump(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, jump in enumerate(facts.jump_deg) if jump > _JUMP_DEG and facts.torque_on)
 
 
-def _position_frozen(facts: Facts, config: StationConfig) -> Iterable[int]:
+def _position_frozen(facts: CycleState, config: StationConfig) -> Iterable[int]:
     return (n for n, gone in enumerate(facts.frozen_deg) if gone > FROZEN_DEG)
 
 
-def _setpoint_frozen(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _setpoint_frozen(facts: CycleState, config: StationConfig) -> Iterable[None]:
     limit = _SETPOINT_PERIODS * config.cycle_hz // facts.situation.rate_hz
     return (None,) if facts.torque_on and facts.setpoint_cycles > limit else ()
 
 
-def _overrun(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _overrun(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.torque_on and facts.situation.late_ms > OVERRUN_LIMIT_MS else ()
 
 
-def _service_silent(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _service_silent(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.torque_on and facts.situation.service_age_ms > config.service_silence_ms else ()
 
 
-def _other_run(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _other_run(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return (None,) if facts.torque_on and facts.situation.disagreements >= _DISAGREEMENTS else ()
 
 
-def _journal_fault(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _journal_fault(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return () if facts.situation.journal_ok else (None,)
 
 
-def _never(facts: Facts, config: StationConfig) -> Iterable[None]:
+def _never(facts: CycleState, config: StationConfig) -> Iterable[None]:
     """Raised by an act, or before something is sent, and not by a condition; cleared at once."""
     return ()
 

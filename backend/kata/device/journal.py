@@ -3,7 +3,7 @@
 One file each: a header line of JSON, then records of type, length, payload and CRC-32. It is valid at any byte: what
 stands before the first record that is cut or damaged is good. The CRC begins with the header, so that a disk block that
 once belonged to another journal, and comes back after a power cut, is damaged here. The control thread appends to a ring
-in memory; others write and sync (:mod:`kata.device.keeper`). The service reads finished files into the database.
+in memory; others write and sync (:mod:`kata.device.journal_set`). The service reads finished files into the database.
 """
 
 import fcntl

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from kata.device.facts import Limits
+from kata.device.cycle_state import Limits
 
 SETTLE_S: Final = 1.0
 """Time for the arm to come within the patient's limits after the approach's path has ended. Then the limits count in any case, and an arm

@@ -2,7 +2,7 @@
 emergency stop halfway to the next.
 
 Deadlines are absolute; a missed one is skipped whole and counted. Nothing here waits for anybody: journal, commands
-and telemetry pass through queues to the I/O thread (:mod:`kata.device.exchange`).
+and telemetry pass through queues to the I/O thread (:mod:`kata.device.ipc`).
 """
 
 import gc
@@ -18,12 +18,12 @@ from msgspec import structs
 from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.ceiling import ceiling_hz
 from kata.device.config import StationConfig
-from kata.device.exchange import Counterpart
-from kata.device.facts import Facts, Observer, Situation
+from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
 from kata.device.faults import refused_setpoints
-from kata.device.lateness import Lateness
+from kata.device.ipc import ServiceLink
+from kata.device.latency_histogram import Lateness
 from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refusal, Reply, Snapshot, TorqueState
-from kata.device.modes import Machine
+from kata.device.modes import StateMachine
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
 from kata.device.supervisor import judge
@@ -42,7 +42,7 @@ class ControlLoop:
         self,
         config: StationConfig,
         bus: Bus,
-        exchange: Counterpart,
+        exchange: ServiceLink,
         *,
         real_time: bool,
         memory_locked: bool,
@@ -57,10 +57,10 @@ class ControlLoop:
         self._memory_locked = memory_locked
         self._now_ns = now_ns
         self._sleep = sleep
-        self._observer = Observer(config)
+        self._observer = CycleStateBuilder(config)
         usb = config.inputs.usb_pedal
         self._pedal = UsbPedal(Path(usb), now_ns) if usb else None
-        self._machine = Machine(config, exchange.open_journal, exchange.publish_event)
+        self._machine = StateMachine(config, exchange.open_journal, exchange.publish_event)
         self._connected = False
         self._connection_problem = ""
         self._try_open_at_ns = 0
@@ -175,7 +175,7 @@ class ControlLoop:
             torque_left=self._machine.torque_left,
         )
 
-    def _look_once_more(self, facts: Facts) -> None:
+    def _look_once_more(self, facts: CycleState) -> None:
         """At every setpoint before it is sent, wherever it came from."""
         machine = self._machine
         if not machine.torque_on:
@@ -206,7 +206,7 @@ class ControlLoop:
         self._connection_problem = ""
         log.info("connected to %s", self._config.port)
 
-    def _configure(self, facts: Facts) -> None:
+    def _configure(self, facts: CycleState) -> None:
         """Configure the drives that have lost their settings, while every drive that answers says that it has no torque."""
         machine = self._machine
         answering = [n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms <= self._config.silence_ms]
@@ -227,7 +227,7 @@ class ControlLoop:
         # The drives are read before they are judged again.
         self._try_configure_at_ns = self._now_ns() + _REOPEN_NS
 
-    def _note_verified(self, facts: Facts) -> None:
+    def _note_verified(self, facts: CycleState) -> None:
         """Keep since when connection and settings are unbroken."""
         if not facts.bus_ok or any(facts.reset):
             self._verified_since_ns = None
@@ -261,7 +261,7 @@ class ControlLoop:
             return reading
         return structs.replace(reading, inputs=structs.replace(reading.inputs, pedal_down=self._pedal.down()))
 
-    def _write(self, torque_was_on: bool, facts: Facts) -> None:
+    def _write(self, torque_was_on: bool, facts: CycleState) -> None:
         machine = self._machine
         if not self._connected:
             return
@@ -291,7 +291,7 @@ class ControlLoop:
 
     # -- the service ----------------------------------------------------------------------------------------------
 
-    def _take_command(self, facts: Facts) -> None:
+    def _take_command(self, facts: CycleState) -> None:
         taken = self._exchange.take_command()
         if taken is None:
             return
@@ -306,7 +306,7 @@ class ControlLoop:
     def _stops(self) -> int:
         return self._first_stops + self._exchange.stop_requests + self._machine.stops_latched
 
-    def _publish(self, facts: Facts) -> None:
+    def _publish(self, facts: CycleState) -> None:
         """Ten snapshots a second, and one at once when something that matters has changed."""
         machine = self._machine
         estop = self._estop(facts)
@@ -324,20 +324,20 @@ class ControlLoop:
             self._shown_at_ns = facts.t_ns
             self._exchange.publish_snapshot(self._snapshot(facts, estop))
 
-    def _estop(self, facts: Facts) -> EstopState:
+    def _estop(self, facts: CycleState) -> EstopState:
         if facts.estop != "closed":
             return "pressed" if facts.estop == "open" else "unknown"
         stop = self._machine.stop
         return "released" if stop and any(code == "estop_pressed" for code, _ in stop.keys) else "closed"
 
-    def _torque(self, facts: Facts) -> tuple[TorqueState, ...]:
+    def _torque(self, facts: CycleState) -> tuple[TorqueState, ...]:
         """Of each drive; torque that is switched on in this very cycle included."""
         if not self._machine.torque_on:
             return facts.torque
         every: list[TorqueState] = ["on"] * len(facts.torque)
         return tuple(every)
 
-    def _snapshot(self, facts: Facts, estop: EstopState) -> Snapshot:
+    def _snapshot(self, facts: CycleState, estop: EstopState) -> Snapshot:
         machine = self._machine
         p50_ms, p99_ms, p999_ms = self._lateness.percentiles_ms(50, 99, 99.9)
         refusals = machine.refusals(facts)
@@ -379,14 +379,14 @@ class ControlLoop:
             ),
         )
 
-    def _offline_problem(self, facts: Facts) -> str:
+    def _offline_problem(self, facts: CycleState) -> str:
         """Why the apparatus does not come up; empty where nothing is known to be wrong."""
         missing = next((n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms > self._config.silence_ms), None)
         if self._connection_problem or missing is None:
             return self._connection_problem or self._machine.drive_problem
         return f"motor {missing + 1} (id {self._config.axes[missing].id}) does not answer"
 
-    def _axis(self, n: int, facts: Facts, torque: TorqueState) -> AxisState:
+    def _axis(self, n: int, facts: CycleState, torque: TorqueState) -> AxisState:
         known = math.isfinite(facts.drive_age_ms[n])
         return AxisState(
             motor=n + 1,

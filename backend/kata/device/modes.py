@@ -15,7 +15,7 @@ import numpy as np
 from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.config_rules import TURN_S
-from kata.device.facts import Facts, Limits
+from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import Key
 from kata.device.journal import JournalEnd, JournalHeader, JournalWriter
 from kata.device.messages import (
@@ -120,7 +120,7 @@ class IllegalTransitionError(Exception):
     """A defect: a step wanted to go where the table of transitions has no way."""
 
 
-class Machine:
+class StateMachine:
     """Modes, runs and teachings of one apparatus.
 
     After each :meth:`step`, ``torque_on`` and ``setpoint_deg`` are what the drives are to do.
@@ -163,7 +163,7 @@ class Machine:
 
     # -- one cycle ------------------------------------------------------------------------------------------------
 
-    def step(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def step(self, facts: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Let one cycle pass: faults first, then the mode's own step."""
         self._t_ns = facts.t_ns
         self._know_what_was_left(facts)
@@ -175,14 +175,14 @@ class Machine:
             self._supervise(facts, holding, stop_requested)
         self._STEPS[self.mode](self, facts)
 
-    def _know_what_was_left(self, facts: Facts) -> None:
+    def _know_what_was_left(self, facts: CycleState) -> None:
         """After a loss of the port torque is left as it is, until every drive says that it has none or the switch is pressed."""
         if not facts.bus_ok:
             self.torque_left = True
         elif facts.estop == "open" or all(reported is False for reported in facts.torque_reported):
             self.torque_left = False
 
-    def _leave_offline(self, facts: Facts, holding: list[Key]) -> None:
+    def _leave_offline(self, facts: CycleState, holding: list[Key]) -> None:
         """Everything must have been seen to be good, but for the switch, which stops at once; or a drive holds an arm."""
         # Each drive that answers has said what it has: the stop then names all that hold the arm, and none that was only not asked yet.
         answers = zip(facts.drive_age_ms, facts.torque_reported, strict=True)
@@ -191,7 +191,7 @@ class Machine:
         if arm_held or (facts.complete and all(code in _SWITCH_FAULTS for code, _ in holding)):
             self._enter("idle")
 
-    def _supervise(self, facts: Facts, holding: list[Key], stop_requested: StopCode | None) -> None:
+    def _supervise(self, facts: CycleState, holding: list[Key], stop_requested: StopCode | None) -> None:
         """Latch what holds; a Stop counts where there is something to stop."""
         acted, self._raised = self._raised if self.torque_on else [], []
         if stop_requested and (self.stop or self.torque_on or self._teaching or self._run):
@@ -210,7 +210,7 @@ class Machine:
 
     # -- one step for each mode -------------------------------------------------------------------------------------
 
-    def _step_stopped(self, facts: Facts) -> None:
+    def _step_stopped(self, facts: CycleState) -> None:
         assert self.stop is not None
         if self.torque_on and self.stop.category == 0:
             self._cut_torque()
@@ -222,7 +222,7 @@ class Machine:
         if not self.torque_on:
             self._end_stopped_run()
 
-    def _step_teaching(self, facts: Facts) -> None:
+    def _step_teaching(self, facts: CycleState) -> None:
         teaching = self._teaching
         assert teaching is not None
         was_recording = teaching.recording
@@ -232,7 +232,7 @@ class Machine:
         elif was_recording and not teaching.recording:
             self._tell_take_ended(teaching)
 
-    def _step_moving(self, facts: Facts) -> None:
+    def _step_moving(self, facts: CycleState) -> None:
         movement, run = self._movement, self._run
         assert movement is not None and run is not None
         self._feel(run, movement, facts)
@@ -260,7 +260,7 @@ class Machine:
         elif movement.stands:
             self._enter("paused")
 
-    def _feel(self, run: Run, movement: Movement, facts: Facts) -> None:
+    def _feel(self, run: Run, movement: Movement, facts: CycleState) -> None:
         """Answer resistance over the patient's level: back along the path where the recording plays, else a stop that holds the arm."""
         axis = run.resisted(facts)
         if axis is None:
@@ -273,17 +273,17 @@ class Machine:
         movement.ramp_s = TURN_S
         self._raised.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
 
-    def _give_way(self, run: Run, movement: Movement, facts: Facts) -> None:
+    def _give_way(self, run: Run, movement: Movement, facts: CycleState) -> None:
         """Let a setpoint yield that would go on pushing against the patient: held after resistance, or taken back from it."""
         if self.mode == "stopped" and self.stop and self.stop.category == 2:
             run.give_way(facts)
         elif self.mode == "playing" and run.resisting_axis is not None and movement.pace <= 0.0:
             run.give_way(facts, only_to_met=True)
 
-    def _step_resting(self, facts: Facts) -> None:
+    def _step_resting(self, facts: CycleState) -> None:
         """Torque is off, nothing happens."""
 
-    _STEPS: Final[dict[Mode, Callable[["Machine", Facts], None]]] = {
+    _STEPS: Final[dict[Mode, Callable[["StateMachine", CycleState], None]]] = {
         "offline": _step_resting,
         "idle": _step_resting,
         "ready": _step_resting,
@@ -297,7 +297,7 @@ class Machine:
 
     # -- commands -------------------------------------------------------------------------------------------------
 
-    def refusal(self, name: CommandName, facts: Facts) -> Refusal | None:
+    def refusal(self, name: CommandName, facts: CycleState) -> Refusal | None:
         """Why a command would not be accepted now; None when it would."""
         refusal = not_in_this_mode(name, self.mode)
         if refusal:
@@ -319,13 +319,13 @@ class Machine:
             return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
         return None
 
-    def refusals(self, facts: Facts) -> dict[CommandName, Refusal]:
+    def refusals(self, facts: CycleState) -> dict[CommandName, Refusal]:
         """Every command that is not allowed now, and why."""
         found = {name: self.refusal(name, facts) for name in COMMAND_NAMES}
         return {name: refusal for name, refusal in found.items() if refusal}
 
     def command(
-        self, command: Command, trajectory: Trajectory | None, facts: Facts, correction: Correction | None = None
+        self, command: Command, trajectory: Trajectory | None, facts: CycleState, correction: Correction | None = None
     ) -> Refusal | None:
         """Carry out a command other than Stop, or refuse it. ``trajectory`` and ``correction`` belong to Load."""
         refusal = self.refusal(_COMMAND_OF[type(command)], facts)
@@ -390,7 +390,7 @@ class Machine:
             self._end_run(JournalEnd(reason="unloaded"))
         return True
 
-    def abort(self, facts: Facts, causes: list[Key]) -> None:
+    def abort(self, facts: CycleState, causes: list[Key]) -> None:
         """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
         stop = self.stop or self._latch(facts)
         for cause in stop.update(stop.holding, causes):
@@ -402,7 +402,7 @@ class Machine:
 
     # -- as the snapshot tells it ---------------------------------------------------------------------------------
 
-    def pedal(self, facts: Facts) -> PedalState:
+    def pedal(self, facts: CycleState) -> PedalState:
         """The pedal as it counts."""
         if facts.pedal_down is None:
             return "unknown"
@@ -459,12 +459,12 @@ class Machine:
 
     # -- parts ----------------------------------------------------------------------------------------------------
 
-    def _latch(self, facts: Facts) -> LatchedStop:
+    def _latch(self, facts: CycleState) -> LatchedStop:
         self.stop = LatchedStop(facts.t_ns)
         self.stops_latched += 1
         return self.stop
 
-    def _begin_approach(self, facts: Facts) -> None:
+    def _begin_approach(self, facts: CycleState) -> None:
         run = self._run
         assert run is not None
         here = np.array(facts.measured_deg)
@@ -491,7 +491,7 @@ class Machine:
         self._movement = run.along(approach.Approach(here, run.back_to_deg, run.approach_speed_deg_s), course=1)
         self._enter("returning")
 
-    def _move(self, facts: Facts) -> None:
+    def _move(self, facts: CycleState) -> None:
         """Record what the last setpoint came to, and go on along the path."""
         movement, run = self._movement, self._run
         assert movement is not None and run is not None

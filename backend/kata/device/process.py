@@ -13,9 +13,9 @@ from typing import Final
 from kata.device import realtime
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
-from kata.device.exchange import Exchange
+from kata.device.ipc import Exchange
 from kata.device.journal import Files, FolderInUseError, claimed
-from kata.device.keeper import JournalKeeper
+from kata.device.journal_set import JournalKeeper
 from kata.device.loader import ReferenceLoader
 from kata.device.loop import ControlLoop
 

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Final
 
-from kata.device.comfort import LEAST, Comfort
 from kata.device.config import StationConfig
-from kata.device.facts import Facts
+from kata.device.cycle_state import CycleState
 from kata.device.faults import FROZEN_DEG
 from kata.device.messages import CommandName, Guarded, Mode, Refusal
+from kata.device.range_override import LEAST, RangeOverride
 from kata.device.supervisor import LatchedStop
 from kata.motion.axes import Side
 
@@ -83,7 +83,7 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
     return None
 
 
-def not_verified(facts: Facts, problem: str) -> Refusal | None:
+def not_verified(facts: CycleState, problem: str) -> Refusal | None:
     """A stop is acknowledged when every drive is known to have its settings. ``problem``: why one cannot be configured."""
     if all(facts.verified):
         return None
@@ -94,7 +94,7 @@ def not_verified(facts: Facts, problem: str) -> Refusal | None:
     return Refusal(code="not_verified", message="The motors' settings are being checked.", next_step="Wait a moment.")
 
 
-def no_torque_found(facts: Facts) -> Refusal | None:
+def no_torque_found(facts: CycleState) -> Refusal | None:
     """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
     if not facts.bus_ok:
         message, next_step = _WHAT_IS_ON["offline"]
@@ -117,7 +117,7 @@ def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
     )
 
 
-def no_less(comfort: Comfort) -> Refusal | None:
+def no_less(comfort: RangeOverride) -> Refusal | None:
     """Less and less comes to an end."""
     if not comfort.at_least:
         return None
@@ -128,7 +128,7 @@ def no_less(comfort: Comfort) -> Refusal | None:
     )
 
 
-def outside_range(facts: Facts, config: StationConfig) -> Refusal | None:
+def outside_range(facts: CycleState, config: StationConfig) -> Refusal | None:
     """Torque is not switched on where the first measurement would be a fault."""
     tolerance = config.limit_tolerance_deg
     for motor, (axis, angle) in enumerate(zip(config.axes, facts.measured_deg, strict=True), start=1):
@@ -141,7 +141,7 @@ def outside_range(facts: Facts, config: StationConfig) -> Refusal | None:
     return None
 
 
-def too_far_from_start(facts: Facts, start_deg: Sequence[float]) -> Refusal | None:
+def too_far_from_start(facts: CycleState, start_deg: Sequence[float]) -> Refusal | None:
     """Nobody goes in a single step further than what a frozen drive is known by. ``start_deg``: where that step would lead."""
     for motor, (start, angle) in enumerate(zip(start_deg, facts.measured_deg, strict=True), start=1):
         if abs(start - angle) > FROZEN_DEG:

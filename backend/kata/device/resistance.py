@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from kata.device.facts import Facts
+from kata.device.cycle_state import CycleState
 from kata.motion.linkage import Floats
 
 RESISTS_NS: Final = 100_000_000
@@ -46,7 +46,7 @@ class ResistanceMonitor:
         self._since_ns = [None] * len(self._thresholds_nm)
         self._met = (axis, torque_nm, t_ns + RELIEVE_NS)
 
-    def resisting_axis(self, facts: Facts, speed_deg_s: Sequence[float]) -> int | None:
+    def resisting_axis(self, facts: CycleState, speed_deg_s: Sequence[float]) -> int | None:
         """Return the first axis that meets resistance in this cycle, else None.
 
         :param speed_deg_s: of the reference: the path's tangent times the pace.
@@ -68,7 +68,7 @@ class ResistanceMonitor:
                 found = n
         return found
 
-    def _ends(self, n: int, facts: Facts) -> bool:
+    def _ends(self, n: int, facts: CycleState) -> bool:
         """Return True while the push that caused the last reversal may take its time to end."""
         if self._met is None:
             return False

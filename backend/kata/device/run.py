@@ -7,15 +7,15 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kata.device.comfort import Comfort
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.config_rules import RAMP_SHARE, TURN_S
-from kata.device.facts import Facts, Limits
+from kata.device.cycle_state import CycleState, Limits
 from kata.device.faults import largest_step_deg
 from kata.device.journal import JournalWriter
 from kata.device.limits import RunLimits
 from kata.device.messages import LOAD_LEVELS, Load, RunState
 from kata.device.movement import CREEP, Movement, Path, longest_step
+from kata.device.range_override import RangeOverride
 from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
@@ -82,7 +82,7 @@ class Run:
         ramps_s = [axis.max_speed_deg_s / (RAMP_SHARE * axis.max_acceleration_deg_s2) for axis in self.config.axes]
         self._shortest_ramp_s = max(ramps_s)
         self._ahead_step_deg = np.minimum(self._ahead_bend_deg, _STEP_SHARE * np.array(steps))
-        self.comfort = Comfort(
+        self.comfort = RangeOverride(
             self.trajectory,
             self.load.repetition_s or self.trajectory.duration_s,
             np.array([axis.max_speed_deg_s for axis in self.config.axes]),
@@ -198,14 +198,14 @@ class Run:
 
     # -- resistance -----------------------------------------------------------------------------------------------
 
-    def resisted(self, facts: Facts) -> int | None:
+    def resisted(self, facts: CycleState) -> int | None:
         """Return the axis whose drive has pushed with the patient's level for a tenth of a second, else None.
 
         To be asked in every cycle with torque; the direction of a moving axis is that of the last setpoints' reference.
         """
         return self._monitor.resisting_axis(facts, self._speed_deg_s.tolist())
 
-    def turn_back(self, axis: int, movement: Movement, facts: Facts) -> None:
+    def turn_back(self, axis: int, movement: Movement, facts: CycleState) -> None:
         """Take the arm back along the path it came."""
         self.resisted_at_s.append(movement.position_s)
         self.resisting_axis = axis
@@ -215,7 +215,7 @@ class Run:
         movement.ramp_s = TURN_S
         movement.back_to_s = max(0.0, movement.position_s - self.config.reversal_s)
 
-    def give_way(self, facts: Facts, *, only_to_met: bool = False) -> None:
+    def give_way(self, facts: CycleState, *, only_to_met: bool = False) -> None:
         """Let the next setpoint yield to every push above the level; ``only_to_met``: to the one that was met last."""
         torque_nm = np.array(facts.torque_nm)
         if only_to_met:
@@ -231,7 +231,7 @@ class Run:
 
     # -- as others see it -----------------------------------------------------------------------------------------
 
-    def record(self, t_ns: int, facts: Facts, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
+    def record(self, t_ns: int, facts: CycleState, phase: int, path_s: float, setpoint_deg: tuple[float, ...]) -> None:
         """Keep what the last setpoint came to: what was measured at ``t_ns``."""
         self.journal.sample(
             t_ns,

@@ -4,12 +4,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from kata.device.config import StationConfig
-from kata.device.facts import Facts
+from kata.device.cycle_state import CycleState
 from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault, Key
 from kata.device.messages import StopCause, StopState
 
 
-def judge(facts: Facts, config: StationConfig) -> list[Key]:
+def judge(facts: CycleState, config: StationConfig) -> list[Key]:
     """Every fault that holds in this cycle, in the table's order."""
     return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(facts, config)]
 

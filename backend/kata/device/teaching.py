@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from kata.device.facts import Facts
+from kata.device.cycle_state import CycleState
 from kata.device.journal import JournalEnd, JournalWriter
 from kata.device.messages import TeachingState
 
@@ -25,7 +25,7 @@ class Teaching:
     cycles: int = field(init=False)
     """Of this take."""
 
-    def step(self, facts: Facts) -> None:
+    def step(self, facts: CycleState) -> None:
         """Let one cycle pass."""
         if facts.pedal_down is not True:
             self.pedal_was_up = self.pedal_was_up or facts.pedal_down is False

@@ -13,7 +13,7 @@ from msgspec import structs
 from kata.device import journal, references
 from kata.device.bus.drivers import make_bus
 from kata.device.config import StationConfig
-from kata.device.exchange import Taken
+from kata.device.ipc import Taken
 from kata.device.journal import Files, Journal, JournalHeader, JournalWriter
 from kata.device.loop import ControlLoop
 from kata.device.messages import (
@@ -125,7 +125,7 @@ class VirtualStation:
 
 
 class _Desk:
-    """The :class:`~kata.device.exchange.Counterpart` that asks and looks in the same thread."""
+    """The :class:`~kata.device.ipc.ServiceLink` that asks and looks in the same thread."""
 
     closing = False
     stop_requests = 0
@@ -167,35 +167,35 @@ class _Desk:
     # -- the control loop's side ----------------------------------------------------------------------------------
 
     def take_stop(self) -> None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
 
     def take_command(self) -> Taken | None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         command, self._command = self._command, None
         return command
 
     def service_age_ms(self, t_ns: int) -> float:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         return 0.0
 
     def reply(self, reply: Reply) -> None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         self._reply = reply
 
     def publish_event(self, event: Event) -> None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         self.snapshot = snapshot
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         self._writer = JournalWriter(Path(), header, self._memory)
         return self._writer
 
     def wake(self) -> None:
-        """See :class:`~kata.device.exchange.Counterpart`."""
+        """See :class:`~kata.device.ipc.ServiceLink`."""
         if self._writer:
             self._writer.write()
 

@@ -18,7 +18,7 @@ from kata.simulator.servos import Servo
 
 
 class MemoryLine:
-    """A :class:`kata.device.bus.line.Line` to a world."""
+    """A :class:`kata.device.bus.serial_transport.Line` to a world."""
 
     def __init__(self, world: "World", baud: int) -> None:
         self._world = world
@@ -30,11 +30,11 @@ class MemoryLine:
         """Bytes both ways."""
 
     def now_ns(self) -> int:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         return self._world.t_ns
 
     def send(self, data: bytes) -> None:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         self._check()
         world = self._world
         self.pump(world.t_ns)
@@ -47,7 +47,7 @@ class MemoryLine:
         world.line.hear(data, world.t_ns, self._baud)
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         self._check()
         world = self._world
         # A line may sleep until then, and need not.
@@ -66,7 +66,7 @@ class MemoryLine:
         return came
 
     def close(self) -> None:
-        """See :class:`~kata.device.bus.line.Line`."""
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
         self._waiting.clear()
 
     def pump(self, until_ns: int) -> None:

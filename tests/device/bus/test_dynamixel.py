@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import FastParser, StatusParser, encode
-from kata.device.bus.line import Line
 from kata.device.bus.port import Bus, BusError
+from kata.device.bus.serial_transport import Line
 from kata.device.config import Inputs
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction

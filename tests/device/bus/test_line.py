@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from kata.device.bus.line import SerialLine
 from kata.device.bus.port import BusError
+from kata.device.bus.serial_transport import SerialLine
 
 _SOON_NS = 2_000_000
 _LONG_NS = 5_000_000_000

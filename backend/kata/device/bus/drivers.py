@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from kata.device.bus.dynamixel import DynamixelBus
-from kata.device.bus.line import Line, SerialLine
 from kata.device.bus.modbus import ModbusBus
 from kata.device.bus.port import Bus
+from kata.device.bus.serial_transport import Line, SerialLine
 from kata.device.config import StationConfig
 
 

@@ -22,9 +22,8 @@ from typing import Final
 
 from fastcrc import crc16
 
-from kata.device.bus.line import Line
+from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
-from kata.device.bus.quiet import Quiet
 from kata.device.bus.registers import (
     AMPERE_PER_UNIT,
     BUS_WATCHDOG,
@@ -42,6 +41,7 @@ from kata.device.bus.registers import (
     nearest_turn,
     zero_count,
 )
+from kata.device.bus.serial_transport import Line
 from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE
 from kata.device.config import Axis, StationConfig
@@ -239,7 +239,7 @@ class DynamixelBus:
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
         """Id and goal of each drive."""
         self._line: Line | None = None
-        self._quiet = Quiet(self._ids, self._config)
+        self._quiet = PollBackoff(self._ids, self._config)
         self._next_status = cycle(range(len(config.axes)))
         self._fast: bool | None = None
         """The drives know Fast Sync Read; None until it has been tried."""
@@ -256,7 +256,7 @@ class DynamixelBus:
     def open(self) -> None:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._line = self._open_line(self._config.port, self._config.baud)
-        self._quiet = Quiet(self._ids, self._config)
+        self._quiet = PollBackoff(self._ids, self._config)
         self._busy_until_ns = 0
         self._armed_ns = None
         self._fast = None

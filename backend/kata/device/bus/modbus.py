@@ -16,9 +16,9 @@ from typing import Final
 
 from fastcrc import crc16
 
-from kata.device.bus.line import Line
+from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
-from kata.device.bus.quiet import Quiet
+from kata.device.bus.serial_transport import Line
 from kata.device.bus.verification import Verification
 from kata.device.ceiling import BITS_A_BYTE, silence_ns
 from kata.device.config import NO_REGISTER, Axis, StationConfig
@@ -88,7 +88,7 @@ class ModbusBus:
         """Of this cycle: who comes late takes from those behind, so that a cycle is never late by more than one slack."""
         self._line: Line | None = None
         self._free_at_ns = 0
-        self._quiet = Quiet(self._ids, self._config)
+        self._quiet = PollBackoff(self._ids, self._config)
         self._registers = [tuple(self._configured(axis)) for axis in config.axes]
         self._spans = self._map.verified_spans
         self._verification = Verification(len(self._ids), 1 + len(self._spans), config.cycle_hz)
@@ -103,7 +103,7 @@ class ModbusBus:
         """See :class:`~kata.device.bus.port.Bus`."""
         self._line = self._open_line(self._config.port, self._config.baud)
         self._free_at_ns = 0
-        self._quiet = Quiet(self._ids, self._config)
+        self._quiet = PollBackoff(self._ids, self._config)
         self._goals = {}
         self._armed_ns = None
         for n in range(len(self._ids)):

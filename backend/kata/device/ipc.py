@@ -2,7 +2,7 @@
 
 The control thread's side takes and leaves without ever waiting. The I/O thread's side moves small messages between queues
 and the socket to the service, and does nothing that takes long: a Stop waits for nothing. Threads of their own write the
-journals (:mod:`kata.device.keeper`) and wait for recordings to be checked (:mod:`kata.device.loader`).
+journals (:mod:`kata.device.journal_set`) and wait for recordings to be checked (:mod:`kata.device.loader`).
 """
 
 import logging
@@ -23,7 +23,7 @@ import msgspec
 
 from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
-from kata.device.keeper import JournalKeeper, JournalThreads
+from kata.device.journal_set import JournalKeeper, JournalThreads
 from kata.device.messages import (
     LONGEST_LOAD_BYTES,
     Command,
@@ -107,7 +107,7 @@ class Loader(Protocol):
         """Take what has come since the last time, each with the id of its Load."""
 
 
-class Counterpart(Protocol):
+class ServiceLink(Protocol):
     """What the control loop wants of the other side; nothing here ever waits."""
 
     @property
@@ -156,7 +156,7 @@ class Counterpart(Protocol):
 
 
 class Exchange:
-    """The queues, and the threads that serve them: the :class:`Counterpart` of a device process."""
+    """The queues, and the threads that serve them: the :class:`ServiceLink` of a device process."""
 
     def __init__(
         self, config: StationConfig, connection: socket.socket, journals: JournalKeeper, loader: Loader
@@ -208,7 +208,7 @@ class Exchange:
     # -- the control thread's side --------------------------------------------------------------------------------
 
     def take_stop(self) -> StopCode | None:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         first: StopCode | None = None
         while self._stops:
             because = self._stops.popleft()
@@ -216,7 +216,7 @@ class Exchange:
         return first
 
     def take_command(self) -> Taken | None:
-        """See :class:`Counterpart`.
+        """See :class:`ServiceLink`.
 
         A Stop may come at any moment in between. The I/O thread first counts it, then leaves it for :meth:`take_stop`, then
         discards what is queued; what comes later bears the new count. So a command with an old count came before the Stop and is
@@ -236,19 +236,19 @@ class Exchange:
         return taken
 
     def service_age_ms(self, t_ns: int) -> float:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         return math.inf if self.closing else (t_ns - self._heard_ns) / 1e6
 
     def reply(self, reply: Reply) -> None:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         self._replies.append(reply)
 
     def publish_event(self, event: Event) -> None:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         self._letters.append(event)
 
     def publish_snapshot(self, snapshot: Snapshot) -> None:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         if len(self._snapshots) >= _SNAPSHOTS_KEPT:
             self._snapshots.popleft()
             self.dropped += 1
@@ -256,16 +256,16 @@ class Exchange:
         self._snapshots.append(snapshot)
 
     def open_journal(self, header: JournalHeader) -> JournalWriter:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         return self._keeper.open(header)
 
     @property
     def journal_ok(self) -> bool:
-        """See :class:`Counterpart`."""
+        """See :class:`ServiceLink`."""
         return self._keeper.ok
 
     def wake(self) -> None:
-        """See :class:`Counterpart`.
+        """See :class:`ServiceLink`.
 
         Replies go now: the service may send a Load on the strength of one, which is judged by this cycle's snapshot.
         """

@@ -8,7 +8,7 @@ import pytest
 
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Inputs, StationConfig
-from kata.device.facts import Facts, Observer, Situation
+from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
 from tests.device.stepped import REST_DEG
 
 MS = 1_000_000
@@ -25,7 +25,7 @@ class Watched:
     config: StationConfig = field(default_factory=StationConfig)
 
     def __post_init__(self) -> None:
-        self.observer = Observer(self.config)
+        self.observer = CycleStateBuilder(self.config)
 
     def reading(self, at_ms: float, torque_on: bool = False) -> Reading:
         t_ns = START_NS + int(at_ms * MS)
@@ -35,10 +35,10 @@ class Watched:
             statuses=tuple(DriveStatus(t_ns, n, torque_on, 0, False) for n in range(5)),
         )
 
-    def hear(self, at_ms: float, reading: Reading | None) -> Facts:
+    def hear(self, at_ms: float, reading: Reading | None) -> CycleState:
         return self.observer.facts(START_NS + int(at_ms * MS), reading, ALONE)
 
-    def drive(self, at_ms: float, **values: float) -> Facts:
+    def drive(self, at_ms: float, **values: float) -> CycleState:
         """Axis 1 says something."""
         reading = self.reading(at_ms)
         drives = list(reading.drives)

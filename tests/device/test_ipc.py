@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from kata.device.config import StationConfig
-from kata.device.exchange import Exchange, Taken
+from kata.device.ipc import Exchange, Taken
 from kata.device.journal import Files, JournalEnd, read
-from kata.device.keeper import JournalKeeper
+from kata.device.journal_set import JournalKeeper
 from kata.device.loader import ReferenceLoader, Result
 from kata.device.messages import (
     LONGEST_LOAD_BYTES,

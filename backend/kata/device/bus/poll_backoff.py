@@ -14,7 +14,7 @@ _SELDOM: Final = 10
 """Cycles between two tries."""
 
 
-class Quiet:
+class PollBackoff:
     """Counts what each address failed to answer in a row; one answer clears it."""
 
     def __init__(self, addresses: Iterable[int], config: StationConfig) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kata.device.lateness import Lateness
+from kata.device.latency_histogram import Lateness
 
 
 @pytest.mark.parametrize("typical_us", [5, 60, 900])

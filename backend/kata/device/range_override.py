@@ -23,7 +23,7 @@ _QUICKENING_S2: Final = 1.0
 
 
 @dataclass
-class Comfort:
+class RangeOverride:
     """How much of a recording's range is played, around the middle of what each motor goes through.
 
     It changes with the pace of the path: where the arm is held, it stays held. Back it goes after a whole repetition without

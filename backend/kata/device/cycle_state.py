@@ -39,7 +39,7 @@ class Situation(Struct, frozen=True):
     """Torque is neither commanded on nor off: the port has been opened, and a drive may hold an arm."""
 
 
-class Facts(Struct, frozen=True):
+class CycleState(Struct, frozen=True):
     """What is known at the beginning of a cycle. Tuples have five entries, axis order.
 
     What *lasts* is counted from the first bad cycle, and one good one clears it.
@@ -116,7 +116,7 @@ class _Lasting:
         return _age_ms(t_ns, since_ns)
 
 
-class Observer:
+class CycleStateBuilder:
     """Keeps the newest reply of everybody, and says how old it is."""
 
     def __init__(self, config: StationConfig) -> None:
@@ -159,7 +159,7 @@ class Observer:
             self._opened = True
             self._torque_switched_ns = inputs.t_ns
 
-    def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> Facts:
+    def facts(self, t_ns: int, reading: Reading | None, situation: Situation) -> CycleState:
         """Take in this cycle's replies (None: the bus is not there) and tell what is known at ``t_ns``."""
         replies = reading or _NOTHING
         self._take(t_ns, replies, bus_ok=reading is not None)
@@ -169,7 +169,7 @@ class Observer:
         answered = [drive.t_ns for drive in replies.drives if drive]
         axes = range(len(self._drives))
         reported = tuple([self._torque_reported(status) for status in self._status])
-        return Facts(
+        return CycleState(
             t_ns=t_ns,
             situation=situation,
             bus_ok=reading is not None,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from kata.device import journal
-from kata.device.comfort import BACK_DEG, LEAST, STEP, Comfort
 from kata.device.messages import Approach, Less, Pause, Play, Return
+from kata.device.range_override import BACK_DEG, LEAST, STEP, RangeOverride
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
@@ -30,17 +30,17 @@ def strokes(repetitions: int = REPETITIONS) -> tuple[Floats, Floats]:
     return times, angles
 
 
-def comfort(repetition_s: float = SECONDS, max_speed_deg_s: float = 120.0) -> Comfort:
-    return Comfort(reference("smooth", *strokes()), repetition_s, np.full(5, max_speed_deg_s))
+def comfort(repetition_s: float = SECONDS, max_speed_deg_s: float = 120.0) -> RangeOverride:
+    return RangeOverride(reference("smooth", *strokes()), repetition_s, np.full(5, max_speed_deg_s))
 
 
-def standing(comfort: Comfort, angle_deg: float = 60.0, speed_deg_s: float = 0.0) -> Motion:
+def standing(comfort: RangeOverride, angle_deg: float = 60.0, speed_deg_s: float = 0.0) -> Motion:
     angles, speed = comfort.trajectory.middle_deg.copy(), np.zeros(5)
     angles[MOVING], speed[MOVING] = angle_deg, speed_deg_s
     return Motion(angles, speed, np.zeros(5))
 
 
-def reached(comfort: Comfort, seconds: float, pace: float = 1.0) -> list[float]:
+def reached(comfort: RangeOverride, seconds: float, pace: float = 1.0) -> list[float]:
     """The moving axis, which would be held at 60 deg, in every hundredth of a second."""
     at = standing(comfort)
     return [float(comfort.apply(at, pace, 0.01).angles_deg[MOVING]) for _ in range(round(100 * seconds))]
@@ -199,7 +199,7 @@ def test_it_does_not_come_back_while_the_arm_is_taken_back() -> None:
 
 def test_a_recording_in_which_nothing_moves_has_no_range_and_no_trouble() -> None:
     times, angles = strokes(1)
-    still = Comfort(Trajectory(times, np.tile(angles[:1], (len(times), 1))), 4.0, np.full(5, 120.0))
+    still = RangeOverride(Trajectory(times, np.tile(angles[:1], (len(times), 1))), 4.0, np.full(5, 120.0))
     still.less()
     at = standing(still, 0.0)
     for _ in range(1000):
