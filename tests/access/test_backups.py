@@ -33,9 +33,9 @@ from kata.access.verify import Verdict, verify
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
-from kata.database.copies import copy
+from kata.database.database_copy import copy
 from kata.database.engine import Database
-from kata.database.tally import Tally, tallies
+from kata.database.table_checksums import Tally, tallies
 from kata.settings import Settings
 from tests.signed_in import signed_in
 from tests.upgraded import upgraded_file

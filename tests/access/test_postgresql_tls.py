@@ -18,7 +18,7 @@ from cryptography.x509.oid import NameOID
 from sqlalchemy.exc import OperationalError
 
 from kata.database.base import utc_now
-from kata.database.copies import copy
+from kata.database.database_copy import copy
 from kata.database.engine import Database
 from kata.database.programs import postgresql_program
 from kata.settings import Settings, by_tls

@@ -25,7 +25,7 @@ from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import Wanted
 from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.series import Series

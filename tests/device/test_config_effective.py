@@ -16,7 +16,7 @@ from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Readin
 from kata.device.config import Axis, ConfigError, Inputs, ModbusMap, StationConfig, read
 from kata.device.config_rules import RANGES, Range
 from kata.device.cycle_state import CycleStateBuilder, Situation
-from kata.device.supervisor import judge
+from kata.device.supervisor import evaluate_faults
 from tests.device.answering import AnsweringLine
 
 ESTOP_PRESSED_MS: Final = 100.0
@@ -85,7 +85,7 @@ class Apparatus:
             limits_deg=self.config.mechanism_deg,
             rate_hz=self.config.rate_hz,
         )
-        found = judge(self._observer.facts(self.t_ns, self._reading(), situation), self.config)
+        found = evaluate_faults(self._observer.facts(self.t_ns, self._reading(), situation), self.config)
         self._command()
         return {code for code, _ in found}
 

@@ -9,7 +9,7 @@ import pytest
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Situation
 from kata.device.faults import FAULTS, refused_setpoints
-from kata.device.supervisor import judge
+from kata.device.supervisor import evaluate_faults
 from tests.device.stepped import REST_DEG
 
 CONFIG = StationConfig()
@@ -70,8 +70,8 @@ def _situation(field: str, value: object) -> Situation:
 
 
 def test_nothing_holds_when_all_is_well() -> None:
-    assert judge(MOVING, CONFIG) == []
-    assert judge(msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
+    assert evaluate_faults(MOVING, CONFIG) == []
+    assert evaluate_faults(msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False,) * 5), CONFIG) == []
 
 
 @pytest.mark.parametrize(
@@ -110,28 +110,28 @@ def test_each_fault_holds_beyond_its_limit_and_not_at_it(
     code: str, field: str, still_good: object, bad: object
 ) -> None:
     of_an_axis = isinstance(getattr(MOVING, field, None), tuple)
-    assert judge(facts_with(field, still_good), CONFIG) == []
-    assert judge(facts_with(field, bad), CONFIG) == [(code, 1 if of_an_axis else None)]
+    assert evaluate_faults(facts_with(field, still_good), CONFIG) == []
+    assert evaluate_faults(facts_with(field, bad), CONFIG) == [(code, 1 if of_an_axis else None)]
 
 
 def test_damaged_answers_are_told_apart_from_none() -> None:
     for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
         good = msgspec.structs.replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
-        assert judge(good, CONFIG) == []
+        assert evaluate_faults(good, CONFIG) == []
         bad = msgspec.structs.replace(facts_with(field, limit_ms + 0.1), garbled=(False, True, False, False, False))
-        assert judge(bad, CONFIG) == [("drive_garbled", 1)]
+        assert evaluate_faults(bad, CONFIG) == [("drive_garbled", 1)]
 
 
 def test_a_lost_bus_says_nothing_of_the_drives_and_the_switch_on_it() -> None:
     lost = msgspec.structs.replace(
         MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5
     )
-    assert judge(lost, CONFIG) == [("bus_lost", None)]
+    assert evaluate_faults(lost, CONFIG) == [("bus_lost", None)]
 
 
 def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
     off = msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
-    assert judge(off, CONFIG) == [("torque_remains", 1)]
+    assert evaluate_faults(off, CONFIG) == [("torque_remains", 1)]
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
 def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
     """Nor what a computer may, that moves nothing."""
     resting = msgspec.structs.replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
-    assert judge(resting, CONFIG) == []
+    assert evaluate_faults(resting, CONFIG) == []
 
 
 @pytest.mark.parametrize(("rate_hz", "cycle_hz", "cycles"), [(100, 100, 3), (10, 100, 30), (50, 200, 12)])
@@ -162,7 +162,7 @@ def test_a_plan_may_be_three_of_its_own_periods_old(rate_hz: int, cycle_hz: int,
     for waited, judged in ((cycles, []), (cycles + 1, [("setpoint_frozen", None)])):
         facts = facts_with("setpoint_cycles", waited)
         assert (
-            judge(
+            evaluate_faults(
                 msgspec.structs.replace(facts, situation=msgspec.structs.replace(facts.situation, rate_hz=rate_hz)),
                 config,
             )

@@ -23,7 +23,7 @@ from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions.ahead import Ahead, ToPlay
 from kata.clinic.sessions.arriving import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError

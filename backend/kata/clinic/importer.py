@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from kata.access.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal

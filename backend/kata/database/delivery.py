@@ -14,7 +14,7 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool

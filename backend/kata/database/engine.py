@@ -20,7 +20,7 @@ from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
-from kata.database.away import Watch
+from kata.database.availability import Watch
 
 _BUSY_MS: Final = 5000
 _WRITERS_CACHE_KIB: Final = 512

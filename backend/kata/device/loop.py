@@ -26,7 +26,7 @@ from kata.device.messages import AxisState, EstopState, Guarded, LoopState, Refu
 from kata.device.modes import StateMachine
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
-from kata.device.supervisor import judge
+from kata.device.supervisor import evaluate_faults
 
 log = logging.getLogger(__name__)
 
@@ -122,7 +122,7 @@ class ControlLoop:
         facts = self._observer.facts(t_ns, reading, self._situation(t_ns, late_ms))
         torque_was_on = self._machine.torque_on
         try:
-            self._machine.step(facts, judge(facts, self._config), self._exchange.take_stop())
+            self._machine.step(facts, evaluate_faults(facts, self._config), self._exchange.take_stop())
             self._take_command(facts)
         except Exception:
             log.exception("the control program met an error of its own")

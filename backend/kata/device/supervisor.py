@@ -9,7 +9,7 @@ from kata.device.faults import FAULT_BY_CODE, FAULTS, Fault, Key
 from kata.device.messages import StopCause, StopState
 
 
-def judge(facts: CycleState, config: StationConfig) -> list[Key]:
+def evaluate_faults(facts: CycleState, config: StationConfig) -> list[Key]:
     """Every fault that holds in this cycle, in the table's order."""
     return [(fault.code, axis) for fault in FAULTS for axis in fault.holds(facts, config)]
 

@@ -26,7 +26,7 @@ from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.clinic.sessions.ahead import Ahead
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError

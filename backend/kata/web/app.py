@@ -50,7 +50,7 @@ from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.lists_router import router as session_lists
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
-from kata.database.away import Watch
+from kata.database.availability import Watch
 from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade

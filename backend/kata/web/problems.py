@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 
 from kata.access.actor import DOING
 from kata.clinic.dependencies import Problem, ProblemField
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
 from kata.web import access, words

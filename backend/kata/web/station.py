@@ -29,7 +29,7 @@ from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.router import TheAhead, TheKeeping
 from kata.clinic.sessions.schemas import Asked, Run
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages

@@ -10,7 +10,7 @@ from kata.access.actor import Actor
 from kata.access.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions.ahead import Ahead
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.engine import Database
 
 _OF_A_PATIENT: Final = ("patient", "recording_name", "session_id")

@@ -21,7 +21,7 @@ from kata.access.backups.key import BackupError, identities, make_key, recipient
 from kata.access.backups.restoring import try_backup
 from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, FACTOR_KEY, SUFFIX, Contents, seal
 from kata.database.base import utc_now
-from kata.database.copies import copy, kind_of, size_bytes
+from kata.database.database_copy import copy, kind_of, size_bytes
 from kata.database.engine import Database, DatabaseError
 from kata.settings import Settings
 

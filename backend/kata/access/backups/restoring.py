@@ -36,9 +36,9 @@ from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.trail import Chained
 from kata.access.verify import verify
 from kata.database.base import utc_now
-from kata.database.copies import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch
+from kata.database.database_copy import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch
 from kata.database.engine import Database
-from kata.database.tally import differences, tallies
+from kata.database.table_checksums import differences, tallies
 from kata.database.upgrade import migrations, upgrade
 from kata.settings import Settings
 

@@ -22,8 +22,8 @@ from pyrage.x25519 import Identity, Recipient
 
 from kata.access.backups.book import Kind
 from kata.access.backups.key import BackupError
-from kata.database.copies import DatabaseKind
-from kata.database.tally import Tally
+from kata.database.database_copy import DatabaseKind
+from kata.database.table_checksums import Tally
 
 SUFFIX: Final = ".kata-backup"
 DATABASE: Final = "database"

@@ -32,7 +32,7 @@ from kata.clinic.sessions.schemas import (
     SessionPatient,
     SessionUpdate,
 )
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import check_version

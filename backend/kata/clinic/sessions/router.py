@@ -31,7 +31,7 @@ from kata.clinic.sessions.schemas import (
     SessionSign,
     SessionUpdate,
 )
-from kata.database.away import DatabaseAwayError
+from kata.database.availability import DatabaseAwayError
 
 router = APIRouter(tags=["sessions"])
 

@@ -22,7 +22,7 @@ from sqlalchemy.exc import DBAPIError
 
 from kata.database.engine import Database, DatabaseError
 from kata.database.programs import postgresql_program
-from kata.database.tally import Tally, tallies
+from kata.database.table_checksums import Tally, tallies
 
 DatabaseKind = Literal["sqlite", "postgresql"]
 
