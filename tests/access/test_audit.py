@@ -18,10 +18,10 @@ from sqlalchemy.exc import OperationalError
 
 from kata.access import anchor, audit, chain
 from kata.access.actor import ACTING, DOING, Actor, Doing, by_program
-from kata.access.repeats import WINDOW_S, Repeats
+from kata.access.audit_log import Chained, Trail
+from kata.access.deduplication import WINDOW_S, Repeats
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
-from kata.access.trail import Chained, Trail
 from kata.access.verify import Verdict, verify
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow

@@ -19,6 +19,7 @@ import pytest
 from pyrage.x25519 import Identity
 from sqlalchemy import select
 
+from kata.access.audit_log import Trail
 from kata.access.backups import book, making, restoring, sealed
 from kata.access.backups.book import take_notes_in
 from kata.access.backups.folder import UnfinishedRestoreError, one_at_a_time, served
@@ -28,7 +29,6 @@ from kata.access.backups.restoring import restore, try_and_note
 from kata.access.factor_key import factor_key
 from kata.access.second_factor import not_opened
 from kata.access.tables import AccountRow, AuditRow, BackupRow, SignInRow
-from kata.access.trail import Trail
 from kata.access.verify import Verdict, verify
 from kata.clinic.keeping import Keeping
 from kata.clinic.patients.tables import PatientRow

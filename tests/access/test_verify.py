@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 from typer.testing import CliRunner
 
 from kata.access import anchor
+from kata.access.audit_log import named
 from kata.access.chain import Head
-from kata.access.trail import named
 from kata.access.verify import verify
 from kata.cli import app
 from kata.database.engine import Database

@@ -15,8 +15,8 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from kata.access.audit_log import Chained
 from kata.access.sign_in import COOKIE
-from kata.access.trail import Chained
 from kata.clinic.reports import paper, words
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade

@@ -9,9 +9,9 @@ from fastapi.testclient import TestClient
 from pydantic import ValidationError
 from sqlalchemy import text
 
+from kata.access.audit_log import ROWS
 from kata.access.sign_in import COOKIE
 from kata.access.tables import AuditRow
-from kata.access.trail import ROWS
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import PatientCreate
 from kata.web import logs

@@ -41,7 +41,7 @@ def verify_trail(
     """Say whether the audit trail is whole, and where it is not. Status 1 when it is not, 2 when it cannot be read."""
     from sqlalchemy.exc import SQLAlchemyError
 
-    from kata.access.trail import named
+    from kata.access.audit_log import named
     from kata.access.verify import verify
     from kata.database.engine import Database, DatabaseError
 

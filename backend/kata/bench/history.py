@@ -8,7 +8,7 @@ from typing import Final
 from sqlalchemy import text
 
 from kata.bench import postgresql
-from kata.bench.asks import ERROR_PLOT, LISTS, p95_ms, serving
+from kata.bench.http_load import ERROR_PLOT, LISTS, p95_ms, serving
 from kata.bench.report import Report
 from kata.bench.stores import BACKENDS, store
 from kata.database.engine import Database

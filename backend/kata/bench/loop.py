@@ -11,8 +11,8 @@ from typing import Final
 from kata.bench.clinic import BenchError, Clinic, causes, prepared
 from kata.bench.load import Told, loading
 from kata.bench.prepared import Prepared
+from kata.bench.reference_thread import Floor, witnessing
 from kata.bench.report import Report
-from kata.bench.witness import Floor, witnessing
 from kata.station.schemas import LoopLive
 
 SLOWEST_CYCLE_HZ: Final = 100

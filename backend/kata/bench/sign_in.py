@@ -12,9 +12,9 @@ from kata.access import accounts
 from kata.access.passwords import hasher
 from kata.bench.clinic import BenchError, Clinic, prepared
 from kata.bench.loop import Cell, Measured, measure
+from kata.bench.password_guessing import Guessed, Kind, guess, storming
 from kata.bench.prepared import Prepared
 from kata.bench.report import Report
-from kata.bench.storm import Guessed, Kind, guess, storming
 from kata.database.base import utc_now
 from kata.database.engine import Database
 

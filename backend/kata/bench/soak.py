@@ -10,8 +10,8 @@ from typing import Final
 from kata.bench.clinic import BenchError, Clinic, causes, prepared, rss_mb
 from kata.bench.load import loading
 from kata.bench.prepared import Prepared
+from kata.bench.reference_thread import witnessing
 from kata.bench.report import Report
-from kata.bench.witness import witnessing
 
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 60.0

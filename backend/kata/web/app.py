@@ -19,13 +19,13 @@ from kata.access import demonstration, second_factor, set_up
 from kata.access.accounts import count_administrators
 from kata.access.actor import by_program
 from kata.access.audit import entry
+from kata.access.audit_log import Trail
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.openid import Provider
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
-from kata.access.trail import Trail
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes

@@ -12,9 +12,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from kata.access.actor import ACTING, DOING, Doing
 from kata.access.audit import entry
+from kata.access.audit_log import Trail
 from kata.access.chain import Outcome
 from kata.access.tables import AuditRow
-from kata.access.trail import Trail
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.fields import NO_NUL, Moment, Schema
 from kata.clinic.pages import After, Keyset, Limit, Next

@@ -7,7 +7,7 @@ from fastapi import Depends, Request
 
 from kata.access.actor import ACTING, DOING, by_program
 from kata.access.audit import entry
-from kata.access.trail import Trail
+from kata.access.audit_log import Trail
 from kata.clinic.dependencies import TheStation
 from kata.device.messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser, Due

@@ -19,6 +19,7 @@ from alembic.script import ScriptDirectory
 from pyrage.x25519 import Identity
 from sqlalchemy import update
 
+from kata.access.audit_log import Chained
 from kata.access.backups.book import Note, leave_note
 from kata.access.backups.folder import (
     aside_folder,
@@ -33,7 +34,6 @@ from kata.access.backups.sealed import ANCHOR, DATA, DATABASE, FACTOR_KEY, Conte
 from kata.access.factor_key import adopt
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
-from kata.access.trail import Chained
 from kata.access.verify import verify
 from kata.database.base import utc_now
 from kata.database.database_copy import DatabaseKind, found_damaged, kind_of, replaced, schema_aside, scratch

@@ -35,15 +35,15 @@ def witnessing(hz: int, *, real_time: bool) -> Iterator[Floor]:
     if not real_time:
         arguments.append("--no-real-time")
     floor = Floor()
-    with beside("kata.bench.witness", *arguments, sorry="the witness did not start") as said:
+    with beside("kata.bench.reference_thread", *arguments, sorry="the witness did not start") as said:
         yield floor
     told = msgspec.json.decode(said.last, type=Floor)
     floor.p999_ms, floor.max_ms, floor.missed = told.p999_ms, told.max_ms, told.missed
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.witness``."""
-    parser = argparse.ArgumentParser(prog="python -m kata.bench.witness", description=__doc__)
+    """Entry of ``python -m kata.bench.reference_thread``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.reference_thread", description=__doc__)
     parser.add_argument("--hz", type=int, required=True, help="deadlines a second")
     parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
     arguments = parser.parse_args()

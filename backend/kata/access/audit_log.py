@@ -21,7 +21,7 @@ from kata.access.anchor import Anchor, Line
 from kata.access.audit import NOTED, entry, written
 from kata.access.chain import Entry, Head
 from kata.access.changes import Changes
-from kata.access.repeats import Repeats
+from kata.access.deduplication import Repeats
 from kata.access.restored import restored
 from kata.access.tables import AuditRow
 from kata.database.engine import Database

@@ -76,7 +76,7 @@ def guess(url: str, username: str, password: str, address: str) -> Try:
 def storming(guessed: Guessed, per_minute: int, kind: Kind, clinic: Clinic) -> Iterator[None]:
     """A storm on the service while the block lasts; then ``guessed`` is told what came of it."""
     arguments = ["--url", clinic.url, "--per-minute", str(per_minute), "--kind", kind]
-    with beside("kata.bench.storm", *arguments, sorry="the storm could not begin") as said:
+    with beside("kata.bench.password_guessing", *arguments, sorry="the storm could not begin") as said:
         yield
     try:
         told = msgspec.json.decode(said.last, type=Guessed)
@@ -123,8 +123,8 @@ class _Storm:
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.storm``."""
-    parser = argparse.ArgumentParser(prog="python -m kata.bench.storm", description=__doc__)
+    """Entry of ``python -m kata.bench.password_guessing``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.password_guessing", description=__doc__)
     parser.add_argument("--url", required=True, help="the service, on this computer")
     parser.add_argument("--per-minute", type=int, required=True, help="tries a minute")
     parser.add_argument("--kind", choices=("one", "many"), required=True, help="of one name, or each of another")
