@@ -23,7 +23,7 @@ from kata.access.deduplication import WINDOW_S, Repeats
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.verify import Verdict, verify
-from kata.clinic.keeping import Keeping
+from kata.clinic.event_spool import Keeping
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import utc_now

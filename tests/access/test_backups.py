@@ -30,7 +30,7 @@ from kata.access.factor_key import factor_key
 from kata.access.second_factor import not_opened
 from kata.access.tables import AccountRow, AuditRow, BackupRow, SignInRow
 from kata.access.verify import Verdict, verify
-from kata.clinic.keeping import Keeping
+from kata.clinic.event_spool import Keeping
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.database_copy import copy

@@ -14,8 +14,8 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeUpdate
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.exchange import erasures
-from kata.clinic.exchange.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
+from kata.clinic.interop import erasures
+from kata.clinic.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.programmes import service as programmes
 from kata.clinic.programmes.schemas import ProgrammeUpdate

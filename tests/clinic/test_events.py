@@ -9,10 +9,10 @@ from uuid import uuid4
 import pytest
 from sqlalchemy import select
 
+from kata.clinic.event_spool import Keeping
 from kata.clinic.events import service
 from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.keeping import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.database.engine import Database

@@ -11,9 +11,9 @@ from uuid import UUID
 
 import pytest
 
-from kata.clinic.exchange import bundle
-from kata.clinic.exchange.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
-from kata.clinic.exchange.patient_in import NotUnderstoodError, read_patients
+from kata.clinic.interop import bundle
+from kata.clinic.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
+from kata.clinic.interop.fhir_import import NotUnderstoodError, read_patients
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.database.engine import Database

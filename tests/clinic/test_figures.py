@@ -12,7 +12,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from kata.clinic import figures, overview
+from kata.clinic import downsampling, figures
 from kata.clinic.figures import RecordingParts, RunParts, Window
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
@@ -54,7 +54,7 @@ def run_parts(window: Window | None = None) -> RunParts:
 
 def kept_overview() -> RunParts:
     compared = compare(TIMES_S, ANGLES_DEG, TIMES_S, played_deg())
-    return RunParts(None, None, AS_TAUGHT, overview.of_run(Motion(TIMES_S, ANGLES_DEG), compared), None)
+    return RunParts(None, None, AS_TAUGHT, downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared), None)
 
 
 def numbers(encoded: dict[str, str]) -> Floats:
@@ -70,7 +70,7 @@ def test_a_long_run_is_drawn_with_few_points_and_every_peak(parts: RunParts) -> 
     motors = json.loads(figures.run(parts))["motors"]
     third = lines(motors[2]["figure"])
     for x, y in third.values():
-        assert len(x) == len(y) <= 2 * overview.LINE_POINTS
+        assert len(x) == len(y) <= 2 * downsampling.LINE_POINTS
         assert (np.diff(x) >= 0).all()
         assert (x[0], x[-1]) == (0.0, pytest.approx(TIMES_S[-1]))
     at, error = third["Error"]
@@ -120,10 +120,10 @@ def test_a_window_is_drawn_though_another_minute_is_damaged() -> None:
 
 def test_a_recording_is_drawn_whole_from_its_overview_and_closer_from_its_samples() -> None:
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
-    seen = overview.of_recording(TIMES_S, ANGLES_DEG)
+    seen = downsampling.of_recording(TIMES_S, ANGLES_DEG)
     for parts in (RecordingParts(taught, None, None), RecordingParts(None, seen, None)):
         x, y = lines(json.loads(figures.recording(parts)))["Motor 5"]
-        assert len(x) == overview.LINE_POINTS
+        assert len(x) == downsampling.LINE_POINTS
         assert (y.min(), y.max()) == pytest.approx((ANGLES_DEG[:, 4].min(), ANGLES_DEG[:, 4].max()), abs=1e-3)
     closer = json.loads(figures.recording(RecordingParts(taught, None, (100.0, 101.0))))
     assert len(lines(closer)["Motor 1"][0]) == pytest.approx(101, abs=1)
@@ -131,9 +131,9 @@ def test_a_recording_is_drawn_whole_from_its_overview_and_closer_from_its_sample
 
 
 def test_what_is_short_is_kept_without_an_overview() -> None:
-    assert overview.of_recording(TIMES_S[:6000], ANGLES_DEG[:6000]) is None
+    assert downsampling.of_recording(TIMES_S[:6000], ANGLES_DEG[:6000]) is None
     compared = compare(TIMES_S, ANGLES_DEG, TIMES_S[:6000], ANGLES_DEG[:6000])
-    assert overview.of_run(Motion(TIMES_S, ANGLES_DEG), compared) is None
+    assert downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared) is None
 
 
 def test_plotly_takes_what_is_made_by_hand() -> None:

@@ -319,7 +319,7 @@ def numbers(encoded: dict[str, str]) -> NDArray[np.float64]:
 def test_what_lasts_is_kept_with_an_overview_from_which_it_is_drawn(
     clinic: Clinic, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kata.clinic.overview.BLOCK_SAMPLES", 100)
+    monkeypatch.setattr("kata.clinic.downsampling.BLOCK_SAMPLES", 100)
     recording_id = clinic.recording()
     run_id = clinic.begin_run(recording_id)
     clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))

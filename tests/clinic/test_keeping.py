@@ -4,7 +4,7 @@ from pathlib import Path
 
 from kata.access import chain
 from kata.access.audit import entry
-from kata.clinic.keeping import Keeping
+from kata.clinic.event_spool import Keeping
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunRow

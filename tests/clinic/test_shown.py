@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kata.clinic.recordings.shown import shown
+from kata.clinic.recordings.motion_preview import shown
 from kata.motion.edit import Motion
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from kata.access.passwords import SHORTEST
 from kata.clinic.assessments import rom
-from kata.clinic.sessions import arriving, checklist
+from kata.clinic.sessions import checklist, replay
 from kata.device import refusals
 from kata.device.faults import FAULTS
 from kata.motion.axes import BASIC_MOTIONS, Side
@@ -99,8 +99,8 @@ def spoken() -> Iterator[str]:
     for side, rotates in itertools.product(get_args(Side), (False, True)):
         for need in checklist.needed(side, checklist.playback_fixtures((), rotates=rotates)):
             yield need.sentence
-    yield from arriving.CHANGED.values()
-    yield from (sentence.replace("{pain}", "{1}") for sentence in arriving.NOT_KEPT.values())
+    yield from replay.CHANGED.values()
+    yield from (sentence.replace("{pain}", "{1}") for sentence in replay.NOT_KEPT.values())
     yield from (measure.english for measure in rom.MEASURES)
     yield from (motion.name for motion in BASIC_MOTIONS)
     yield f"must have {SHORTEST} characters or more"

@@ -19,8 +19,8 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.sessions import ahead as ahead_module
 from kata.clinic.sessions import checks, runs, service
-from kata.clinic.sessions.ahead import Ahead
-from kata.clinic.sessions.arriving import CHANGED, CHANGED_MEANWHILE, NOT_KEPT, Arriving, Change, Closed, Opened, Pained
+from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE, NOT_KEPT, Arriving, Change, Closed, Opened, Pained
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal

@@ -20,8 +20,8 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
-from kata.clinic.sessions.ahead import Ahead, ToPlay
-from kata.clinic.sessions.arriving import CHANGED, CHANGED_MEANWHILE
+from kata.clinic.sessions.offline_cache import Ahead, ToPlay
+from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
@@ -306,7 +306,7 @@ def test_a_programmes_time_goes_on_while_nobody_can_count_it(
 
     assert begin(1)
     now_s = time.monotonic()
-    monkeypatch.setattr("kata.clinic.sessions.ahead.time.monotonic", lambda: now_s + 121.0)
+    monkeypatch.setattr("kata.clinic.sessions.offline_cache.time.monotonic", lambda: now_s + 121.0)
     with pytest.raises(ProblemError) as caught:
         begin(1)
     assert caught.value.code == "timer_over"

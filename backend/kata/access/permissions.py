@@ -54,7 +54,7 @@ class Rule:
     """Also while a second factor is still to be set up."""
     away: bool = False
     """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
-    named but those of this day's patients (:mod:`kata.clinic.sessions.ahead`)."""
+    named but those of this day's patients (:mod:`kata.clinic.sessions.offline_cache`)."""
     token: bool = False
     """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
 

@@ -25,7 +25,7 @@ from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
-from kata.clinic.sessions.ahead import Ahead
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings

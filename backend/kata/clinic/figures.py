@@ -18,7 +18,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from kata.clinic import overview
+from kata.clinic import downsampling
 from kata.database.arrays import Floats, UnreadableError, decode
 from kata.database.series import Series, unpack, unpack_within
 from kata.device.journal import PHASE_PLAYING
@@ -219,7 +219,7 @@ def _range(window: Window | None) -> _Layout:
     return {"range": list(window)} if window else {}
 
 
-def _recording_lines(parts: RecordingParts) -> overview.Lines:
+def _recording_lines(parts: RecordingParts) -> downsampling.Lines:
     if parts.overview is not None:
         return decode(parts.overview)
     assert parts.taught is not None
@@ -228,12 +228,12 @@ def _recording_lines(parts: RecordingParts) -> overview.Lines:
     return _thinned(unpack_within(parts.taught, "time_s", *parts.window))
 
 
-def _thinned(taught: dict[str, Floats]) -> overview.Lines:
-    return overview.recording_lines(taught["time_s"], taught["angle_deg"])
+def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
+    return downsampling.recording_lines(taught["time_s"], taught["angle_deg"])
 
 
-def run_lines(parts: RunParts) -> overview.Lines:
-    """What is drawn of a run (:func:`kata.clinic.overview.run_lines`).
+def run_lines(parts: RunParts) -> downsampling.Lines:
+    """What is drawn of a run (:func:`kata.clinic.downsampling.run_lines`).
 
     :raises UnreadableError: when its samples, or its recording's, are damaged.
     """
@@ -250,9 +250,9 @@ def run_lines(parts: RunParts) -> overview.Lines:
     playing = played["phase"] == PHASE_PLAYING
     path_s, measured_deg = played["path_s"][playing], played["measured_deg"][playing]
     if not len(path_s):
-        return overview.run_lines(motion, path_s, measured_deg, measured_deg)
+        return downsampling.run_lines(motion, path_s, measured_deg, measured_deg)
     compared = compare(motion.times_s, motion.angles_deg, path_s - motion.times_s[0], measured_deg)
-    return overview.run_lines(motion, path_s, compared.played_deg, compared.error_deg)
+    return downsampling.run_lines(motion, path_s, compared.played_deg, compared.error_deg)
 
 
 def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:

@@ -25,7 +25,7 @@ from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
-from kata.clinic.sessions.ahead import Ahead
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database

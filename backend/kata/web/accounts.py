@@ -10,7 +10,7 @@ from kata.access import accounts, sign_in
 from kata.access.actor import Role
 from kata.access.tables import AccountRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import NO_NUL, Moment, Name, Schema
+from kata.clinic.types import NO_NUL, Moment, Name, Schema
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version
 from kata.web.signing import Access, StationName, TheAccess, Username

@@ -29,15 +29,15 @@ from kata.access.sign_in import Limits
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes
+from kata.clinic.event_spool import Keeping
 from kata.clinic.events import service as event_service
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.events.router import router as events
-from kata.clinic.exchange.erasure_router import router as erasures
-from kata.clinic.exchange.router import router as exchange
 from kata.clinic.figures import FigureWorker
 from kata.clinic.importer import Importer, Saved
-from kata.clinic.keeping import Keeping
+from kata.clinic.interop.erasure_router import router as erasures
+from kata.clinic.interop.router import router as exchange
 from kata.clinic.patients.router import router as patients
 from kata.clinic.programmes.router import router as programmes
 from kata.clinic.progress.router import router as progress
@@ -46,8 +46,8 @@ from kata.clinic.reports import letterhead
 from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions import runs
-from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.lists_router import router as session_lists
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
 from kata.database.availability import Watch

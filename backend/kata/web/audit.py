@@ -16,8 +16,8 @@ from kata.access.audit_log import Trail
 from kata.access.chain import Outcome
 from kata.access.tables import AuditRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import NO_NUL, Moment, Schema
-from kata.clinic.pages import After, Keyset, Limit, Next
+from kata.clinic.pagination import After, Keyset, Limit, Next
+from kata.clinic.types import NO_NUL, Moment, Schema
 from kata.web.problems import DATABASE_AWAY
 
 router = APIRouter(tags=["audit"])

@@ -24,7 +24,7 @@ from kata.access.backups.book import Kind, Note, last_good, last_made, leave_not
 from kata.access.backups.key import whereabouts
 from kata.access.tables import BackupRow
 from kata.clinic.dependencies import PROBLEMS
-from kata.clinic.fields import Moment, Schema
+from kata.clinic.types import Moment, Schema
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Request
 from sqlalchemy import text
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
-from kata.clinic.fields import Schema
+from kata.clinic.types import Schema
 from kata.database.engine import Database
 from kata.errors import ProblemError
 

@@ -19,7 +19,7 @@ from kata.access.openid import LASTS, Begun, Proven, Provider, Word, came_back
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import NO_NUL, Schema
+from kata.clinic.types import NO_NUL, Schema
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.web.signing import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose

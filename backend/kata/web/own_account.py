@@ -9,7 +9,7 @@ from pydantic import Field
 from kata.access import accounts, second_factor, sign_in
 from kata.access.tables import AccountRow, SignInRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import Moment, Schema
+from kata.clinic.types import Moment, Schema
 from kata.errors import not_found
 from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
 from kata.web.words import Language

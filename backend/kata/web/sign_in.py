@@ -7,7 +7,7 @@ from kata.access import accounts, audit, demonstration, second_factor, set_up, s
 from kata.access.sign_in import Method
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.fields import Name, Schema
+from kata.clinic.types import Name, Schema
 from kata.database.availability import DatabaseAwayError
 from kata.errors import ProblemError
 from kata.web.metrics import refusals_counted

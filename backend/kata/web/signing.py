@@ -26,7 +26,7 @@ from kata.access.permissions import OF_ROLE, Permission
 from kata.access.sign_in import Limits, Method
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, Throttle
-from kata.clinic.fields import LONGEST_NAME, NO_NUL, Schema
+from kata.clinic.types import LONGEST_NAME, NO_NUL, Schema
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database

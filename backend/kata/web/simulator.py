@@ -9,7 +9,7 @@ from fastapi import APIRouter, Body, Depends, Query, Request
 from pydantic import Field, StrictBool
 
 from kata.clinic.dependencies import PROBLEMS
-from kata.clinic.fields import Name, Schema
+from kata.clinic.types import Name, Schema
 from kata.errors import ProblemError
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.builtin import built_in_motions

@@ -15,8 +15,7 @@ from sqlalchemy.orm import Session
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
-from kata.clinic.fields import By, Name, Schema, Side, side_of
-from kata.clinic.keeping import Keeping
+from kata.clinic.event_spool import Keeping
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
@@ -25,10 +24,11 @@ from kata.clinic.recordings.schemas import Fixtures
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
-from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.clinic.sessions.router import TheAhead, TheKeeping
 from kata.clinic.sessions.schemas import Asked, Run
+from kata.clinic.types import By, Name, Schema, Side, side_of
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database

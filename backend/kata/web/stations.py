@@ -11,8 +11,8 @@ from pydantic import Field
 
 from kata.access.actor import ACTING, Actor
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.clinic.fields import Schema
 from kata.clinic.stations import service
+from kata.clinic.types import Schema
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.station.overview import StationShown

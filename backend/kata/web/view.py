@@ -9,7 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 from kata.access.actor import Actor
 from kata.access.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
-from kata.clinic.sessions.ahead import Ahead
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.database.availability import DatabaseAwayError
 from kata.database.engine import Database
 

@@ -15,7 +15,7 @@ from kata.clinic.assessments.schemas import (
     EpisodeAssessments,
 )
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.pages import After, Limit
+from kata.clinic.pagination import After, Limit
 
 router = APIRouter(tags=["assessments"])
 

@@ -8,8 +8,8 @@ from pydantic import AwareDatetime, Field, ValidationInfo, field_validator, mode
 from pydantic_core import PydanticCustomError
 
 from kata.clinic.assessments import rom, spadi
-from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
-from kata.clinic.pages import Next
+from kata.clinic.pagination import Next
+from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.database.base import utc_now
 
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)

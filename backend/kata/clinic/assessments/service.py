@@ -23,7 +23,7 @@ from kata.clinic.assessments.schemas import (
 )
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.pages import Keyset
+from kata.clinic.pagination import Keyset
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found

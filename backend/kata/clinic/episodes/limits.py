@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import MotionLimit
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.fields import side_of
 from kata.clinic.patients import service as patients
+from kata.clinic.types import side_of
 from kata.errors import ProblemError
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion

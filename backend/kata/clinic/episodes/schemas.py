@@ -6,7 +6,7 @@ from uuid import UUID
 from pydantic import Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
-from kata.clinic.fields import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
+from kata.clinic.types import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
 from kata.motion.axes import BASIC_MOTIONS
 from kata.station.schemas import LoadLevel
 

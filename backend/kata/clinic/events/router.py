@@ -9,7 +9,7 @@ from kata.access.permissions import OF_ROLE
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.events import service
 from kata.clinic.events.schemas import DeviceEvent, DeviceEventPage, EventKind
-from kata.clinic.pages import After, Limit
+from kata.clinic.pagination import After, Limit
 from kata.clinic.restricted import service as restricted
 
 router = APIRouter(tags=["events"])

@@ -5,8 +5,8 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.clinic.fields import Moment, Schema
-from kata.clinic.pages import Next
+from kata.clinic.pagination import Next
+from kata.clinic.types import Moment, Schema
 
 EventKind = Literal["alarm", "event"]
 

@@ -9,7 +9,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, joinedload
 
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.pages import Keyset
+from kata.clinic.pagination import Keyset
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.patients.search import numbers_of, words_of
 from kata.clinic.patients.tables import PatientRow

@@ -12,10 +12,10 @@ from sqlalchemy import and_, case, func, select
 from sqlalchemy.orm import Session
 
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.fields import Schema
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.types import Schema
 from kata.database.base import utc_now
 from kata.errors import not_found
 

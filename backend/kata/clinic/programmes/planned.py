@@ -8,12 +8,12 @@ from pydantic import Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session, lazyload
 
-from kata.clinic.fields import Moment, Schema
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import Asked, Outcome
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.types import Moment, Schema
 from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel

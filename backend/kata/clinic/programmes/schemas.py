@@ -5,8 +5,8 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool
 
-from kata.clinic.fields import By, Moment, Name, Note, Schema, Side
 from kata.clinic.sessions.schemas import Asked
+from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel
 

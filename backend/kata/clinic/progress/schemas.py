@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from kata.clinic.fields import Schema
 from kata.clinic.recordings.schemas import Figure
+from kata.clinic.types import Schema
 
 
 class ProgressColumn(Schema):

@@ -5,7 +5,7 @@ To be run in the worker process that builds figures: an hour of motion must not 
 
 from dataclasses import dataclass, replace
 
-from kata.clinic import overview
+from kata.clinic import downsampling
 from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Scale, Stretch, Trim, WarmUp
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
@@ -56,7 +56,7 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     # What is stored is what will be played.
     stored = unpack(series)
     config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
-    seen = overview.of_recording(stored["time_s"], stored["angle_deg"])
+    seen = downsampling.of_recording(stored["time_s"], stored["angle_deg"])
     return Derived(series, seen, side, made.done, float(stored["time_s"][-1]), len(stored["time_s"]))
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kata.clinic.fields import Motor, Name, Schema
+from kata.clinic.types import Motor, Name, Schema
 from kata.motion import edit
 
 _Motors = Annotated[set[Motor], Field(min_length=1, description="Motor numbers, 1 to 5.", examples=[[3, 4]])]

@@ -7,12 +7,12 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
-from kata.clinic.fields import side_of
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service
 from kata.clinic.recordings.derive import Derived, Source, derive
 from kata.clinic.recordings.edits import Edit
+from kata.clinic.recordings.motion_preview import MotionShown, shown
 from kata.clinic.recordings.schemas import (
     Figure,
     MotorRange,
@@ -21,7 +21,7 @@ from kata.clinic.recordings.schemas import (
     RecordingList,
     RecordingUpdate,
 )
-from kata.clinic.recordings.shown import MotionShown, shown
+from kata.clinic.types import side_of
 from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.motion.edit import EditError, Motion

@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool
 
-from kata.clinic.fields import Fixture, Moment, Motor, Name, Note, Schema, Side
+from kata.clinic.types import Fixture, Moment, Motor, Name, Note, Schema, Side
 
 Fixtures = Annotated[
     set[Fixture],

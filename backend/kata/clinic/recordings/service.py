@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.clinic import overview
-from kata.clinic.fields import LONGEST_NAME, side_of
+from kata.clinic import downsampling
 from kata.clinic.figures import RecordingParts, Window
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
 from kata.clinic.recordings.schemas import MotorRange, RecordingUpdate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
+from kata.clinic.types import LONGEST_NAME, side_of
 from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
@@ -206,7 +206,7 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
         session.add(row)
         session.flush()
         series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
-        SAMPLES.keep(session, recording_id, series, overview.of_recording(times_s, angles_deg))
+        SAMPLES.keep(session, recording_id, series, downsampling.of_recording(times_s, angles_deg))
         new.append(row)
     return new
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, Literal
 
-from kata.clinic.fields import Fixture, Side
+from kata.clinic.types import Fixture, Side
 
 CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
 _FIXTURE_WORDS: Final[dict[Fixture, str]] = {

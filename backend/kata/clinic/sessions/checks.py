@@ -13,7 +13,6 @@ import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.clinic.events import service as events
-from kata.clinic.fields import Fixture, Side, side_of
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
@@ -21,6 +20,7 @@ from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
+from kata.clinic.types import Fixture, Side, side_of
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion.linkage import Floats

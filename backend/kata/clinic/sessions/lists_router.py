@@ -8,12 +8,12 @@ from fastapi import APIRouter, Query
 from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.clinic.fields import LONGEST_NAME, NO_NUL, written_moment
-from kata.clinic.pages import After, Limit
+from kata.clinic.pagination import After, Limit
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionChoices, SessionPage, Wanted
+from kata.clinic.types import LONGEST_NAME, NO_NUL, written_moment
 
 router = APIRouter(tags=["sessions"])
 

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from kata.clinic.fields import side_of
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
+from kata.clinic.types import side_of
 from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_REVERSING
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.edit import Motion

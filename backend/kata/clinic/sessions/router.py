@@ -8,15 +8,14 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
-from kata.clinic.fields import Fixture, Side, side_of
-from kata.clinic.keeping import Keeping
+from kata.clinic.event_spool import Keeping
 from kata.clinic.patients import service as patients
-from kata.clinic.recordings.shown import MotionShown, shown
+from kata.clinic.recordings.motion_preview import MotionShown, shown
 from kata.clinic.reports.words import Language
 from kata.clinic.sessions import checks, ending, runs, service, signing
-from kata.clinic.sessions.ahead import Ahead
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
+from kata.clinic.sessions.offline_cache import Ahead
 from kata.clinic.sessions.schemas import (
     AddendumCreate,
     Checklist,
@@ -31,6 +30,7 @@ from kata.clinic.sessions.schemas import (
     SessionSign,
     SessionUpdate,
 )
+from kata.clinic.types import Fixture, Side, side_of
 from kata.database.availability import DatabaseAwayError
 
 router = APIRouter(tags=["sessions"])

@@ -10,8 +10,7 @@ import numpy as np
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic import overview
-from kata.clinic.fields import side_of
+from kata.clinic import downsampling
 from kata.clinic.figures import RunParts, Window
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
@@ -34,6 +33,7 @@ from kata.clinic.sessions.tables import (
     SessionRow,
     SessionStopRow,
 )
+from kata.clinic.types import side_of
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -248,7 +248,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
         path_s, measured_deg = journal.path_s[played], journal.measured_deg[played]
         compared = compare(motion.times_s, motion.angles_deg, path_s, measured_deg, journal.torque_nm[played])
         row.samples = compared.samples
-        seen = overview.of_run(motion, compared)
+        seen = downsampling.of_run(motion, compared)
         learning.keep(session, row, journal, motion, config)
         row.motions = _compare_motions(row, motion, path_s, measured_deg)
         row.tracking = [

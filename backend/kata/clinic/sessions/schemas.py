@@ -5,9 +5,9 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.clinic.fields import By, Moment, Motor, Name, Note, Pain, Schema, Side
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 from kata.motion import edit
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel

@@ -15,7 +15,6 @@ from sqlalchemy.orm import selectinload
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import Allowed
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.fields import Side, side_of
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
 from kata.clinic.programmes import service as programmes
@@ -24,6 +23,7 @@ from kata.clinic.sessions import checks, learning, plans, runs, service
 from kata.clinic.sessions.checklist import Need
 from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.types import Side, side_of
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion import edit

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
-from kata.clinic.fields import Schema, Side
+from kata.clinic.types import Schema, Side
 from kata.motion.edit import Motion
 
 _STEP_S: Final = 0.05

@@ -8,18 +8,18 @@ from fastapi import APIRouter, Body, Query
 from fastapi.responses import StreamingResponse
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
-from kata.clinic.exchange import bundle, samples, service, whole
-from kata.clinic.exchange.files import sent
-from kata.clinic.exchange.motion_csv import Understood, understand
-from kata.clinic.exchange.patient_in import NotUnderstoodError, read_patients
-from kata.clinic.exchange.samples import Origin, SampleFormat
-from kata.clinic.exchange.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
-from kata.clinic.fields import By, Name, Side
 from kata.clinic.figures import FigureWorker
+from kata.clinic.interop import bundle, patient_export, samples, service
+from kata.clinic.interop.fhir_import import NotUnderstoodError, read_patients
+from kata.clinic.interop.files import sent
+from kata.clinic.interop.motion_csv import Understood, understand
+from kata.clinic.interop.samples import Origin, SampleFormat
+from kata.clinic.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import Patient
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.schemas import Recording, RecordingDetail
+from kata.clinic.types import By, Name, Side
 from kata.database.series import Series, unpack
 from kata.errors import ProblemError
 from kata.motion.csv_table import TableError
@@ -188,7 +188,9 @@ def get_whole_patient(database: TheDatabase, worker: TheFigures, patient_id: UUI
     with database.read() as session:
         service.person(session, patient_id)
     headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}
-    return StreamingResponse(whole.pieces(database, worker, patient_id), media_type="application/zip", headers=headers)
+    return StreamingResponse(
+        patient_export.pieces(database, worker, patient_id), media_type="application/zip", headers=headers
+    )
 
 
 def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:

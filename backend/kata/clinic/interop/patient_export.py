@@ -14,9 +14,9 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.exchange import bundle, samples, service
-from kata.clinic.exchange.samples import Origin
 from kata.clinic.figures import FigureWorker
+from kata.clinic.interop import bundle, samples, service
+from kata.clinic.interop.samples import Origin
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.recordings.tables import RecordingRow

@@ -4,7 +4,7 @@ from uuid import UUID
 
 from kata.clinic.assessments.spadi import ITEMS
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.exchange.codes import (
+from kata.clinic.interop.codes import (
     CLINIC_NUMBER,
     HL7,
     LOCAL,

@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kata.clinic import overview
+from kata.clinic import downsampling
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -23,7 +23,7 @@ from kata.motion.trajectory import TrajectoryError
 
 Layout = Literal["poses", "motors"]
 MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
-"""As a recording's own samples go out (:mod:`kata.clinic.exchange.samples`)."""
+"""As a recording's own samples go out (:mod:`kata.clinic.interop.samples`)."""
 DONE: Final = "imported from a CSV file"
 _LIKE_RADIANS: Final = 3.5
 """No motion that is worth playing stays within so few degrees of 0 in every motor; in radians everyone does."""
@@ -69,7 +69,7 @@ def understand(data: bytes, side: Side, config: StationConfig) -> Understood:
         _SEPARATORS[table.separator],
         table.others,
         series,
-        overview.of_recording(stored["time_s"], stored["angle_deg"]),
+        downsampling.of_recording(stored["time_s"], stored["angle_deg"]),
         samples=len(times_s),
         duration_s=float(stored["time_s"][-1]),
         rate_hz=max(1, round(1 / float(np.median(np.diff(times_s))))),

@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.exchange import service
-from kata.clinic.exchange.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
+from kata.clinic.interop import service
+from kata.clinic.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow, ProgrammeVersionRow

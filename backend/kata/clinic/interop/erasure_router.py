@@ -5,8 +5,8 @@ from uuid import UUID
 from fastapi import APIRouter
 
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.clinic.exchange import erasures
-from kata.clinic.exchange.schemas import Erasure, ErasureConsent, ErasureList, ErasureRefusal, ErasureRequest
+from kata.clinic.interop import erasures
+from kata.clinic.interop.schemas import Erasure, ErasureConsent, ErasureList, ErasureRefusal, ErasureRequest
 from kata.clinic.restricted import service as restricted
 
 router = APIRouter(tags=["erasures"])

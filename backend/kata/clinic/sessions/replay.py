@@ -17,7 +17,6 @@ from kata.access import chain
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import Allowed
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.fields import side_of
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import service as programmes
 from kata.clinic.programmes.tables import ProgrammeVersionRow
@@ -27,6 +26,7 @@ from kata.clinic.sessions import checks, runs, service
 from kata.clinic.sessions.checklist import Answer, CheckName
 from kata.clinic.sessions.schemas import EndReason, PainWhen
 from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.clinic.types import side_of
 from kata.errors import ProblemError
 from kata.motion import edit
 from kata.motion.method import Method

@@ -4,9 +4,9 @@ from uuid import UUID, uuid4
 
 from sqlalchemy.orm import Session
 
-from kata.clinic.exchange.motion_csv import DONE, Understood
-from kata.clinic.exchange.patient_in import PatientIn
-from kata.clinic.exchange.samples import Origin
+from kata.clinic.interop.fhir_import import PatientIn
+from kata.clinic.interop.motion_csv import DONE, Understood
+from kata.clinic.interop.samples import Origin
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings

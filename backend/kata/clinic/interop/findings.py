@@ -6,8 +6,8 @@ from uuid import UUID
 
 from kata.clinic.assessments.spadi import ITEMS
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
-from kata.clinic.exchange.care import device_key
-from kata.clinic.exchange.codes import (
+from kata.clinic.interop.care import device_key
+from kata.clinic.interop.codes import (
     HL7,
     LOINC,
     PAIN,

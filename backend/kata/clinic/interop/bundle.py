@@ -13,8 +13,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from kata.clinic.assessments.tables import AssessmentRow
-from kata.clinic.exchange import care, findings
-from kata.clinic.exchange.codes import Resource
+from kata.clinic.interop import care, findings
+from kata.clinic.interop.codes import Resource
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.sessions.tables import SessionRow

@@ -5,9 +5,9 @@ from uuid import UUID
 
 from pydantic import Field, StringConstraints
 
-from kata.clinic.fields import NO_NUL, By, Moment, Note, Schema, Side
 from kata.clinic.patients.schemas import Patient
 from kata.clinic.recordings.schemas import MotorRange, RecordingDetail
+from kata.clinic.types import NO_NUL, By, Moment, Note, Schema, Side
 
 Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000, pattern=NO_NUL)]
 

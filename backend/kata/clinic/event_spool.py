@@ -21,8 +21,8 @@ from kata.access.chain import Entry
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
-from kata.clinic.sessions import arriving, runs, service
-from kata.clinic.sessions.arriving import Arriving, Begun, Closed, Opened, Pained, Ticked
+from kata.clinic.sessions import replay, runs, service
+from kata.clinic.sessions.replay import Arriving, Begun, Closed, Opened, Pained, Ticked
 from kata.database.delivery import AGAIN_S, Delivery
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
@@ -144,7 +144,7 @@ class Keeping:
             case Closed():
                 with by_program("ended_without_database", self._station):
                     note(session, "ended_without_database", subject=f"session {item.session_id}")
-        arriving.keep(session, item)
+        replay.keep(session, item)
 
 
 def _decoded(record: Record) -> _Kept:

@@ -2,7 +2,7 @@
 
 Of the patients of this day: who had a session here, and whose record somebody opened here, the last of them. Anew every few
 seconds, so that what is played is held against the record as it was just before. Who might have changed it elsewhere meanwhile is
-not guessed: :mod:`kata.clinic.sessions.arriving`. Nothing of a restricted patient is fetched.
+not guessed: :mod:`kata.clinic.sessions.replay`. Nothing of a restricted patient is fetched.
 """
 
 import threading
@@ -17,10 +17,10 @@ from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.events import service as events
 from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening
 from kata.clinic.programmes import planned
-from kata.clinic.sessions import checks, ending, fetched, plans, runs
-from kata.clinic.sessions.arriving import Begun, Closed, Opened, Pained, Ticked, written
+from kata.clinic.sessions import checks, ending, plans, prefetch, runs
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName
-from kata.clinic.sessions.fetched import Known, Playable
+from kata.clinic.sessions.prefetch import Known, Playable
+from kata.clinic.sessions.replay import Begun, Closed, Opened, Pained, Ticked, written
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
     EndReason,
@@ -116,9 +116,9 @@ class Ahead:
         today = checks.today()
         try:
             with self._database.read() as session:
-                seen = fetched.seen_here(session, self._station, today)
+                seen = prefetch.seen_here(session, self._station, today)
                 wanted = self._wanted(seen, today)
-                known = fetched.fetch(session, self._station, wanted, before)
+                known = prefetch.fetch(session, self._station, wanted, before)
                 tested_at = events.estop_tested_at(session, self._station, today)
         except DatabaseAwayError:
             return

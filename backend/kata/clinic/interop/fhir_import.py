@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from kata.clinic.exchange.codes import CLINIC_NUMBER, NAME_REPRESENTATION
-from kata.clinic.fields import Side
+from kata.clinic.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
 from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.types import Side
 
 MOST_PATIENTS: Final = 500
 _NOT_KEPT: Final = {
