@@ -28,7 +28,7 @@ from kata.settings import Settings
 from kata.simulator.process import SimulatorError
 from kata.web import live, logs, tls, watchdog
 from kata.web.app import create_app
-from kata.web.hardening import allowed_hosts
+from kata.web.security_middleware import allowed_hosts
 
 _LONGEST_MESSAGE: Final = 64 * 1024
 """Bytes of a WebSocket message; the page sends nothing but Stop."""

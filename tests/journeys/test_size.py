@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from kata.web import page
+from kata.web import static_files
 from tests.conftest import ROOT
 
 DIST = ROOT / "frontend/dist"
@@ -26,7 +26,7 @@ def test_the_first_page_loads_no_more_than_a_quarter_of_a_megabyte_of_script() -
 
     load("index.html")
     app = FastAPI()
-    page.install(app, DIST)
+    static_files.install(app, DIST)
     with TestClient(app, headers={"accept-encoding": "gzip, deflate, br, zstd"}) as client:
         sizes = {name: sent_kb(client, manifest[name]["file"]) for name in loaded}
     assert sum(sizes.values()) <= LIMIT_KB, sizes

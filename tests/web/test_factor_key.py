@@ -90,7 +90,7 @@ def test_a_start_with_another_key_says_whose_second_factors_it_does_not_open(
     settings = Settings(data=tmp_path)
     settings.effective_second_factor_key.unlink()
     with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
-        told = [record.getMessage() for record in caplog.records if record.name == "kata.web.signing"]
+        told = [record.getMessage() for record in caplog.records if record.name == "kata.web.login"]
     assert len(told) == 1
     assert told[0].startswith("the second factors of 1 accounts were sealed with another key than that in ")
     assert settings.effective_second_factor_key.exists()

@@ -10,7 +10,7 @@ from kata.bench.clinic import GUARDED
 from kata.clinic.sessions import runs
 from kata.device import messages
 from kata.station.guard import SEEN_LIMIT_S
-from kata.web import signing
+from kata.web import login
 from tests.operating import operate, seen
 from tests.web.test_derived import lifted, taught
 from tests.web.test_records import problem
@@ -89,7 +89,7 @@ def test_a_command_that_waited_for_the_database_expires(client: TestClient, monk
     until_mode(client, "idle")
     body = seen(client)
     clock = station(client).clock
-    now_ns, look_up = clock._now_ns, signing.actor_at
+    now_ns, look_up = clock._now_ns, login.actor_at
 
     def slowly(*given: Any) -> Any:
         found = look_up(*given)
@@ -97,7 +97,7 @@ def test_a_command_that_waited_for_the_database_expires(client: TestClient, monk
         return found
 
     monkeypatch.setattr(clock, "_now_ns", now_ns)
-    monkeypatch.setattr("kata.web.access.actor_at", slowly)
+    monkeypatch.setattr("kata.web.authorization.actor_at", slowly)
 
     problem(operate(client, "play", body), 409, "expired")
 

@@ -11,7 +11,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from kata.settings import Settings
 from kata.station.station import Station
-from kata.web import hardening
+from kata.web import security_middleware
 from tests.web.conftest import running
 
 _OWN = "http://testserver"
@@ -44,7 +44,7 @@ def test_a_host_said_twice_is_refused(client: TestClient) -> None:
 
 
 def test_the_address_that_a_connection_came_to_is_served_and_no_other() -> None:
-    look = hardening.Hardening(None, hardening.allowed_hosts(Settings()))  # type: ignore[arg-type]
+    look = security_middleware.Hardening(None, security_middleware.allowed_hosts(Settings()))  # type: ignore[arg-type]
     scope = {"type": "http", "method": "GET", "scheme": "https", "server": ("192.0.2.7", 8000)}
     served = {
         host: look.refusal(scope | {"headers": [(b"host", host)]}) is None for host in (b"192.0.2.7:8000", b"192.0.2.8")
@@ -138,7 +138,7 @@ def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> N
 
 
 def test_what_is_too_long_is_refused_whether_it_says_so_or_not(client: TestClient) -> None:
-    long = b'"' + b"a" * hardening.LARGEST_BODY + b'"'
+    long = b'"' + b"a" * security_middleware.LARGEST_BODY + b'"'
     json = {"content-type": "application/json"}
     said = client.post("/api/patients", content=long, headers=json)
     counted = client.post("/api/patients", content=iter([long[:1000], long[1000:]]), headers=json)
@@ -147,7 +147,7 @@ def test_what_is_too_long_is_refused_whether_it_says_so_or_not(client: TestClien
 
 
 def test_a_file_may_be_longer_than_a_form(client: TestClient) -> None:
-    long = "time_s\n" + "0\n" * hardening.LARGEST_BODY
+    long = "time_s\n" + "0\n" * security_middleware.LARGEST_BODY
     answer = client.post(
         "/api/patients/00000000-0000-0000-0000-000000000000/recordings/import/preview?side=right",
         content=long,

@@ -8,7 +8,7 @@ import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from kata.web import page
+from kata.web import static_files
 
 SCRIPT = b"export const words = 'all of it, all of it, all of it';" * 50
 PACKED = gzip.compress(SCRIPT, mtime=0)
@@ -26,7 +26,7 @@ def client(tmp_path: Path) -> Iterator[TestClient]:
         (assets / name).write_bytes(SCRIPT)
         (assets / f"{name}.gz").write_bytes(PACKED)
     app = FastAPI()
-    page.install(app, tmp_path)
+    static_files.install(app, tmp_path)
     with TestClient(app) as client:
         yield client
 

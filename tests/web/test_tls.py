@@ -18,7 +18,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 
 from kata.database.base import utc_now
 from kata.settings import Settings
-from kata.web.hardening import allowed_hosts
+from kata.web.security_middleware import allowed_hosts
 from kata.web.tls import Certificate, TlsError, kept
 from tests.conftest import free_port
 

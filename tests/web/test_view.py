@@ -16,7 +16,7 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.sessions.schemas import CheckTick, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.web.view import View
+from kata.web.redaction import View
 from tests.signed_in import signed_in
 from tests.upgraded import upgraded_file
 

@@ -21,7 +21,7 @@ from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from kata.web import access
+from kata.web import authorization
 from tests.clinic.treated import Texts, treat
 from tests.signed_in import signed_in
 from tests.web.conftest import running
@@ -337,14 +337,14 @@ def test_there_is_a_rule_for_every_route_and_a_route_for_every_rule(service: Tes
 
 
 def test_a_service_with_a_route_without_a_rule_does_not_start() -> None:
-    app = FastAPI(dependencies=[Depends(access.allowed)], openapi_url=None, docs_url=None, redoc_url=None)
+    app = FastAPI(dependencies=[Depends(authorization.allowed)], openapi_url=None, docs_url=None, redoc_url=None)
 
     @app.get("/api/secret")
     def secret() -> None:
         """Nobody has thought about who may."""
 
     with pytest.raises(LookupError, match="secret"):
-        access.install(app)
+        authorization.install(app)
 
 
 def test_a_stop_needs_no_database_of_whoever_was_here_within_the_hour(service: TestClient) -> None:

@@ -10,7 +10,7 @@ from fastapi.testclient import TestClient
 from pydantic_core._pydantic_core import list_all_errors
 
 from kata.settings import Settings
-from kata.web import words
+from kata.web import i18n
 from kata.web.app import create_app
 from tests.conftest import ROOT
 from tests.web.test_records import problem
@@ -103,19 +103,19 @@ def test_every_error_that_a_request_can_meet_has_a_sentence_in_both_languages(do
         if "type" in schema:
             kinds |= _BY_FORMAT[schema["format"]] if "format" in schema else _BY_TYPE[schema["type"]]
     assert len(kinds) > 30
-    assert kinds - set(words.SENTENCES) == set()
+    assert kinds - set(i18n.SENTENCES) == set()
 
 
 def test_every_field_that_a_request_can_have_has_a_name_in_japanese(document: dict[str, Any]) -> None:
     fields = {name for name, _ in _asked_for(document) if name}
-    plain = {name for name in fields if words.name([name], "ja").isascii()}
-    assert plain == set(), "add these to NAMES in web/words.py, without their unit"
+    plain = {name for name in fields if i18n.name([name], "ja").isascii()}
+    assert plain == set(), "add these to NAMES in web/i18n.py, without their unit"
 
 
 def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
     known: dict[str, set[str]] = {error["type"]: set(error.get("example_context") or {}) for error in list_all_errors()}
     known |= {**_own_errors(), "string_empty": set()}
-    for kind, sentences in words.SENTENCES.items():
+    for kind, sentences in i18n.SENTENCES.items():
         for told in sentences:
             assert {name for _, name, _, _ in string.Formatter().parse(told) if name} <= known[kind], kind
 
@@ -134,7 +134,7 @@ def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
     ],
 )
 def test_the_language_is_the_one_of_ours_that_the_browser_likes_best(accepted: str, language: str) -> None:
-    assert words.preferred(accepted) == language
+    assert i18n.preferred(accepted) == language
 
 
 def test_the_field_is_named_and_the_bound_is_told(client: TestClient, patient: dict[str, Any]) -> None:

@@ -30,7 +30,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings
 from kata.web.app import create_app
-from kata.web.signing import Access, Endings
+from kata.web.login import Access, Endings
 
 _START_LIMIT_S: Final = 30.0
 _DEEP: Final = 20

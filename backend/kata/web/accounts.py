@@ -13,7 +13,7 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import NO_NUL, Moment, Name, Schema
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version
-from kata.web.signing import Access, StationName, TheAccess, Username
+from kata.web.login import Access, StationName, TheAccess, Username
 
 router = APIRouter(prefix="/api/accounts", tags=["accounts"])
 

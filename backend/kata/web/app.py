@@ -61,19 +61,19 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Kept
 from kata.station.station import Station
 from kata.web import (
-    access,
     accounts,
-    hardening,
+    authorization,
     health,
     live,
+    login,
     metrics,
     openid,
     operating,
     own_account,
-    page,
     problems,
+    security_middleware,
     sign_in,
-    signing,
+    static_files,
     stations,
 )
 from kata.web.audit import Audited
@@ -117,7 +117,7 @@ def create_app(settings: Settings) -> FastAPI:
         description=_DESCRIPTION,
         license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
         lifespan=lifespan,
-        dependencies=[Depends(access.allowed)],
+        dependencies=[Depends(authorization.allowed)],
         generate_unique_id_function=lambda route: route.name,
         docs_url=None,
         redoc_url=None,
@@ -155,9 +155,9 @@ def create_app(settings: Settings) -> FastAPI:
     live.document(app)
     stations.document(app)
     _document_problems(app)
-    page.install(app)
-    access.install(app)
-    _harden(app, hardening.allowed_hosts(settings))
+    static_files.install(app)
+    authorization.install(app)
+    _harden(app, security_middleware.allowed_hosts(settings))
     return app
 
 
@@ -288,7 +288,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     station.start()
 
 
-async def _opened(settings: Settings, database: Database) -> signing.Access:
+async def _opened(settings: Settings, database: Database) -> login.Access:
     """Let people sign in: the first administrator by a link, and the demonstration's."""
     links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
     limits = Limits(
@@ -304,13 +304,13 @@ async def _opened(settings: Settings, database: Database) -> signing.Access:
         # Anew at each start: whoever reads the terminal today need not be who read it yesterday.
         return set_up.offer(settings.data, utc_now()) if needs_somebody else ""
 
-    return signing.Access(
+    return login.Access(
         passwords=await asyncio.to_thread(Passwords, hasher()),
         links=links,
         set_up_secret=await asyncio.to_thread(prepare),
-        endings=signing.Endings(database, limits, utc_now),
+        endings=login.Endings(database, limits, utc_now),
         folder=settings.data,
-        factor_key=await asyncio.to_thread(signing.opened_key, settings.effective_second_factor_key, database),
+        factor_key=await asyncio.to_thread(login.opened_key, settings.effective_second_factor_key, database),
         limits=limits,
         openid=Provider(settings) if settings.openid_issuer else None,
     )
@@ -369,7 +369,7 @@ def _harden(app: FastAPI, hosts: frozenset[str]) -> None:
 
     def build_middleware_stack() -> ASGIApp:
         # What is refused at the door is told the trail too.
-        return Audited(hardening.Hardening(made(), hosts))
+        return Audited(security_middleware.Hardening(made(), hosts))
 
     app.build_middleware_stack = build_middleware_stack  # type: ignore[method-assign]
 
@@ -389,7 +389,7 @@ def _document_problems(app: FastAPI) -> None:
             described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
             schemas.update(described.pop("$defs"))
             schemas["Problem"] = described
-            access.document(document)
+            authorization.document(document)
             app.openapi_schema = document
         return app.openapi_schema
 

@@ -18,8 +18,8 @@ from kata.station.lease import Browser
 from kata.station.schemas import EventLive, Live, RefusalLive, StationInfo
 from kata.station.station import Station, Subscription
 from kata.web.operating import Board, browser
+from kata.web.redaction import View
 from kata.web.sockets import until_gone
-from kata.web.view import View
 
 router = APIRouter()
 

@@ -22,7 +22,7 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import NO_NUL, Schema
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.web.signing import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
+from kata.web.login import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
 
 router = APIRouter(prefix="/api/sign-in", tags=["sign-in"])
 

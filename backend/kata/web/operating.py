@@ -19,7 +19,7 @@ from kata.web.problems import DATABASE_AWAY, refused
 def browser() -> Browser:
     """Where this request comes from: its sign-in. Only for routes that need one."""
     actor = ACTING.get()
-    # Whoever has not signed in comes no further than the door (``web/access.py``).
+    # Whoever has not signed in comes no further than the door (``web/authorization.py``).
     assert actor is not None
     return Browser(actor.sign_in_id, actor.name)
 

@@ -11,8 +11,8 @@ from kata.access.tables import AccountRow, SignInRow
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import Moment, Schema
 from kata.errors import not_found
-from kata.web.signing import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
-from kata.web.words import Language
+from kata.web.i18n import Language
+from kata.web.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
 
 router = APIRouter(prefix="/api/me", tags=["own account"])
 

@@ -14,7 +14,7 @@ from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
-from kata.web import access, words
+from kata.web import authorization, i18n
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ def install(app: FastAPI) -> None:
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         if refusal := await _not_allowed(request):
             return problem(request, refusal)
-        language = words.preferred(request.headers.get("accept-language", ""))
+        language = i18n.preferred(request.headers.get("accept-language", ""))
         fields = [_field(one, error.body, language) for one in error.errors()]
         if language == "ja":
             what = "、".join(f"{field.field}: {field.detail}" for field in fields)
@@ -87,7 +87,7 @@ def install(app: FastAPI) -> None:
 
 async def _not_allowed(request: Request) -> ProblemError | None:
     try:
-        await access.allowed_first(request)
+        await authorization.allowed_first(request)
     except ProblemError as error:
         return error
     return None
@@ -116,15 +116,15 @@ def document(
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
 
 
-def _field(error: Any, body: Any, language: words.Language) -> ProblemField:
+def _field(error: Any, body: Any, language: i18n.Language) -> ProblemField:
     where, *rest = error["loc"]
     # Where JSON cannot be read, its place is a character's, and no field's.
     path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
-    told = words.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
+    told = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
     pointer = "/".join(str(part) for part in path)
     return ProblemField(
         pointer=f"#/{pointer}" if where == "body" else f"{where}/{pointer}",
-        field=words.name(path, language),
+        field=i18n.name(path, language),
         detail=told,
     )
 

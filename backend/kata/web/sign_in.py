@@ -10,8 +10,7 @@ from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import Name, Schema
 from kata.database.availability import DatabaseAwayError
 from kata.errors import ProblemError
-from kata.web.metrics import refusals_counted
-from kata.web.signing import (
+from kata.web.login import (
     Access,
     Me,
     Password,
@@ -27,6 +26,7 @@ from kata.web.signing import (
     name_key,
     whose,
 )
+from kata.web.metrics import refusals_counted
 
 router = APIRouter(tags=["sign-in"], dependencies=[Depends(refusals_counted)])
 

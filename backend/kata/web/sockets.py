@@ -7,7 +7,7 @@ from collections.abc import Coroutine
 from fastapi import WebSocket
 
 from kata.access.actor import Actor
-from kata.web.signing import Endings
+from kata.web.login import Endings
 
 log = logging.getLogger(__name__)
 

@@ -43,8 +43,8 @@ from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, Station
 from kata.station.station import NO_ANSWER, Occupation, Station
 from kata.web.operating import Operator, TheBoard, Watching, taken_over
 from kata.web.problems import refused
+from kata.web.redaction import View
 from kata.web.simulator import AnySimulation
-from kata.web.view import View
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 

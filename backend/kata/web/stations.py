@@ -17,8 +17,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.station.overview import StationShown
 from kata.web.overview import Overview
+from kata.web.redaction import View
 from kata.web.sockets import until_gone
-from kata.web.view import View
 
 log = logging.getLogger(__name__)
 router = APIRouter(tags=["stations"])

@@ -11,14 +11,14 @@ from kata.access import secrets
 from kata.access.actor import Actor
 
 if TYPE_CHECKING:
-    from kata.web.signing import Me
+    from kata.web.login import Me
 
 
 class Remembered:
     """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
 
     A Stop is taken from whoever is remembered, so that it waits for no database; and while there is none, what has begun goes on
-    with them. Where there is one, sign-ins that have ended are forgotten within half a second, whichever service on it has ended them (:class:`kata.web.signing.Endings`).
+    with them. Where there is one, sign-ins that have ended are forgotten within half a second, whichever service on it has ended them (:class:`kata.web.login.Endings`).
     """
 
     _MOST: Final = 1000

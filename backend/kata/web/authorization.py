@@ -30,8 +30,8 @@ from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.web.remembered import Remembered
-from kata.web.signing import actor_at, address_of, cookie_of
+from kata.web.auth_cache import Remembered
+from kata.web.login import actor_at, address_of, cookie_of
 
 log = logging.getLogger(__name__)
 

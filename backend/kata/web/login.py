@@ -31,7 +31,7 @@ from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from kata.web.remembered import Remembered
+from kata.web.auth_cache import Remembered
 
 log = logging.getLogger(__name__)
 

@@ -9,7 +9,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.exceptions import HTTPException
 
-from kata.web.hardening import page_policy
+from kata.web.security_middleware import page_policy
 
 _IN_PACKAGE: Final = Path(__file__).parent / "page"
 _IN_REPOSITORY: Final = Path(__file__).parents[3] / "frontend" / "dist"
