@@ -32,7 +32,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # included. Journeys that move an arm go one by one: two at once, on a computer with other work, have had drives that seemed
 # silent. A journey's browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
-TIMED := tests/whole $(addprefix tests/web/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
+TIMED := tests/whole $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
 DESK := $(addprefix tests/journeys/test_,accessible.py assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included

@@ -26,5 +26,5 @@ class PageBuildHook(BuildHookInterface):
             done = npm(["--prefix", str(frontend), *arguments], return_completed_process=True)
             if done.returncode:
                 raise subprocess.CalledProcessError(done.returncode, ["npm", *arguments])
-        build_data["force_include"][str(frontend / "dist")] = "kata/web/page"
+        build_data["force_include"][str(frontend / "dist")] = "kata/api/page"
         build_data["force_include"][str(root / "migrations")] = "kata/database/migrations"

@@ -10,7 +10,7 @@ const service = "http://127.0.0.1:8000";
 const WORTH_IT_BYTES = 1000;
 
 /**
- * Beside each script and style sheet lies the same compressed, which the service sends to whoever takes it (kata/web/static_files.py). Made of
+ * Beside each script and style sheet lies the same compressed, which the service sends to whoever takes it (kata/api/static_files.py). Made of
  * what has been written, because Vite puts names into scripts until then.
  */
 const compressed: Plugin = {
@@ -28,7 +28,7 @@ const compressed: Plugin = {
 export default defineConfig({
   plugins: [react(), compressed],
   server: { proxy: { "/api": { target: service, ws: true } } },
-  // The service puts a new word in its place each time it hands out the page (kata/web/static_files.py).
+  // The service puts a new word in its place each time it hands out the page (kata/api/static_files.py).
   html: { cspNonce: "KATA-NONCE" },
   // Plotly alone is larger than Vite likes; it is loaded only where a figure is looked at.
   // The manifest tells a test what the first page loads.

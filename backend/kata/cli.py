@@ -109,7 +109,7 @@ def seed(
 @app.command()
 def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file.")] = None) -> None:
     """Print the OpenAPI document of the service."""
-    from kata.web.app import create_app
+    from kata.api.app import create_app
 
     text = json.dumps(create_app(Settings()).openapi(), indent=2, ensure_ascii=False) + "\n"
     if out:

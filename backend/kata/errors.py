@@ -1,4 +1,4 @@
-"""What can be wrong with a request, in the clinic's own words; web/ turns it into a problem document (RFC 9457)."""
+"""What can be wrong with a request, in the clinic's own words; api/ turns it into a problem document (RFC 9457)."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime

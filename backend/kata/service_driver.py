@@ -15,6 +15,8 @@ import numpy as np
 from fastapi import FastAPI
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.api import station as commands
+from kata.api.app import create_app
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import service as patients
@@ -38,8 +40,6 @@ from kata.simulator.apparatus import State
 from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import Live
-from kata.web import station as commands
-from kata.web.app import create_app
 
 _SPARE_S: Final = 30.0
 """Every wait ends this long after it should have been over."""

@@ -19,6 +19,9 @@ from kata.access.backups.folder import UnfinishedRestoreError
 from kata.access.backups.key import BackupError
 from kata.access.factor_key import FactorKeyError
 from kata.access.openid import OpenIdError
+from kata.api import live, logs, tls, watchdog
+from kata.api.app import create_app
+from kata.api.security_middleware import allowed_hosts
 from kata.clinic.reports.letterhead import LetterheadError
 from kata.console import console, fail
 from kata.database.engine import DatabaseError
@@ -26,9 +29,6 @@ from kata.device.config import ConfigError
 from kata.device.journal import FolderInUseError
 from kata.settings import Settings
 from kata.simulator.process import SimulatorError
-from kata.web import live, logs, tls, watchdog
-from kata.web.app import create_app
-from kata.web.security_middleware import allowed_hosts
 
 _LONGEST_MESSAGE: Final = 64 * 1024
 """Bytes of a WebSocket message; the page sends nothing but Stop."""

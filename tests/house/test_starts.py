@@ -15,12 +15,12 @@ MAIN = COMMAND.value.partition(":")[0]
     ("module", "without"),
     [
         (MAIN, "kata.cli"),
-        ("kata.cli", "kata.web"),
+        ("kata.cli", "kata.api"),
         ("kata.cli", "fastapi"),
         ("kata.cli", "numpy"),
         ("kata.access.backups.making", "scipy"),
         ("kata.simulator.process", "scipy"),
-        ("kata.web.app", "scipy.signal"),
+        ("kata.api.app", "scipy.signal"),
     ],
 )
 def test_it_starts_without(module: str, without: str) -> None:

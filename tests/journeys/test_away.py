@@ -16,9 +16,9 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow,
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
+from tests.api.test_derived import LASTS_S, lifted
 from tests.journeys.conftest import LONG_MS, Clinic
 from tests.journeys.test_main_job import load_and_play, try_estop
-from tests.web.test_derived import LASTS_S, lifted
 
 FETCHED_MS = 20_000
 """What is fetched ahead is so every ten seconds."""

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
+from tests.api.provider import CLIENT, SECRET, Provider, provider
 from tests.journeys.conftest import START_LIMIT_S, Clinic
 from tests.journeys.test_access import another as another
 from tests.journeys.test_access import made, menu
-from tests.web.provider import CLIENT, SECRET, Provider, provider
 
 
 @pytest.fixture

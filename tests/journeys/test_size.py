@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from kata.web import static_files
+from kata.api import static_files
 from tests.conftest import ROOT
 
 DIST = ROOT / "frontend/dist"

@@ -27,7 +27,7 @@ from kata.access.tables import AuditRow
 from kata.database.engine import Database
 
 ROWS: Final = "kata.audit"
-"""The logger that is told every row; only where the log is collected (``web/logs.py``)."""
+"""The logger that is told every row; only where the log is collected (``api/logs.py``)."""
 
 log = logging.getLogger(__name__)
 _rows = logging.getLogger(ROWS)

@@ -1,7 +1,7 @@
 """Who may do what: one table of roles, and one of everything that the service can be asked for.
 
 A route is named by its operation id; the WebSocket is one of them. What stands in neither table nobody may do: the service does
-not start with a route that has no rule (``web/authorization.py``).
+not start with a route that has no rule (``api/authorization.py``).
 """
 
 from collections.abc import Mapping

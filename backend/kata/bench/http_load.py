@@ -21,6 +21,8 @@ from kata.access.chain import Entry
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
+from kata.api.app import create_app
+from kata.api.login import Access, Endings
 from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
@@ -29,8 +31,6 @@ from kata.clinic.sessions.offline_cache import Ahead
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings
-from kata.web.app import create_app
-from kata.web.login import Access, Endings
 
 _START_LIMIT_S: Final = 30.0
 _DEEP: Final = 20

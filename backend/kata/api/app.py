@@ -1,0 +1,396 @@
+"""The service: everything is put together here, started in order and ended in the opposite one."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from datetime import datetime, timedelta
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+from uuid import UUID
+
+import msgspec
+from fastapi import Depends, FastAPI
+from starlette.types import ASGIApp
+
+from kata.access import demonstration, second_factor, set_up
+from kata.access.accounts import count_administrators
+from kata.access.actor import by_program
+from kata.access.audit import entry
+from kata.access.audit_log import Trail
+from kata.access.backups.folder import served
+from kata.access.backups.key import make_key
+from kata.access.demonstration import DemonstrationLinks
+from kata.access.openid import Provider
+from kata.access.passwords import Passwords, hasher
+from kata.access.sign_in import Limits
+from kata.api import (
+    accounts,
+    authorization,
+    health,
+    live,
+    login,
+    metrics,
+    openid,
+    operating,
+    own_account,
+    problems,
+    security_middleware,
+    sign_in,
+    static_files,
+    stations,
+)
+from kata.api.audit import Audited
+from kata.api.audit import router as audit
+from kata.api.backups import Backups
+from kata.api.backups import router as backups
+from kata.api.overview import Overview
+from kata.api.simulator import Simulation
+from kata.api.simulator import router as simulator
+from kata.api.station import router as station_router
+from kata.clinic.assessments.router import router as assessments
+from kata.clinic.dependencies import Problem
+from kata.clinic.episodes.router import router as episodes
+from kata.clinic.event_spool import Keeping
+from kata.clinic.events import service as event_service
+from kata.clinic.events.observer import Ended, Happening
+from kata.clinic.events.recording import recording as events_recorded
+from kata.clinic.events.router import router as events
+from kata.clinic.figures import FigureWorker
+from kata.clinic.importer import Importer, Saved
+from kata.clinic.interop.erasure_router import router as erasures
+from kata.clinic.interop.router import router as exchange
+from kata.clinic.patients.router import router as patients
+from kata.clinic.programmes.router import router as programmes
+from kata.clinic.progress.router import router as progress
+from kata.clinic.recordings.router import router as recordings
+from kata.clinic.reports import letterhead
+from kata.clinic.reports.router import router as reports
+from kata.clinic.restricted.router import router as restricted
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.lists_router import router as session_lists
+from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.router import router as sessions
+from kata.clinic.stations import service as station_service
+from kata.database.availability import Watch
+from kata.database.base import utc_now
+from kata.database.engine import SERVICE_ANSWER_S, Database
+from kata.database.upgrade import upgrade
+from kata.device import config
+from kata.device.journal import Journal
+from kata.settings import Settings
+from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import Kept
+from kata.station.station import Station
+
+log = logging.getLogger(__name__)
+
+_DESCRIPTION: Final = """
+Teach a motion by hand, play it back, compare. Angles are degrees, speeds degrees a second, torques newton metres, times
+seconds; moments are UTC. Errors are problem documents (RFC 9457) with a stable `code`, a sentence and a next step.
+"""
+
+_NEW_KEY: Final = (
+    "the key of this clinic's backups was made: %s. KEEP A COPY OF IT AWAY FROM THIS COMPUTER, printed or on a stick in a safe: "
+    "when this computer is lost, the backups are worth nothing without it"
+)
+_FOREIGN: Final = "The request came from another site's page."
+
+_LEFT_S: Final = 30.0
+"""So long the start waits for what the last service left in the spool to be in the database."""
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The service, not started yet."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with AsyncExitStack() as stack:
+            await _start(app, settings, stack)
+            yield
+
+    app = FastAPI(
+        title="Kata",
+        version=version("kata"),
+        description=_DESCRIPTION,
+        license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        lifespan=lifespan,
+        dependencies=[Depends(authorization.allowed)],
+        generate_unique_id_function=lambda route: route.name,
+        docs_url=None,
+        redoc_url=None,
+        openapi_url="/api/openapi.json",
+    )
+    for router in (
+        health.router,
+        metrics.router,
+        accounts.router,
+        assessments,
+        backups,
+        audit,
+        episodes,
+        events,
+        erasures,
+        exchange,
+        patients,
+        programmes,
+        progress,
+        recordings,
+        reports,
+        restricted,
+        session_lists,
+        sessions,
+        own_account.router,
+        openid.router,
+        sign_in.router,
+        station_router,
+        stations.router,
+        simulator,
+        live.router,
+    ):
+        app.include_router(router)
+    problems.install(app)
+    live.document(app)
+    stations.document(app)
+    _document_problems(app)
+    static_files.install(app)
+    authorization.install(app)
+    _harden(app, security_middleware.allowed_hosts(settings))
+    return app
+
+
+async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
+    """In order; the stack ends what was started, also when the next step fails."""
+    app.state.letterhead = letterhead.read(
+        settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
+    )
+    app.state.clinic_zone, app.state.metrics_token = settings.clinic_zone, settings.metrics_token
+    await asyncio.to_thread(stack.enter_context, served(settings))
+    settings.journal.mkdir(parents=True, exist_ok=True)
+    if await asyncio.to_thread(make_key, settings):
+        log.warning(_NEW_KEY, settings.backup_key_file)
+    await asyncio.to_thread(_upgrade, settings.effective_database_url)
+    database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
+    stack.callback(database.close)
+    database.watch = Watch(database.writer)
+    kept = await asyncio.to_thread(Keeping, database, _station_name(settings), settings.spool)
+    stack.push_async_callback(asyncio.to_thread, kept.close)
+    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor, kept)
+    stack.push_async_callback(asyncio.to_thread, trail.close)
+    database.watch.on_back = partial(_was_away, trail)
+    # What was left behind comes before anything new.
+    await asyncio.to_thread(kept.until_taken, _LEFT_S)
+    app.state.access = await _opened(settings, database)
+    await stack.enter_async_context(app.state.access.endings.watched(app.state.remembered))
+    figures = FigureWorker()
+    stack.callback(figures.close)
+
+    loop = asyncio.get_running_loop()
+    importing: set[asyncio.Task[None]] = set()
+
+    station_config = config.read(settings.station) if settings.station else None
+    simulation: Simulation | None = None
+    if settings.simulate:
+        process = await asyncio.to_thread(SimulatorProcess, settings.data, settings.seed)
+        stack.callback(process.close)
+        simulation = Simulation(process, settings.taught)
+        station_config = (
+            msgspec.structs.replace(station_config, port=process.port)
+            if station_config
+            else config.simulated(process.port)
+        )
+    station_config = station_config or config.StationConfig()
+    if settings.rate_hz is not None:
+        station_config = config.at_rate(station_config, settings.rate_hz)
+    station_file = settings.data / "station-in-use.toml"
+    station_config = _as_it_stood(station_config, station_file)
+    if simulation:
+        await asyncio.to_thread(simulation.turn, station_config.side)
+    config.write(station_config, station_file)
+    await asyncio.to_thread(_register, database, station_config, simulated=settings.simulate)
+
+    def saved(record: Saved) -> None:
+        loop.call_soon_threadsafe(app.state.station.tell, record)
+
+    def still_comes() -> bool:
+        return kept.delivery.waiting > 0
+
+    ahead = app.state.ahead = Ahead(database, station_config.name, still_comes)
+
+    def waits(measured: Journal) -> None:
+        if measured.kind == "run":
+            ahead.played(UUID(measured.id), runs.outcome_of(measured))
+
+    importer = Importer(database, settings.journal, station_config, saved, still_comes, waits)
+
+    def import_journal(finished: Path | None) -> None:
+        work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
+        task = asyncio.create_task(asyncio.to_thread(work), name="import")
+        importing.add(task)
+        task.add_done_callback(importing.discard)
+
+    async def import_last() -> None:
+        await asyncio.gather(*importing)
+
+    station = Station(
+        station_config,
+        station_file,
+        settings.journal,
+        simulated=settings.simulate,
+        real_time=settings.real_time,
+        on_journal=import_journal,
+        on_due=operating.noting(trail, station_config.name),
+    )
+    app.state.access.endings.at_the_arm = lambda: station.at_the_arm
+    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.may_load)
+    app.state.database, app.state.figures, app.state.station, app.state.simulation = (
+        database,
+        figures,
+        station,
+        simulation,
+    )
+    await asyncio.to_thread(importer.run_at_start)
+    app.state.overview = Overview(station, database, lambda: _stations(database))
+    await stack.enter_async_context(app.state.overview.going_on())
+    app.state.kept = kept
+
+    def in_between() -> None:
+        importer.run_due()
+        ahead.fetch()
+
+    kept.delivery.each_round = in_between
+    app.state.probe = health.Probe(database)
+    app.state.metrics = measured = metrics.Metrics(station)
+    database.on_waited = measured.write_waited_s.observe
+    measured.ask_for(
+        "kata_spool_waiting",
+        "What happened at the station and is kept on its computer, not in the database yet.",
+        lambda: kept.delivery.waiting + importer.due,
+    )
+    measured.ask_for(
+        "kata_ready_patients",
+        "Patients of this day whom a session could begin or go on for without the database.",
+        lambda: ahead.ready_patients,
+    )
+    await stack.enter_async_context(measured.counting_stops(station))
+
+    def happened(item: Happening | Ended) -> None:
+        kept.put_event(item)
+        ahead.heard(item)
+
+    await stack.enter_async_context(events_recorded(station, happened))
+    stack.push_async_callback(import_last)
+    stack.push_async_callback(station.close)
+    app.state.backups = Backups(settings, database, lambda: station.occupied)
+    await stack.enter_async_context(app.state.backups.each_night())
+    station.start()
+
+
+async def _opened(settings: Settings, database: Database) -> login.Access:
+    """Let people sign in: the first administrator by a link, and the demonstration's."""
+    links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
+    limits = Limits(
+        idle=timedelta(minutes=settings.idle_minutes),
+        longest=timedelta(hours=settings.sign_in_hours),
+        second_factor_of=second_factor.asked_of(settings.second_factor),
+    )
+
+    def prepare() -> str:
+        with by_program("prepare_demonstration"), database.write() as session:
+            demonstration.prepare(session, utc_now(), allowed=links.allowed)
+            needs_somebody = not links.allowed and not count_administrators(session)
+        # Anew at each start: whoever reads the terminal today need not be who read it yesterday.
+        return set_up.offer(settings.data, utc_now()) if needs_somebody else ""
+
+    return login.Access(
+        passwords=await asyncio.to_thread(Passwords, hasher()),
+        links=links,
+        set_up_secret=await asyncio.to_thread(prepare),
+        endings=login.Endings(database, limits, utc_now),
+        folder=settings.data,
+        factor_key=await asyncio.to_thread(login.opened_key, settings.effective_second_factor_key, database),
+        limits=limits,
+        openid=Provider(settings) if settings.openid_issuer else None,
+    )
+
+
+def _station_name(settings: Settings) -> str:
+    return config.read(settings.station).name if settings.station else config.StationConfig().name
+
+
+def _was_away(trail: Trail, since: datetime) -> None:
+    with by_program("database_away"):
+        trail.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
+
+
+def _kept(database: Database, kept: Keeping, importer: Importer) -> Kept:
+    return Kept(
+        away_since=database.away_since,
+        waiting=kept.delivery.waiting + importer.due,
+        not_kept_since=kept.spool.full_since,
+    )
+
+
+def _upgrade(url: str) -> None:
+    """As long as it takes."""
+    database = Database(url)
+    try:
+        upgrade(database)
+    finally:
+        database.close()
+
+
+def _register(database: Database, station_config: config.StationConfig, *, simulated: bool) -> None:
+    now = utc_now()
+    with by_program("register_station", station_config.name), database.write() as session:
+        station_service.register(session, station_config, version("kata"), now, simulated=simulated)
+        event_service.end_left_open(session, station_config.name, now)
+
+
+def _stations(database: Database) -> list[str]:
+    with database.read() as session:
+        return [row.name for row, _ in station_service.registered(session)]
+
+
+def _as_it_stood(station_config: config.StationConfig, station_file: Path) -> config.StationConfig:
+    """Nobody turns an apparatus by starting a service."""
+    try:
+        before = config.read(station_file)
+    except config.ConfigError:
+        return station_config
+    return msgspec.structs.replace(station_config, side=before.side)
+
+
+def _harden(app: FastAPI, hosts: frozenset[str]) -> None:
+    """Around everything: ``add_middleware`` would leave the answer to an unexpected error outside."""
+    made = app.build_middleware_stack
+
+    def build_middleware_stack() -> ASGIApp:
+        # What is refused at the door is told the trail too.
+        return Audited(security_middleware.Hardening(made(), hosts))
+
+    app.build_middleware_stack = build_middleware_stack  # type: ignore[method-assign]
+
+
+def _document_problems(app: FastAPI) -> None:
+    """The problem document's schema, and in place of FastAPI's own error body wherever that stands."""
+    made = app.openapi
+
+    def openapi() -> dict[str, object]:
+        if app.openapi_schema is None:
+            document = made()
+            schemas = document["components"]["schemas"]
+            schemas.pop("HTTPValidationError", None)
+            schemas.pop("ValidationError", None)
+            for told in document["webhooks"].values():
+                told["post"]["responses"].pop("422")
+            described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+            schemas.update(described.pop("$defs"))
+            schemas["Problem"] = described
+            authorization.document(document)
+            app.openapi_schema = document
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]

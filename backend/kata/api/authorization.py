@@ -1,0 +1,291 @@
+"""The door: who asks, whether their role may, and whether the record that it is about is for them. Before every route.
+
+One dependency for HTTP and the WebSocket. What a request names, in its path, its query or its body, leads to a patient
+(``clinic/restricted/objects.py``); so a page, a PDF, an export and a command are one check.
+"""
+
+import asyncio
+import json
+import logging
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+from uuid import UUID
+
+from fastapi import FastAPI, Request, WebSocketException
+from fastapi.concurrency import run_in_threadpool
+from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
+from sqlalchemy.exc import SQLAlchemyError
+from starlette.requests import HTTPConnection
+
+from kata.access import secrets, sign_in
+from kata.access.actor import ACTING, DOING, Actor, Doing
+from kata.access.permissions import OF_ROLE, RULES, Rule
+from kata.api.auth_cache import Remembered
+from kata.api.login import actor_at, address_of, cookie_of
+from kata.clinic.dependencies import PROBLEMS
+from kata.clinic.restricted import service as restricted
+from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
+from kata.clinic.sessions.offline_cache import Ahead
+from kata.database.availability import DatabaseAwayError
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.errors import ProblemError
+
+log = logging.getLogger(__name__)
+
+ACTIVE: Final = "x-kata-active"
+"""The header with which a page says that its user did something, where it only looks something up."""
+_ASKED: Final = "asked"
+"""Of a connection's state: whether it has been asked who is there."""
+_READING: Final = ("GET", "HEAD")
+_PATIENCE_S: Final = 0.5
+"""So long the database is waited for before it goes by who was there: to pause is not to take longer than that."""
+_ARRIVES_S: Final = 20.0
+"""So long a request waits, when the database is back, for what was done meanwhile with what it names."""
+_SHORTEST_TOKEN: Final = 20
+"""Characters: 100 bits and more by chance."""
+
+
+async def allowed(connection: HTTPConnection) -> None:
+    """Let through, with ACTING and DOING set, whoever may do what is asked for.
+
+    :raises ProblemError: 401, 403 or 423; of a WebSocket, WebSocketException.
+    """
+    try:
+        await _allow(connection, await _body(connection))
+    except ProblemError as error:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1008, error.code) from error
+        raise
+    except DatabaseAwayError as error:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1013, "database_away") from error
+        raise
+
+
+async def allowed_first(request: Request) -> None:
+    """What is wrong with a body is told to whoever may send one: FastAPI reads it before it asks :func:`allowed`.
+
+    :raises ProblemError: 401, 403 or 423.
+    """
+    if not getattr(request.state, _ASKED, False) and "route" in request.scope:
+        await _allow(request, None)
+
+
+def install(app: FastAPI) -> None:
+    """See to it that there is no route without a rule, and none that is not asked about.
+
+    :raises LookupError: when there is.
+    """
+    app.state.remembered = Remembered()
+    for found in iter_route_contexts(app.routes):
+        rule = RULES.get(found.name or "")
+        if rule is None:
+            raise LookupError(f"the route {found.name} has no rule: give it one in access/permissions.py")
+        if rule.needs != "public" and not isinstance(found.original_route, APIRoute | APIWebSocketRoute):
+            raise LookupError(f"the route {found.name} is none of FastAPI's: nobody would ask who is there")
+
+
+def document(described: dict[str, Any]) -> None:
+    """Write into an OpenAPI document how an operation refuses whom it is not for."""
+    for operations in described["paths"].values():
+        for operation in operations.values():
+            rule = RULES[operation["operationId"]]
+            if rule.needs != "public":
+                statuses = (401, 403, 503) if rule.locked else (401, 403, 423, 503)
+                for status, answer in PROBLEMS.of(*statuses).items():
+                    operation["responses"].setdefault(str(status), answer)
+
+
+async def _allow(connection: HTTPConnection, body: Any) -> None:
+    setattr(connection.state, _ASKED, True)
+    state, action = connection.app.state, connection.scope["route"].name
+    rule = RULES[action]
+    doing = Doing(action, permission=rule.needs, address=address_of(connection))
+    ACTING.set(None)
+    DOING.set(doing)
+    if rule.needs == "public":
+        return
+    if rule.token and await run_in_threadpool(_shows_token, connection):
+        return
+    # A benchmark of lists has no station.
+    doing.station = state.station.info.name if hasattr(state, "station") else ""
+    named = list(_named(connection, body))
+    doing.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
+    cookie, remembered = cookie_of(connection) or "", state.remembered
+    actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
+    if actor is None:
+        actor = await _asked(connection, rule, cookie)
+    ACTING.set(actor)
+    _check_sign_in(actor, rule)
+    _check_role(actor, rule, doing.station, named)
+    if named:
+        await run_in_threadpool(_wait_for_arrival, state, named)
+        try:
+            await run_in_threadpool(_check_records, state, actor, rule, doing, named)
+        except DatabaseAwayError:
+            patient_id = state.ahead.whose(named) if rule.away else None
+            if patient_id is None:
+                raise
+            doing.patient_id = patient_id
+    did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
+    if did_something and rule.needs != "stop" and remembered.is_news(cookie):
+        task = asyncio.create_task(
+            run_in_threadpool(_did_something, state.database, actor, state.access.now()), name="did something"
+        )
+        remembered.writing.add(task)
+        task.add_done_callback(remembered.writing.discard)
+
+
+def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
+    # That the database does not answer, the log says once.
+    if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseAwayError):
+        log.info("who is signed in could not be looked up: %s", error)
+
+
+async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
+    """Whoever the database says it is.
+
+    :raises ProblemError: 401.
+    :raises DatabaseAwayError: when it does not answer, and nobody is known here or it takes more than that.
+    """
+    state = connection.app.state
+    remembered: Remembered = state.remembered
+    known = remembered.who_was_here(cookie, state.access.limits.longest.total_seconds()) if rule.away else None
+    asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, state.database))
+    # What has begun is not to wait for it, either, until it is known to be away.
+    await asyncio.wait({asking}, timeout=_PATIENCE_S if known else None)
+    try:
+        actor = asking.result()
+    except (DatabaseAwayError, asyncio.InvalidStateError):
+        if known is None:
+            raise
+        asking.add_done_callback(_ask_no_more)
+        # Not remembered anew: only the database can say that they are still let in.
+        return known
+    if actor is None:
+        remembered.forget(cookie)
+        raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
+    remembered.put(cookie, actor)
+    return actor
+
+
+def _shows_token(connection: HTTPConnection) -> bool:
+    """Whether a program asks that knows what is in the file; read anew each time, so that a new token needs no restart."""
+    file: Path | None = connection.app.state.metrics_token
+    scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
+    if file is None or scheme.lower() != "bearer":
+        return False
+    try:
+        token = file.read_text().strip()
+    except (OSError, UnicodeDecodeError) as error:
+        log.error("the token that /metrics is read by cannot be read: %s", error)
+        return False
+    # A short one, and that of an empty file above all, is none.
+    return len(token) >= _SHORTEST_TOKEN and secrets.fits(shown.strip(), secrets.hashed(token))
+
+
+def _did_something(database: Database, actor: Actor, now: datetime) -> None:
+    try:
+        with database.write() as session:
+            sign_in.did_something(session, actor, now)
+    except DatabaseAwayError:
+        # The log says so once.
+        return
+    except SQLAlchemyError as error:
+        log.warning("that somebody did something is not written down: %s", error)
+
+
+def _check_sign_in(actor: Actor, rule: Rule) -> None:
+    if actor.locked and not rule.locked:
+        raise ProblemError(423, "locked", "The screen is locked.", "Give your password. Stop works all the same.")
+    if actor.enrolling and not rule.enrolling:
+        raise ProblemError(
+            403, "second_factor_needed", "Your account needs a second factor first.", "Set it up; it takes a minute."
+        )
+
+
+def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, UUID]]) -> None:
+    granted = OF_ROLE[actor.role]
+    # Whoever may not see records may not ask for them by way of something else either.
+    if rule.needs not in granted or (named and "read_records" not in granted):
+        raise ProblemError(
+            403, "not_allowed", "Your role does not allow this.", "Ask somebody whose role does, or an administrator."
+        )
+    if rule.here and actor.stations and station not in actor.stations:
+        raise ProblemError(
+            403,
+            "other_station",
+            "You do not work at this station.",
+            "Use your own station, or ask an administrator to assign you to this one.",
+        )
+
+
+def _wait_for_arrival(state: Any, named: list[tuple[str, UUID]]) -> None:
+    """What was done without the database with what is named would be missing in what is found there.
+
+    :raises DatabaseAwayError: when it is there, and that is not after so many seconds.
+    """
+    ahead: Ahead = state.ahead
+    if state.database.away_since is not None or not ahead.is_on_its_way(named):
+        return
+    if not state.kept.until_taken(_ARRIVES_S) and state.database.away_since is None:
+        raise DatabaseAwayError(utc_now())
+
+
+def _check_records(state: Any, actor: Actor, rule: Rule, doing: Doing, named: list[tuple[str, UUID]]) -> None:
+    ahead: Ahead = state.ahead
+    database: Database = state.database
+    with database.read() as session:
+        patients = patients_of(session, named)
+        doing.patient_id = patients[0] if patients else None
+        if not rule.restricted and not restricted.may_see(session, actor, patients):
+            raise ProblemError(
+                403,
+                "restricted",
+                "This record is restricted to its care team.",
+                "In an emergency you can open it: give the reason. An administrator will read it.",
+            )
+    if doing.patient_id and not rule.restricted:
+        ahead.opened(doing.patient_id)
+
+
+def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:
+    """Every record that the request names, each once."""
+    given = [*connection.path_params.items(), *connection.query_params.multi_items(), *_fields(body)]
+    seen = set()
+    for name, value in given:
+        if name not in OF_A_PATIENT:
+            continue
+        try:
+            one = name, UUID(str(value))
+        except ValueError:
+            # The route says what is wrong with it.
+            continue
+        if one not in seen:
+            seen.add(one)
+            yield one
+
+
+def _fields(body: Any) -> Iterator[tuple[str, Any]]:
+    """Every field of a body, however deep."""
+    left = [body]
+    while left:
+        one = left.pop()
+        if isinstance(one, dict):
+            yield from one.items()
+            left += one.values()
+        elif isinstance(one, list):
+            left += one
+
+
+async def _body(connection: HTTPConnection) -> Any:
+    """What FastAPI would take for JSON, and more; it has been read already, and is kept."""
+    if not isinstance(connection, Request) or "json" not in connection.headers.get("content-type", "").lower():
+        return None
+    try:
+        return json.loads(await connection.body() or b"null")
+    except (ValueError, RecursionError):
+        return None

@@ -1,0 +1,141 @@
+"""Every error as a problem document (RFC 9457): a sentence and a next step, a traceback for nobody."""
+
+import logging
+from http import HTTPStatus
+from typing import Any, Final
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from kata.access.actor import DOING
+from kata.api import authorization, i18n
+from kata.clinic.dependencies import Problem, ProblemField
+from kata.database.availability import DatabaseAwayError
+from kata.device.messages import Refusal
+from kata.errors import ProblemError
+
+log = logging.getLogger(__name__)
+
+DATABASE_AWAY: Final = Refusal(
+    code="database_away",
+    message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
+    next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
+)
+_AGAIN_IN_S: Final = 5
+
+
+def refused(refusal: Refusal) -> ProblemError:
+    """A command that the apparatus did not accept: 409, or 503 when there is nobody to accept it."""
+    status = 503 if refusal.code in ("device_offline", "no_answer") else 409
+    return ProblemError(status, refusal.code, refusal.message, refusal.next_step)
+
+
+def install(app: FastAPI) -> None:
+    """Answer every error this way."""
+
+    @app.exception_handler(ProblemError)
+    def problem(request: Request, error: ProblemError) -> JSONResponse:
+        places = [
+            ProblemField(
+                pointer=where,
+                field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
+                detail=what,
+            )
+            for where, what in error.places
+        ]
+        return document(error.status, error.code, error.message, error.next_step, places, error.headers)
+
+    @app.exception_handler(HTTPException)
+    async def http(request: Request, error: HTTPException) -> JSONResponse:
+        if error.status_code == HTTPStatus.BAD_REQUEST:
+            if refusal := await _not_allowed(request):
+                return problem(request, refusal)
+            # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
+            return document(422, "invalid", "What was sent is no JSON in UTF-8.")
+        # Python 3.13 has given this status another name.
+        code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
+        return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
+
+    @app.exception_handler(RequestValidationError)
+    async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
+        if refusal := await _not_allowed(request):
+            return problem(request, refusal)
+        language = i18n.preferred(request.headers.get("accept-language", ""))
+        fields = [_field(one, error.body, language) for one in error.errors()]
+        if language == "ja":
+            what = "、".join(f"{field.field}: {field.detail}" for field in fields)
+            sentence = f"入力内容を確認してください。{what}。"
+        else:
+            what = "; ".join(f"{field.field} {field.detail}" for field in fields)
+            sentence = f"Please check what was entered: {what}."
+        return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
+
+    @app.exception_handler(DatabaseAwayError)
+    def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
+        told = (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
+
+    @app.exception_handler(Exception)
+    def unexpected(request: Request, error: Exception) -> JSONResponse:
+        log.error("%s %s failed", request.method, request.url.path, exc_info=error)
+        return document(
+            500, "unexpected", "Something went wrong in the service.", "Try again; if it stays, report it with the log."
+        )
+
+
+async def _not_allowed(request: Request) -> ProblemError | None:
+    try:
+        await authorization.allowed_first(request)
+    except ProblemError as error:
+        return error
+    return None
+
+
+def document(
+    status: int,
+    code: str,
+    detail: str,
+    next_step: str = "",
+    errors: list[ProblemField] | None = None,
+    headers: Any = None,
+) -> JSONResponse:
+    """One problem document."""
+    if doing := DOING.get():
+        doing.why = code
+    problem = Problem(
+        type="about:blank",
+        title=HTTPStatus(status).phrase,
+        status=status,
+        detail=detail,
+        code=code,
+        next_step=next_step,
+        errors=errors or [],
+    )
+    return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
+
+
+def _field(error: Any, body: Any, language: i18n.Language) -> ProblemField:
+    where, *rest = error["loc"]
+    # Where JSON cannot be read, its place is a character's, and no field's.
+    path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
+    told = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
+    pointer = "/".join(str(part) for part in path)
+    return ProblemField(
+        pointer=f"#/{pointer}" if where == "body" else f"{where}/{pointer}",
+        field=i18n.name(path, language),
+        detail=told,
+    )
+
+
+def _path(location: list[Any], body: Any) -> list[str | int]:
+    path = []
+    for place, part in enumerate(location, start=1):
+        there = part in body if isinstance(body, dict) else isinstance(body, list) and part in range(len(body))
+        # Pydantic also names the variant of a union, which is nowhere in what was sent. Nor is a field that is missing.
+        if there or place == len(location):
+            path.append(part)
+        if there:
+            body = body[part]
+    return path

@@ -1,0 +1,488 @@
+"""REST for the station: the therapist's commands, each with what the clinic has to write down first."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any, Final, Literal
+from uuid import UUID, uuid4
+
+from fastapi import APIRouter, Depends, Request
+from fastapi.concurrency import run_in_threadpool
+from pydantic import AwareDatetime, Field, StrictBool, StrictInt
+from sqlalchemy.orm import Session
+
+from kata.api.operating import Operator, TheBoard, Watching, taken_over
+from kata.api.problems import refused
+from kata.api.redaction import View
+from kata.api.simulator import AnySimulation
+from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
+from kata.clinic.episodes import limits as doctor
+from kata.clinic.episodes.limits import MotorLimits
+from kata.clinic.event_spool import Keeping
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes import planned
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.schemas import Fixtures
+from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions import checks, learning, runs
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.checklist import CheckName
+from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.router import TheAhead, TheKeeping
+from kata.clinic.sessions.schemas import Asked, Run
+from kata.clinic.types import By, Name, Schema, Side, side_of
+from kata.database.availability import DatabaseAwayError
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.device import messages
+from kata.errors import ProblemError
+from kata.motion.edit import Motion
+from kata.motion.learning import Correction
+from kata.motion.method import Method
+from kata.station.guard import Guard
+from kata.station.lease import Browser
+from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
+from kata.station.station import NO_ANSWER, Occupation, Station
+
+router = APIRouter(prefix="/api/station", tags=["station"])
+
+_METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
+    ("smooth", False): (),
+    ("paper", False): ("as in the paper, at 10 Hz",),
+    ("learned", False): ("learned, with nothing to go by yet",),
+    ("learned", True): ("learned from earlier playbacks",),
+}
+"""Told with what was done to the recording; whether there is a correction makes a difference for one method."""
+_COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
+_GUARDED: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 422, 503)
+
+
+class StationState(Schema):
+    """The station and its newest state."""
+
+    station: StationInfo
+    live: Live
+
+
+class SideRequest(Schema):
+    """Which shoulder the apparatus stands for."""
+
+    side: Side
+
+
+class Accepted(Schema):
+    """The device process has accepted the command; what comes of it, the live state tells."""
+
+    accepted: bool = Field(True, description="Always true: a refusal is a problem document.")
+
+
+class SeenState(Schema):
+    """The live state that the sender saw last. A command is refused when a stop has come since, or when the state is over 2 s old."""
+
+    stops: Annotated[StrictInt, Field(ge=0, le=2**53)] = Field(description="`live.stops` of that state.", examples=[3])
+    seen_at: AwareDatetime = Field(description="`live.at` of that state.", examples=["2026-11-21T09:30:00.125Z"])
+
+
+async def guarded(station: TheStation, seen: SeenState) -> Guard:
+    """Return what a command carries that can start motion, release an arm or reset a stop.
+
+    :raises ProblemError: 409 when the state is too old or lies in the future.
+    """
+    guard = station.clock.guard(seen.stops, seen.seen_at)
+    if isinstance(guard, messages.Refusal):
+        raise refused(guard)
+    return guard
+
+
+Guarded = Annotated[Guard, Depends(guarded)]
+
+
+class TeachRequest(Schema):
+    """Whom to teach a motion."""
+
+    patient_id: UUID
+    name: Name = Field("Motion", description="What its recordings will be called.", examples=["Flexion"])
+    side: Side | None = Field(None, description="The side of the patient's episode unless given.")
+    taught_by: By = Field(
+        "", description="Whose hands guide the arm: yours, unless somebody else is named.", examples=["Sato"]
+    )
+    fixtures: Annotated[Fixtures, Field(min_length=1)]
+    looked_at: set[CheckName] = Field(
+        default_factory=set,
+        max_length=5,
+        description="Of the checklist, what whoever teaches has just looked at and found in order, for this side and these "
+        "fixtures. What the patient's open session knows already is not asked again.",
+        examples=[["side", "fixtures", "belt"]],
+    )
+
+
+class Teaching(Schema):
+    """A teaching that has begun; each press of the pedal becomes one recording."""
+
+    teaching_id: UUID
+
+
+class LoadRequest(Asked):
+    """What to play, how, and in which session."""
+
+    session_id: UUID
+    recording_id: UUID
+    programme_position: int | None = Field(
+        None, ge=1, le=1000, description="Which item of the session's programme this is; none: chosen besides."
+    )
+    load_level: LoadLevel
+    method: Method = Field(
+        "smooth",
+        description="paper: 10 Hz, each sample held, as Sun et al. (2025) did. smooth. learned: smooth, corrected by what "
+        "earlier runs of this recording with these settings have taught on this station.",
+    )
+
+
+class LeaseRequest(Schema):
+    """Operate the apparatus from this browser."""
+
+    take_over: StrictBool = Field(False, description="Also when somebody operates it at another browser, who is told.")
+
+
+@router.get("")
+async def get_station(
+    station: TheStation,
+    database: TheDatabase,
+    board: TheBoard,
+    ahead: TheAhead,
+    actor: TheActor,
+    here: Watching,
+) -> StationState:
+    """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
+    state = await View(actor, database, ahead).of(board.state(here))
+    return StationState(station=station.info, live=Live.model_validate(state))
+
+
+@router.post("/lease", responses=PROBLEMS.of(409, 422))
+async def take_lease(request: Request, station: TheStation, here: Watching, wanted: LeaseRequest) -> LeaseLive:
+    """Operate the apparatus from this browser; the first command does the same while nobody operates it.
+
+    Others watch, and may stop it. While its browser cannot be reached, playing is paused after 2 s; after 30 s the motors let go.
+    """
+    before = station.operating.by
+    refusal = station.operating.take(here, take_over=wanted.take_over)
+    if refusal:
+        raise refused(refusal)
+    if before and before.id != here.id:
+        taken_over(request.app.state.trail, before)
+    return station.operating.told(here)
+
+
+@router.delete("/lease", responses=PROBLEMS.of(409))
+async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
+    """Operate the apparatus no more; refused while the motors move or hold the arm, or may do so."""
+    refusal = station.operating.release(here, station.torque)
+    if refusal:
+        raise refused(refusal)
+    return station.operating.told(here)
+
+
+@router.post("/side", responses=PROBLEMS.of(409, 422))
+async def turn(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
+    """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
+
+    Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
+    program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
+    or may hold one; an apparatus that is switched off can be turned.
+    """
+
+    async def meanwhile() -> None:
+        if simulation:
+            await run_in_threadpool(simulation.turn, wanted.side)
+
+    refusal = await station.turn(wanted.side, meanwhile)
+    if refusal:
+        raise refused(refusal)
+    return Accepted(accepted=True)
+
+
+@router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
+async def teach(
+    station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: TeachRequest
+) -> Teaching:
+    """Begin teaching: torque is off, and samples are recorded while the pedal is down.
+
+    Refused while the checklist is open, in a session as without one. Refused in another mode before anything is looked up.
+    """
+    _refuse_by_mode(station, "teach")
+    there = checks.apparatus(station.info.name, station.live())
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted, there)
+    occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
+    command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
+    never_begun = partial(kept.put_not_begun, "teaching", teaching.id)
+    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
+    if refusal:
+        if refusal.code != NO_ANSWER:
+            never_begun()
+        raise refused(refusal)
+    return Teaching(teaching_id=teaching.id)
+
+
+@router.post("/finish-teaching", responses=_COMMAND)
+async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
+    """End teaching; its takes are saved."""
+    return await _send(station, messages.FinishTeaching(), here)
+
+
+@router.post("/load", responses=PROBLEMS.of(404, 409, 410, 422, 503))
+async def load(
+    station: TheStation,
+    database: TheDatabase,
+    kept: TheKeeping,
+    ahead: TheAhead,
+    here: Operator,
+    wanted: LoadRequest,
+) -> Run:
+    """Check a recording, played as it is asked for, against the apparatus' limits and make it the one to be played: a new run.
+
+    Refused while the session's checklist is open. While the database does not answer, the session that goes on here goes on with
+    what was fetched ahead. Refused in another mode before anything is looked up.
+    """
+    _refuse_by_mode(station, "load")
+    there = checks.apparatus(station.info.name, station.live())
+    # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
+    try:
+        begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+    except DatabaseAwayError:
+        away = await run_in_threadpool(_begin_without_database, ahead, kept, wanted, there)
+        if away is None:
+            raise
+        begun = away
+    else:
+        ahead.attend(begun.patient.id, wanted.session_id)
+    run, motion, learned = begun.run, begun.motion, begun.learned
+    command = messages.Load(
+        run_id=str(run.id),
+        recording_id=str(run.recording_id),
+        times_s=motion.times_s.astype("<f8").tobytes(),
+        angles_deg=motion.angles_deg.astype("<f8").tobytes(),
+        side=begun.side,
+        load_level=wanted.load_level,
+        limits_deg=begun.limits,
+        max_speed_deg_s=begun.max_speed_deg_s,
+        method=wanted.method,
+        correction_deg=learned.angles_deg.astype("<f8").tobytes() if learned else b"",
+        correction_step_s=learned.step_s if learned else 0.0,
+        repetition_s=motion.duration_s / wanted.repetitions,
+    )
+    changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
+    occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
+    never_begun = partial(kept.put_not_begun, "run", run.id)
+    refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
+    if refusal:
+        if refusal.code != NO_ANSWER:
+            await run_in_threadpool(_forget_run, database, kept, ahead, begun)
+        raise refused(refusal)
+    return run
+
+
+@router.post("/unload", responses=_COMMAND)
+async def unload(station: TheStation, here: Operator) -> Accepted:
+    """Forget the loaded recording, unplayed."""
+    return await _send(station, messages.Unload(), here)
+
+
+@router.post("/approach", responses=_GUARDED)
+async def approach(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Torque on, slowly to the recording's start, and hold there."""
+    return await _send(station, messages.Approach(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+@router.post("/play", responses=_GUARDED)
+async def play(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Play on from where the path stands."""
+    return await _send(station, messages.Play(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+@router.post("/pause", responses=_COMMAND)
+async def pause(station: TheStation, here: Operator) -> Accepted:
+    """Slow down on the path and hold."""
+    return await _send(station, messages.Pause(), here)
+
+
+@router.post("/less", responses=_COMMAND)
+async def less(station: TheStation, here: Operator) -> Accepted:
+    """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
+    return await _send(station, messages.Less(), here)
+
+
+@router.post("/return", responses=_GUARDED)
+async def return_to_rest(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Slowly back to where the approach began, then torque off."""
+    return await _send(station, messages.Return(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+@router.post("/stop", responses=_COMMAND)
+async def stop(station: TheStation) -> Accepted:
+    """Ramp down, torque off, latch. Always accepted, from any browser; waits behind nothing. Not an emergency
+    stop: it needs a network.
+    """
+    return await _send(station, messages.Stop(), None)
+
+
+@router.post("/release-torque", responses=_GUARDED)
+async def release_torque(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Switch off the torque that the drives had when the apparatus was connected: the arm is supported. Only while stopped."""
+    return await _send(station, messages.ReleaseTorque(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+@router.post("/acknowledge", responses=_GUARDED)
+async def acknowledge(station: TheStation, guard: Guarded, here: Operator) -> Accepted:
+    """Acknowledge a stop whose causes have cleared. Starts nothing."""
+    return await _send(station, messages.Acknowledge(stops=guard.stops, expires_ns=guard.expires_ns), here)
+
+
+def _refuse_by_mode(station: Station, name: messages.CommandName) -> None:
+    if refusal := station.refusal(name):
+        raise refused(refusal)
+
+
+async def _send(station: Station, command: messages.Command, here: Browser | None) -> Accepted:
+    refusal = await station.command(command, by=here)
+    if refusal:
+        raise refused(refusal)
+    return Accepted(accepted=True)
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A run that may be played."""
+
+    run: Run
+    motion: Motion
+    learned: Correction | None
+    side: Side
+    limits: MotorLimits
+    max_speed_deg_s: float | None
+    """The doctor's limit."""
+    patient: PatientRef
+    without_database: bool = False
+
+
+def _begin_teaching(
+    database: Database, kept: Keeping, wanted: TeachRequest, there: checks.Apparatus
+) -> tuple[TeachingRow, PatientRow]:
+    with _written(database, kept, "teaching") as (session, began):
+        patient = patients.get(session, wanted.patient_id)
+        if patient.archived_at:
+            raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        side = checks.teaching_side(patient, wanted.side)
+        asked = checks.Teach(patient.id, side, wanted.fixtures)
+        checks.require_teaching(session, asked, wanted.looked_at, wanted.taught_by, there)
+        row = TeachingRow(
+            id=uuid4(),
+            patient_id=patient.id,
+            name=wanted.name,
+            side=side,
+            taught_by=wanted.taught_by,
+            fixtures=sorted(wanted.fixtures),
+            started_at=utc_now(),
+        )
+        began.append(row.id)
+        session.add(row)
+    return row, patient
+
+
+@contextmanager
+def _written(
+    database: Database, kept: Keeping, what: Literal["run", "teaching"]
+) -> Iterator[tuple[Session, list[UUID]]]:
+    """As :meth:`Database.write`; the list takes the id of what begins.
+
+    Where the database is lost in the commit, it may stand there although the device never heard of it.
+    """
+    began: list[UUID] = []
+    try:
+        with database.write() as session:
+            yield session, began
+    except DatabaseAwayError:
+        for id_ in began:
+            kept.put_not_begun(what, id_)
+        raise
+
+
+def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
+    """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
+    asked = runs.asked_of(wanted)
+    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
+    with database.read() as session:
+        looked_at = runs.to_begin(session, *what, wanted.programme_position)
+        if wanted.programme_position is not None:
+            planned.check_timer(session, wanted.session_id)
+        learned = learning.correction(session, looked_at.corrected_by)
+        recording = recordings.get(session, wanted.recording_id)
+        side = side_of(recording.side)
+        allowed = doctor.allowed(session, recording.patient_id, side)
+        taught = runs.taught(session, recording.id)
+    motion = runs.as_asked(taught, asked)
+    limits = allowed.check(motion, wanted.load_level, wanted.method)
+    with _written(database, kept, "run") as (session, began):
+        row = runs.begin(session, *what, wanted.programme_position, looked_at=looked_at)
+        began.append(row.id)
+        if wanted.programme_position is not None:
+            planned.check_timer(session, wanted.session_id)
+        if doctor.allowed(session, recording.patient_id, side) != allowed:
+            raise ProblemError(
+                409,
+                "edited_meanwhile",
+                "The doctor's limits were changed while this recording was held against them.",
+                "Load it again.",
+            )
+        # Last: nobody is to put a patient in order for what may not be played anyway.
+        checks.require(session, wanted.session_id, wanted.recording_id, there)
+        patient = sessions.get(session, wanted.session_id).patient
+        return _Begun(
+            run=runs.as_run(row),
+            motion=motion,
+            learned=learned,
+            side=side,
+            limits=limits,
+            max_speed_deg_s=allowed.max_speed_deg_s,
+            patient=PatientRef(id=patient.id, name=patient.name),
+        )
+
+
+def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
+    """None where it is not known well enough, or cannot be kept."""
+    asked = runs.asked_of(wanted)
+    what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
+    found = ahead.begin(*what, wanted.programme_position, there)
+    if found is None:
+        return None
+    for told in found.told:
+        kept.put_done(told)
+    if not kept.put_done(found.begun):
+        kept.put_not_begun("run", found.begun.id)
+        ahead.played(found.begun.id, None)
+        return None
+    return _Begun(
+        found.run,
+        found.motion,
+        found.learned,
+        found.recording.side,
+        found.limits,
+        found.recording.allowed.max_speed_deg_s,
+        PatientRef(id=found.patient.id, name=found.patient.name),
+        without_database=True,
+    )
+
+
+def _forget_run(database: Database, kept: Keeping, ahead: Ahead, begun: _Begun) -> None:
+    """The device refused: it never began."""
+    if begun.without_database:
+        # Behind what says that it began, which may be on its way still.
+        kept.put_not_begun("run", begun.run.id)
+        ahead.played(begun.run.id, None)
+        return
+    try:
+        with database.write() as session:
+            runs.forget(session, begun.run.id)
+    except DatabaseAwayError:
+        kept.put_not_begun("run", begun.run.id)

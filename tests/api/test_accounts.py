@@ -1,0 +1,372 @@
+"""Passwords, codes, second factor, lock screen, set-up link and accounts, as somebody comes by them over HTTP."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+from uuid import UUID
+
+import pyotp
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import select
+from starlette.websockets import WebSocketDisconnect
+
+from kata.access import set_up
+from kata.access.actor import Role
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
+from tests.api.conftest import running
+from tests.api.signing_in import OTHER, PASSWORD, Clinic, clinic, code
+
+LIMIT_S: Final = 60.0
+"""A busy computer's; the watch looks twice a second."""
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
+    with clinic(tmp_path_factory.mktemp("accounts")) as made:
+        yield made
+
+
+def enrol(browser: TestClient, at: float) -> tuple[pyotp.TOTP, list[str]]:
+    """Set up a second factor: the app, and the recovery codes."""
+    begun = browser.post("/api/me/second-factor", json={}).json()
+    assert begun["picture"].startswith("data:image/svg+xml")
+    app = pyotp.parse_uri(begun["address"])
+    assert isinstance(app, pyotp.TOTP)
+    confirmed = browser.put("/api/me/second-factor", json={"code": app.at(at)})
+    assert confirmed.status_code == 200, confirmed.text
+    return app, confirmed.json()["codes"]
+
+
+def test_a_second_factor_is_asked_for_and_each_code_is_good_once(shared: Clinic) -> None:
+    username = shared.account()
+    app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
+    shared.clock.forward(60)
+    given = {"username": username, "password": PASSWORD}
+    assert code(shared.browser().post("/api/sign-in", json=given), 403) == "second_factor_needed"
+    digits = app.at(shared.clock.seconds())
+    assert code(shared.browser().post("/api/sign-in", json=given | {"code": "000000"}), 401) == "wrong_code"
+    assert shared.sign_in(username, code=digits).get("/api/me").json()["second_factor"] is True
+    assert code(shared.browser().post("/api/sign-in", json=given | {"code": digits}), 401) == "wrong_code"
+    typed = recovery[0].replace("-", " ").lower()
+    shared.sign_in(username, code=typed)
+    assert code(shared.browser().post("/api/sign-in", json=given | {"code": typed}), 401) == "wrong_code"
+    assert len(set(recovery)) == 10
+
+
+def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) -> None:
+    browser = shared.sign_in(shared.account("administrator"))
+    assert browser.get("/api/me").json()["enrolling"] is True
+    enrol(browser, shared.clock.seconds())
+    assert browser.get("/api/me").json()["enrolling"] is False
+    assert browser.request("DELETE", "/api/me/second-factor", json={}).status_code == 204
+    assert browser.get("/api/me").json()["enrolling"] is True, "taken away, it is asked for again at once"
+
+
+@pytest.mark.parametrize("role", ["viewer", "technician", "therapist", "administrator"])
+def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, tmp_path: Path) -> None:
+    with running(tmp_path, simulate=False, second_factor="everyone") as client:
+        everybody = Clinic(client)
+        browser = everybody.sign_in(everybody.account(role))
+        assert browser.get("/api/me").json()["enrolling"] is True
+        for path in ("/api/station", "/api/patients", "/api/accounts", "/api/events"):
+            assert browser.get(path).status_code == 403, path
+        enrol(browser, everybody.clock.seconds())
+        assert browser.get("/api/station").status_code == 200
+
+
+def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(shared: Clinic) -> None:
+    browser = shared.sign_in(shared.account())
+    shared.clock.forward(660)
+    assert code(browser.post("/api/me/second-factor", json={}), 403) == "password_needed"
+    assert code(browser.post("/api/me/second-factor", json={"password": OTHER}), 403) == "wrong_password"
+    assert browser.post("/api/me/second-factor", json={"password": PASSWORD}).status_code == 200
+
+
+def test_the_page_speaks_to_somebody_in_the_language_they_chose_at_whichever_browser(shared: Clinic) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
+    assert code(browser.put("/api/me/language", json={"language": "klingon"}), 422) == "invalid"
+    assert browser.put("/api/me/language", json={"language": "ja"}).json()["language"] == "ja"
+    assert shared.sign_in(username).get("/api/me").json()["language"] == "ja"
+    assert shared.sign_in(shared.account()).get("/api/me").json()["language"] == ""
+    with shared.database.read() as session:
+        newest = session.scalars(select(AuditRow).where(AuditRow.action == "choose_language")).all()[-1]
+    assert (newest.outcome, newest.account_id) == ("done", UUID(browser.get("/api/me").json()["account_id"]))
+
+
+def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
+    browser = shared.sign_in(shared.account())
+    assert browser.post("/api/me/lock").status_code == 204
+    assert browser.get("/api/me").json()["locked"] is True
+    assert code(browser.post("/api/me/unlock", json={"password": OTHER}), 403) == "wrong_password"
+    assert browser.post("/api/me/unlock", json={"password": PASSWORD}).json()["locked"] is False
+    shared.clock.forward(901)
+    assert browser.get("/api/me").json()["locked"] is True, "nothing was done for a quarter of an hour"
+    for _ in range(5):
+        answer = browser.post("/api/me/unlock", json={"password": OTHER})
+    assert code(browser.post("/api/me/unlock", json={"password": PASSWORD}), 429) == "too_many_tries", answer.text
+
+
+@pytest.mark.parametrize("how", ["unlocked", "a new password", "a second factor"])
+def test_whoever_shows_again_who_they_are_goes_on_under_another_secret(shared: Clinic, how: str) -> None:
+    browser = shared.sign_in(shared.account())
+    before, here = browser.cookies[COOKIE], browser.get("/api/me/sign-ins").json()["items"][0]["id"]
+    stolen = shared.browser()
+    stolen.cookies.set(COOKIE, before)
+    if how == "unlocked":
+        browser.post("/api/me/lock")
+        assert browser.post("/api/me/unlock", json={"password": PASSWORD}).status_code == 200
+    elif how == "a new password":
+        change = {"old_password": PASSWORD, "password": OTHER}
+        assert browser.post("/api/me/password", json=change).status_code == 204
+    else:
+        enrol(browser, shared.clock.seconds())
+    assert browser.cookies[COOKIE] != before
+    # What was on its way at this moment still arrives, a Stop above all; then the old one is worth nothing.
+    for request in (stolen.get("/api/me"), stolen.post("/api/station/stop"), browser.get("/api/me")):
+        assert request.status_code in (200, 503), request.text
+    shared.clock.forward(11)
+    assert stolen.get("/api/me").status_code == 401
+    assert stolen.post("/api/station/stop").status_code == 401
+    assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, "the same sign-in: lease and sockets go on"
+
+
+def test_a_new_password_signs_the_other_browsers_out(shared: Clinic) -> None:
+    username = shared.account()
+    here, there = shared.sign_in(username), shared.sign_in(username)
+    change = {"old_password": OTHER, "password": OTHER}
+    assert code(here.post("/api/me/password", json=change), 403) == "wrong_password"
+    assert here.post("/api/me/password", json=change | {"old_password": PASSWORD}).status_code == 204
+    assert there.get("/api/me").status_code == 401
+    assert here.get("/api/me").status_code == 200
+    shared.sign_in(username, OTHER)
+
+
+@pytest.mark.parametrize(
+    "weak",
+    ["short one", "password1234", "Qwertyuiop", "Passw0rd!!!!!", "abcabcabcabc", "Kata-Clinic-1", "therapist2026!"],
+)
+def test_a_password_that_is_tried_first_is_refused(shared: Clinic, weak: str) -> None:
+    browser = shared.sign_in(shared.account())
+    answer = browser.post("/api/me/password", json={"old_password": PASSWORD, "password": weak})
+    assert code(answer, 422) == "weak_password"
+    assert answer.json()["errors"][0]["pointer"] == "#/password"
+
+
+def test_a_password_of_ones_own_name_is_refused(shared: Clinic) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    answer = browser.post("/api/me/password", json={"old_password": PASSWORD, "password": f"{username}1!"})
+    assert code(answer, 422) == "weak_password"
+
+
+def test_an_account_begins_with_a_code_and_ends_disabled(shared: Clinic) -> None:
+    given = {"username": "Sato", "name": "Sato Ken", "role": "therapist", "stations": ["east"]}
+    made = shared.administrator.post("/api/accounts", json=given)
+    assert made.status_code == 201, made.text
+    account, one_time = made.json()["account"], made.json()["code"]
+    assert account["username"] == "sato"
+    assert account["password"] is False
+    assert (
+        code(shared.administrator.post("/api/accounts", json=given | {"username": "ＳＡＴＯ"}), 409) == "username_taken"
+    )
+    setting = {"username": "sato", "code": one_time, "password": PASSWORD}
+    wrong = shared.browser().post("/api/set-password", json=setting | {"code": "AAAAA-AAAAA-AAAAA-AAAAA"})
+    assert code(wrong, 401) == "wrong_code"
+    assert shared.browser().post("/api/set-password", json=setting).status_code == 204
+    assert code(shared.browser().post("/api/set-password", json=setting), 401) == "wrong_code"
+    browser = shared.sign_in("sato")
+    assert browser.get("/api/me").json()["stations"] == ["east"]
+
+    seen = shared.administrator.patch(f"/api/accounts/{account['id']}", json={"name": "Sato K."}).json()
+    assert browser.get("/api/me").json()["name"] == "Sato K.", "a name alone signs nobody out"
+    stale = {"disabled": True, "updated_at": account["updated_at"]}
+    assert code(shared.administrator.patch(f"/api/accounts/{account['id']}", json=stale), 409) == "edited_meanwhile"
+    shut = stale | {"updated_at": seen["updated_at"]}
+    assert shared.administrator.patch(f"/api/accounts/{account['id']}", json=shut).json()["disabled_at"]
+    assert browser.get("/api/me").status_code == 401
+    refused = shared.browser().post("/api/sign-in", json={"username": "sato", "password": PASSWORD})
+    assert code(refused, 401) == "wrong_password"
+
+
+@pytest.mark.parametrize("change", [{"role": "viewer"}, {"stations": ["west"]}, {"disabled": True}])
+def test_other_rights_sign_every_browser_out(shared: Clinic, change: dict[str, Any]) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    assert shared.administrator.patch(f"/api/accounts/{shared.id_of(username)}", json=change).status_code == 200
+    assert browser.get("/api/me").status_code == 401
+
+
+def test_a_reset_ends_password_second_factor_and_sign_ins_until_the_code_is_used(shared: Clinic) -> None:
+    username = shared.account()
+    browser = shared.sign_in(username)
+    enrol(browser, shared.clock.seconds())
+    url = f"/api/accounts/{shared.id_of(username)}/reset"
+    one_time = shared.administrator.post(url, json={"second_factor": True}).json()["code"]
+    assert browser.get("/api/me").status_code == 401
+    refused = shared.browser().post("/api/sign-in", json={"username": username, "password": PASSWORD})
+    assert code(refused, 401) == "wrong_password"
+    setting = {"username": username, "code": one_time, "password": OTHER}
+    assert shared.browser().post("/api/set-password", json=setting).status_code == 204
+    shared.sign_in(username, OTHER)
+    late = shared.administrator.post(url, json={}).json()["code"]
+    shared.clock.forward(24 * 3600)
+    again = shared.browser().post("/api/set-password", json=setting | {"code": late})
+    assert code(again, 401) == "wrong_code", "good for a day"
+
+
+def test_who_is_locked_out_by_anothers_guessing_comes_back_in_by_a_code(shared: Clinic) -> None:
+    username = shared.account()
+    for _ in range(6):
+        answer = shared.browser("10.0.0.9").post("/api/sign-in", json={"username": username, "password": OTHER})
+    assert code(answer, 429) == "too_many_tries"
+    assert int(answer.headers["retry-after"]) > 0
+    one_time = shared.administrator.post(f"/api/accounts/{shared.id_of(username)}/reset", json={}).json()["code"]
+    setting = {"username": username, "code": one_time, "password": OTHER}
+    assert shared.browser().post("/api/set-password", json=setting).status_code == 204
+    shared.sign_in(username, OTHER)
+
+
+def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
+    with clinic(tmp_path) as alone:
+        me = alone.administrator.get("/api/me").json()["account_id"]
+        for change in ({"disabled": True}, {"role": "therapist"}):
+            answer = alone.administrator.patch(f"/api/accounts/{me}", json=change)
+            assert code(answer, 409) == "last_administrator"
+        answer = alone.administrator.patch(f"/api/accounts/{me}", json={"name": "Still here"})
+        assert answer.status_code == 200
+
+
+def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> None:
+    username = shared.account()
+    here, there = shared.sign_in(username), shared.sign_in(username)
+    other = next(item["id"] for item in there.get("/api/me/sign-ins").json()["items"] if item["here"])
+    assert other in {item["id"] for item in here.get("/api/me/sign-ins").json()["items"] if not item["here"]}
+    stranger = shared.sign_in(shared.account())
+    assert stranger.request("DELETE", f"/api/me/sign-ins/{other}", json={}).status_code == 404
+    assert there.get("/api/me").status_code == 200
+    shared.clock.forward(660)
+    again = here.request("DELETE", f"/api/me/sign-ins/{other}", json={})
+    assert code(again, 403) == "password_needed", "nobody who comes by ends it"
+    assert here.request("DELETE", f"/api/me/sign-ins/{other}", json={"password": PASSWORD}).status_code == 204
+    assert there.get("/api/me").status_code == 401
+
+
+def test_the_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
+    with clinic(tmp_path) as fresh:
+        assert fresh.app.state.access.set_up_secret, "nobody was there at the start"
+        given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
+        assert code(fresh.browser().post("/api/set-up", json=given), 401) == "link_used"
+        given["secret"] = set_up.offer(tmp_path, fresh.clock.now())
+        assert (
+            code(fresh.browser().post("/api/set-up", json=given | {"password": "password1234"}), 422) == "weak_password"
+        )
+        first = fresh.browser()
+        told = first.post("/api/set-up", json=given)
+        assert told.status_code == 200, told.text
+        assert told.json()["role"] == "administrator"
+        assert told.json()["enrolling"] is True
+        assert code(fresh.browser().post("/api/set-up", json=given | {"username": "eve"}), 401) == "link_used"
+
+        # Given: a clinic that is locked out, and a link of `kata accounts link` for somebody who is there.
+        enrol(first, fresh.clock.seconds())
+        again = given | {"secret": set_up.offer(tmp_path, fresh.clock.now()), "password": OTHER}
+        assert fresh.browser().post("/api/set-up", json=again).status_code == 200
+        assert first.get("/api/me").status_code == 401
+        assert fresh.sign_in("mori", OTHER).get("/api/me").json()["enrolling"] is True
+        late = again | {"secret": set_up.offer(tmp_path, fresh.clock.now())}
+        fresh.clock.forward(24 * 3600)
+        assert code(fresh.browser().post("/api/set-up", json=late), 401) == "link_used"
+
+
+def _until_closed(socket: Any) -> int:
+    """The code that it is closed with; nothing else ends this."""
+    try:
+        while True:
+            socket.receive_json()
+    except WebSocketDisconnect as closed:
+        return closed.code
+
+
+@pytest.mark.parametrize("how", ["signed out", "disabled", "role", "by another service"])
+def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
+    username = shared.account()
+    browser, other = shared.sign_in(username), shared.sign_in(shared.account())
+    with other.websocket_connect("/api/live") as stays:
+        stays.receive_json()
+        with browser.websocket_connect("/api/live") as socket:
+            socket.receive_json()
+            if how == "signed out":
+                assert browser.post("/api/sign-out").status_code == 204
+            elif how == "by another service":
+                with shared.database.write() as session:
+                    session.connection().exec_driver_sql(
+                        f"UPDATE sign_ins SET ended_at = '2026-01-01 00:00:00' WHERE account_id = '{shared.id_of(username).hex}'"
+                    )
+            else:
+                change = {"role": "viewer"} if how == "role" else {"disabled": True}
+                answer = shared.administrator.patch(f"/api/accounts/{shared.id_of(username)}", json=change)
+                assert answer.status_code == 200
+            assert _until_closed(socket) == 1008
+        assert stays.receive_json()["kind"] == "change"
+
+
+@pytest.mark.parametrize("what", ["disabled", "another role", "reset"])
+def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
+    username = shared.account()
+    browser, path = shared.sign_in(username), f"/api/accounts/{shared.id_of(username)}"
+    assert browser.post("/api/station/stop").status_code in (200, 503), "let in, and remembered for an hour"
+    if what == "reset":
+        answer = shared.administrator.post(f"{path}/reset", json={})
+    else:
+        answer = shared.administrator.patch(path, json={"disabled": True} if what == "disabled" else {"role": "viewer"})
+    assert answer.status_code == 200, answer.text
+    assert code(browser.post("/api/station/stop"), 401) == "not_signed_in"
+
+
+@pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
+def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
+    how: str, tmp_path: Path, services_url: str
+) -> None:
+    """Two stations on one database: within a second, as for sockets, also while no page of theirs listens."""
+    with (
+        running(tmp_path / "1", simulate=False, database_url=services_url) as first,
+        running(tmp_path / "2", simulate=False, database_url=services_url) as second,
+    ):
+        here, there = Clinic(first), Clinic(second)
+        username = here.account()
+        at_both = here.sign_in(username), there.browser()
+        at_both[1].cookies.update(at_both[0].cookies)
+        stays = there.sign_in(there.account())
+        for browser in (*at_both, stays):
+            assert browser.post("/api/station/stop").status_code in (200, 503)
+        if how == "signed out there":
+            assert at_both[0].post("/api/sign-out").status_code == 204
+        elif how == "a new password":
+            change = {"old_password": PASSWORD, "password": OTHER}
+            other = here.sign_in(username)
+            assert other.post("/api/me/password", json=change).status_code == 204
+        else:
+            path = f"/api/accounts/{here.id_of(username)}"
+            rights: Any = {"disabled": True} if how == "disabled" else {"role": "viewer"}
+            assert here.administrator.patch(path, json=rights).status_code == 200
+        limit = time.monotonic() + LIMIT_S
+        while at_both[1].post("/api/station/stop").status_code != 401:
+            assert time.monotonic() < limit
+        assert stays.post("/api/station/stop").status_code in (200, 503)
+
+
+def test_a_sign_in_is_one_row_of_the_trail_and_a_try_in_vain_names_the_account(shared: Clinic) -> None:
+    username = shared.account()
+    shared.sign_in(username)
+    shared.browser().post("/api/sign-in", json={"username": username, "password": OTHER})
+    wanted = {"account_id": str(shared.id_of(username))}
+    rows = shared.administrator.get("/api/audit", params=wanted).json()["items"]
+    assert [(row["action"], row["outcome"], row["who"]) for row in rows] == [
+        ("sign_in_by_password", "refused", ""),
+        ("sign_in_by_password", "done", "Test therapist"),
+    ]

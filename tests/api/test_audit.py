@@ -1,0 +1,227 @@
+"""The trail of the real service: changes, looks, refusals and commands, each with who did it; and its search."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+from typing import Any, Final
+from uuid import uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from kata.access.audit import entry
+from kata.access.sign_in import COOKIE
+from kata.access.verify import verify
+from kata.settings import Settings
+from tests.api.conftest import running
+from tests.api.test_station import until_mode
+from tests.operating import operate
+from tests.signed_in import signed_in
+
+_BY_PROGRAM: Final = {
+    "service_started",
+    "service_ended",
+    "import_journal",
+    "prepare_demonstration",
+    "register_station",
+    "unnamed",
+}
+"""The last is what tests write past the service."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("audited")
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Iterator[TestClient]:
+    """In a folder that is known."""
+    with running(folder) as made:
+        yield made
+
+
+@contextmanager
+def acting_as(client: TestClient, role: Any) -> Iterator[None]:
+    """Somebody else at this browser; None: nobody."""
+    before = client.cookies[COOKIE]
+    client.cookies.delete(COOKIE)
+    if role:
+        client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        client.cookies.clear()
+        client.cookies.set(COOKIE, before)
+
+
+def trail(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
+    """Newest first."""
+    answer = client.get("/api/audit", params={"limit": 200} | wanted)
+    assert answer.status_code == 200, answer.text
+    items: list[dict[str, Any]] = answer.json()["items"]
+    return items
+
+
+def of_patient(client: TestClient, patient: dict[str, Any]) -> list[dict[str, Any]]:
+    """But for these very looks into the trail."""
+    return [row for row in trail(client, patient_id=patient["id"]) if row["action"] != "list_audit"]
+
+
+def acts(client: TestClient, **wanted: Any) -> list[tuple[str, str, str]]:
+    """Oldest first: who, what, how it went."""
+    return [(row["role"], row["action"], row["outcome"]) for row in reversed(trail(client, **wanted))]
+
+
+def is_whole(folder: Path, client: TestClient) -> bool:
+    database = client.app.state.database  # type: ignore[attr-defined]
+    with database.read() as session:
+        return verify(session, [Settings(data=folder).effective_audit_anchor]).whole
+
+
+def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
+    client: TestClient, patient: dict[str, Any], folder: Path
+) -> None:
+    path = f"/api/patients/{patient['id']}"
+    client.get(path)
+    client.get(path)
+    client.patch(path, json={"notes": "Plays the violin."})
+    with acting_as(client, "viewer"):
+        client.get(path)
+        client.patch(path, json={"notes": "Mine."})
+    with acting_as(client, "technician"):
+        client.get(path)
+    with acting_as(client, None):
+        client.get(path)
+        client.delete(path)
+    assert acts(client, patient_id=patient["id"]) == [
+        ("administrator", "create_patient", "done"),
+        ("administrator", "get_patient", "done"),
+        ("administrator", "update_patient", "done"),
+        ("viewer", "get_patient", "done"),
+    ]
+    refused = [(row["role"], row["action"], row["detail"]["why"]) for row in reversed(trail(client, outcome="refused"))]
+    assert [one for one in refused if one[1] in ("get_patient", "update_patient")] == [
+        ("viewer", "update_patient", "not_allowed"),
+        ("technician", "get_patient", "not_allowed"),
+        ("", "get_patient", "not_signed_in"),
+    ]
+    changed = next(row for row in trail(client, action="update_patient") if row["outcome"] == "done")
+    assert changed["detail"] == {"changed": {"patients": {patient["id"]: ["notes", "updated_at"]}}}
+    assert changed["who"] == "Test administrator"
+    assert is_whole(folder, client)
+
+
+def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) -> None:
+    until_mode(client, "idle")
+    operate(client, "play")
+    with acting_as(client, "technician"):
+        client.post("/api/station/stop")
+    told = acts(client, station=client.get("/api/station").json()["station"]["name"])
+    assert ("administrator", "play", "refused") in told
+    assert ("technician", "stop", "done") in told
+    operate(client, "acknowledge")
+
+
+def test_who_watches_live_is_told(client: TestClient) -> None:
+    before = len(trail(client, action="live"))
+    with acting_as(client, "viewer"), client.websocket_connect("/api/live") as socket:
+        socket.receive_json()
+    watched = trail(client, action="live")
+    assert len(watched) == before + 1
+    assert (watched[0]["role"], watched[0]["outcome"]) == ("viewer", "done")
+
+
+def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
+    with acting_as(client, None), pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live"):
+        pass
+    assert (trail(client, action="live")[0]["who"], trail(client, action="live")[0]["outcome"]) == ("", "refused")
+
+
+def test_what_is_refused_at_the_door_is_told(client: TestClient) -> None:
+    client.post("/api/patients", json={}, headers={"origin": "https://evil.example"})
+    row = trail(client, action="at_the_door")[0]
+    assert (row["outcome"], row["subject"], row["who"]) == ("refused", "POST /api/patients", "")
+
+
+def test_a_form_that_is_filled_in_wrongly_is_no_refusal(client: TestClient) -> None:
+    before = len(trail(client, action="create_patient"))
+    assert client.post("/api/patients", json={"name": ""}).status_code == 422
+    assert len(trail(client, action="create_patient")) == before
+
+
+def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestClient, patient: dict[str, Any]) -> None:
+    for n in range(5):
+        client.patch(f"/api/patients/{patient['id']}", json={"notes": f"{n}"})
+    # Whoever looks a patient up in the trail stands in it, too; so of one kind of act only.
+    wanted = {"patient_id": patient["id"], "action": "update_patient"}
+    found = trail(client, **wanted)
+    assert [row["outcome"] for row in found] == ["done"] * 5
+    first = client.get("/api/audit", params=wanted | {"limit": 3}).json()
+    second = client.get("/api/audit", params=wanted | {"limit": 3, "after": first["next"]}).json()
+    assert first["items"] + second["items"] == found
+    assert second["next"] is None
+    at = found[2]["at"]
+    assert trail(client, **wanted, since=at) == found[:3]
+    assert trail(client, **wanted, until=at) == found[3:]
+    account = found[0]["account_id"]
+    assert {row["account_id"] for row in trail(client, account_id=account)} == {account}
+    assert trail(client, account_id=str(uuid4())) == []
+    assert client.get("/api/audit", params={"outcome": "anything"}).status_code == 422
+    assert client.get("/api/audit", params={"after": "there"}).status_code == 422
+
+
+def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: TestClient) -> None:
+    begun = replace(entry("unnamed", "done"), station="Drill")
+    for minutes in (0, -30, 30, -60):
+        one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
+        client.app.state.trail.tell_at_once(one)  # type: ignore[attr-defined]
+    found = trail(client, station="Drill")
+    assert [row["subject"] for row in found] == ["30", "0", "-30", "-60"]
+    numbers = [row["number"] for row in found]
+    assert numbers != sorted(numbers, reverse=True)
+    since, until = found[2]["at"], found[0]["at"]
+    assert trail(client, station="Drill", since=since, until=until) == found[1:3]
+    first = client.get("/api/audit", params={"station": "Drill", "limit": 3}).json()
+    rest = client.get("/api/audit", params={"station": "Drill", "after": first["next"]}).json()
+    assert first["items"] + rest["items"] == found
+
+
+@pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
+def test_only_administrators_read_the_trail_and_that_they_did_is_in_it(client: TestClient, role: str) -> None:
+    with acting_as(client, role):
+        assert client.get("/api/audit").status_code == 403
+    assert (role, "list_audit", "refused") in acts(client, action="list_audit")
+    assert ("administrator", "list_audit", "done") in acts(client, action="list_audit")
+
+
+def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
+    client: TestClient, patient: dict[str, Any], folder: Path
+) -> None:
+    path = f"/api/patients/{patient['id']}"
+    asked = client.post(f"{path}/erasures", json={"reason": "Moves away.", "noted_by": "Sato"})
+    assert asked.status_code == 201, asked.text
+    before = of_patient(client, patient)
+    done = client.post(
+        f"/api/erasures/{asked.json()['id']}/erase",
+        json={"clinic_number": patient["clinic_number"], "decided_by": "Sato", "explanation": ""},
+    )
+    assert done.status_code == 200, done.text
+    after = of_patient(client, patient)
+    assert after[1:] == before
+    assert after[0]["action"] == "erase_patient"
+    told = repr(trail(client))
+    assert "Yamada" not in told
+    assert patient["clinic_number"] not in told
+    assert is_whole(folder, client)
+
+
+def test_what_the_program_does_is_its_own(client: TestClient) -> None:
+    by_nobody = {
+        (row["who"], row["action"]) for row in trail(client) if row["account_id"] is None and not row["address"]
+    }
+    assert {who for who, _ in by_nobody} == {"Kata"}
+    assert {action for _, action in by_nobody} <= _BY_PROGRAM

@@ -1,0 +1,391 @@
+"""A session begins while the database is dead, for somebody who was here today, and is there when it is back: once, whole, in order."""
+
+import time
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from kata.access.tables import AuditRow
+from kata.bench import postgresql
+from kata.clinic.events.observer import ESTOP_TESTED, Happening
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow
+from kata.clinic.sessions import ahead as ahead_module
+from kata.clinic.sessions import checks, runs, service
+from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE, NOT_KEPT, Arriving, Change, Closed, Opened, Pained
+from kata.clinic.sessions.tables import SessionRow
+from kata.database.base import utc_now
+from kata.device import journal
+from tests.api.conftest import running
+from tests.api.test_derived import lifted, taught
+from tests.api.test_records import problem
+from tests.api.test_station import accepted, until, until_mode
+from tests.api.test_visit import eventually
+from tests.api.visits import WHO, still_open, try_estop
+from tests.signed_in import signed_in
+
+LIMIT_S = 60.0
+THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+
+
+@pytest.fixture(scope="module")
+def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    folder = tmp_path_factory.mktemp("kata")
+    with running(folder, database_url=server.url) as made:
+        made.app.state.folder = folder  # type: ignore[attr-defined]
+        until_mode(made, "idle")
+        try_estop(made)
+        yield made
+
+
+@pytest.fixture
+def ahead(client: TestClient) -> Ahead:
+    app: Any = client.app
+    told: Ahead = app.state.ahead
+    return told
+
+
+def of_today(client: TestClient, name: str) -> dict[str, Any]:
+    """Somebody with a programme of two recordings, whose record has just been opened here; not one session yet."""
+    body = {"clinic_number": uuid4().hex, "name": name, "affected_side": "right"}
+    patient: dict[str, Any] = client.post("/api/patients", json=body).json()
+    first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
+    second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_1"])
+    items = [{"load_level": 25, "recording_id": one["id"], "speed_percent": 150.0} for one in (first, second)]
+    made = client.post(f"/api/patients/{patient['id']}/programmes", json={"name": "Morning", "items": items})
+    assert made.status_code == 201, made.text
+    return patient | {"first": first, "second": second, "programme": made.json()}
+
+
+def version_of(patient: dict[str, Any]) -> str:
+    version_id: str = patient["programme"]["current"]["id"]
+    return version_id
+
+
+def wanted(patient: dict[str, Any]) -> dict[str, Any]:
+    return {"patient_id": patient["id"], "therapist": WHO, "programme_version_id": version_of(patient)}
+
+
+def ready(client: TestClient) -> list[str]:
+    return [one["patient"]["id"] for one in client.get("/api/station/ready").json()]
+
+
+def all_arrived(client: TestClient) -> None:
+    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None}, LIMIT_S)
+    app: Any = client.app
+    assert app.state.kept.until_taken(LIMIT_S)
+
+
+def alarms(client: TestClient, session_id: str) -> list[str]:
+    items = client.get("/api/events", params={"session_id": session_id, "kind": "alarm"}).json()["items"]
+    return [one["message"] for one in items if one["code"] == CHANGED_MEANWHILE]
+
+
+def play(client: TestClient, session_id: str, recording_id: str, position: int) -> dict[str, Any]:
+    what = {"session_id": session_id, "load_level": 25, "recording_id": recording_id, "programme_position": position}
+    run = accepted(client, "load", what | {"speed_percent": 150.0})
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "idle", within_s=60.0)
+    return run
+
+
+def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arrives_once(
+    client: TestClient,
+    server: postgresql.Server,
+    ahead: Ahead,
+) -> None:
+    patient = of_today(client, "Kondo Emi")
+    eventually(lambda: ahead.knows(UUID(patient["id"])))
+    # With the database there, nobody is told of here: lists are.
+    assert ready(client) == []
+
+    with client.websocket_connect("/api/live"), server.killed():
+        live = until(client, lambda live: live["kept"]["away_since"])
+        assert live["refusals"]["load"]["code"] == "database_away"
+        (told,) = [one for one in client.get("/api/station/ready").json() if one["patient"]["id"] == patient["id"]]
+        assert (told["patient"]["name"], told["side"], told["session"]) == ("Kondo Emi", "right", None)
+        assert told["programme"]["version_id"] == version_of(patient)
+
+        # By another programme, or none, nothing begins; nor for somebody whom nobody knows here.
+        for other in ({"programme_version_id": str(uuid4())}, {"programme_version_id": None}):
+            problem(client.post("/api/sessions", json=wanted(patient) | other), 503, "database_away")
+        problem(client.post("/api/sessions", json=wanted(patient) | {"patient_id": str(uuid4())}), 503, "database_away")
+
+        begun = client.post("/api/sessions", json=wanted(patient))
+        assert begun.status_code == 201, begun.text
+        visit = begun.json()
+        assert (visit["therapist"], visit["station"], visit["runs"]) == (WHO, "Station 1", [])
+        # Again: the same one goes on.
+        assert client.post("/api/sessions", json=wanted(patient)).json()["id"] == visit["id"]
+        until(client, lambda live: "load" not in live["refusals"])
+        url, first = f"/api/sessions/{visit['id']}", patient["first"]["id"]
+
+        # Held against the same as ever.
+        load = {
+            "session_id": visit["id"],
+            "load_level": 25,
+            "recording_id": first,
+            "programme_position": 1,
+            "speed_percent": 150.0,
+        }
+        assert still_open(client, visit["id"], first) == ["side", "fixtures", "belt"]
+        problem(client.post("/api/station/load", json=load), 409, "checklist_open")
+        for check in ("side", "fixtures", "belt"):
+            ticked = client.put(f"{url}/checklist/{check}", json={"checked_by": WHO, "recording_id": first})
+            assert ticked.status_code == 200, ticked.text
+        problem(client.post("/api/station/load", json=load | {"programme_position": 2}), 409, "not_planned")
+
+        said = client.patch(url, json={"pain_before": 4, "updated_at": visit["updated_at"]})
+        assert (said.status_code, said.json()["pain_before"]) == (200, 4)
+        problem(client.patch(url, json={"pain_before": 5, "updated_at": visit["updated_at"]}), 409, "edited_meanwhile")
+        problem(client.patch(url, json={"note": "Well."}), 503, "database_away")
+
+        run = play(client, visit["id"], first, 1)
+        eventually(lambda: client.get(url).json()["runs"][0]["outcome"] == "completed")
+        second = play(client, visit["id"], patient["second"]["id"], 2)
+        eventually(lambda: client.get(url).json()["runs"][1]["outcome"] == "completed")
+
+        assert client.patch(url, json={"pain_during": 5, "pain_after": 3}).status_code == 200
+        ended = client.post(f"{url}/end", json={"reason": "completed"}).json()
+        assert ended["ended_at"] and ended["end_reason"] == "completed"
+        # Once: the first end stays.
+        assert client.post(f"{url}/end", json={"reason": "other"}).json()["ended_at"] == ended["ended_at"]
+        problem(client.post("/api/station/load", json=load), 409, "session_ended")
+        problem(client.post(f"{url}/sign", json={"note": "Well."}), 503, "database_away")
+
+    # Whoever asks as soon as it is back waits for what was done meanwhile, and does not find half of it.
+    until(client, lambda live: live["kept"]["away_since"] is None)
+    assert client.get(url).json()["pain_after"] == 3
+    all_arrived(client)
+    found = client.get(f"/api/patients/{patient['id']}/sessions").json()["items"]
+    assert [one["id"] for one in found] == [visit["id"]]
+    eventually(lambda: all(one["comparison"] for one in client.get(url).json()["runs"]))
+    there = client.get(url).json()
+    assert [one["id"] for one in there["runs"]] == [run["id"], second["id"]]
+    kept = ("pain_before", "pain_during", "pain_after", "end_reason", "therapist", "station", "started_at", "ended_at")
+    assert {name: there[name] for name in kept} == {name: ended[name] for name in kept}
+    assert [one["check"] for one in there["checks"]] == ["side", "fixtures", "belt", "pedal", "estop"]
+    assert there["programme"]["version_id"] == version_of(patient)
+    assert alarms(client, visit["id"]) == []
+    app: Any = client.app
+    with app.state.database.read() as session:
+        for one in (run, second):
+            (file,) = (app.state.folder / "journal").glob(f"imported/*{one['id']}*")
+            assert len(runs.samples(session, UUID(one["id"]))["time_s"]) == len(journal.read(file).t_ns) > 50
+        count = select(AuditRow.action, func.count()).where(AuditRow.subject.endswith(visit["id"])).group_by("action")
+        noted = dict(session.execute(count).all())
+        assert noted["opened_without_database"] == noted["ended_without_database"] == 1
+        assert noted["ticked_without_database"] == 5
+        assert noted["pain_without_database"] == 3
+        row = session.get_one(SessionRow, UUID(visit["id"]))
+        assert row.run_count == 2
+
+
+def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a_limit(
+    client: TestClient,
+    server: postgresql.Server,
+    ahead: Ahead,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    app: Any = client.app
+    one = of_today(client, "Abe Jun")
+    hidden = of_today(client, "Baba Ryo")
+    closed = of_today(client, "Chiba Sho")
+    viewer = signed_in(app.state.database, "viewer")
+    with app.state.database.write() as session:
+        session.get_one(PatientRow, UUID(hidden["id"])).restricted = True
+        session.get_one(PatientRow, UUID(closed["id"])).episodes[0].closed_at = utc_now()
+        session.get_one(PatientRow, UUID(one["id"])).episodes[0].max_load_level = 10
+    ahead.renew()
+    eventually(lambda: ahead.knows(UUID(one["id"])) and not ahead.knows(UUID(hidden["id"])))
+    eventually(lambda: not ahead.knows(UUID(closed["id"])))
+    cookies = dict(client.cookies)
+    client.cookies.set(next(iter(cookies)), viewer)
+    assert client.get("/api/station").status_code == 200
+    client.cookies.set(*next(iter(cookies.items())))
+
+    with client.websocket_connect("/api/live"), server.killed():
+        until(client, lambda live: live["kept"]["away_since"])
+        assert one["id"] in ready(client)
+        assert not {hidden["id"], closed["id"]} & set(ready(client))
+        for other in (hidden, closed):
+            problem(client.post("/api/sessions", json=wanted(other)), 503, "database_away")
+
+        # Who only reads begins nothing.
+        client.cookies.set(next(iter(cookies)), viewer)
+        problem(client.post("/api/sessions", json=wanted(one)), 403, "not_allowed")
+        client.cookies.set(*next(iter(cookies.items())))
+
+        # The next day nobody is of this day any more.
+        today = checks.today()
+        with monkeypatch.context() as tomorrow:
+            tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
+            assert ready(client) == []
+            problem(client.post("/api/sessions", json=wanted(one)), 503, "database_away")
+        # What had been fetched long before the outage is not gone by, either.
+        with monkeypatch.context() as strict:
+            strict.setattr(ahead_module, "_FRESH", timedelta(0))
+            assert ready(client) == []
+
+        visit = client.post("/api/sessions", json=wanted(one)).json()
+        first = one["first"]["id"]
+        for check in ("side", "fixtures", "belt"):
+            client.put(f"/api/sessions/{visit['id']}/checklist/{check}", json={"recording_id": first})
+        load = {"session_id": visit["id"], "load_level": 25, "recording_id": first, "programme_position": 1}
+        problem(client.post("/api/station/load", json=load | {"load_level": 25}), 422, "level_not_allowed")
+        # Nothing that is another patient's is named with it.
+        problem(client.post("/api/station/load", json=load | {"recording_id": str(uuid4())}), 503, "database_away")
+        # The emergency stop was not tried on that next day.
+        with monkeypatch.context() as tomorrow:
+            tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
+            tomorrow.setattr(ahead, "_may_begin", lambda known: True)
+            refused = problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "checklist_open")
+            assert "emergency stop" in refused["detail"]
+            # That it is tried while the database is away is heard all the same.
+            tomorrow_at = today + timedelta(days=1)
+            tried = Happening(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
+            ahead.heard(tried)
+            assert "estop" not in still_open(client, visit["id"], first)
+        assert accepted(client, "load", load | {"load_level": 10})["load_level"] == 10
+        # It ends when what is loaded has.
+        problem(client.post(f"/api/sessions/{visit['id']}/end"), 409, "run_not_ended")
+        accepted(client, "unload")
+        until_mode(client, "idle")
+    all_arrived(client)
+    assert client.get(f"/api/sessions/{visit['id']}").json()["ended_at"] is None
+
+
+def _another(session: Session, patient: dict[str, Any]) -> None:
+    session.add(service.new(uuid4(), UUID(patient["id"]), None, "Station 2", utc_now()))
+
+
+def _programme(session: Session, patient: dict[str, Any]) -> None:
+    session.get_one(ProgrammeRow, UUID(patient["programme"]["id"])).archived_at = utc_now()
+
+
+def _care_closed(session: Session, patient: dict[str, Any]) -> None:
+    session.get_one(PatientRow, UUID(patient["id"])).episodes[0].closed_at = utc_now()
+
+
+def _patient_archived(session: Session, patient: dict[str, Any]) -> None:
+    session.get_one(PatientRow, UUID(patient["id"])).archived_at = utc_now()
+
+
+def _restricted(session: Session, patient: dict[str, Any]) -> None:
+    session.get_one(PatientRow, UUID(patient["id"])).restricted = True
+
+
+def _nothing(session: Session, patient: dict[str, Any]) -> None:
+    """Nobody has changed anything."""
+
+
+def put(client: TestClient, *done: Arriving) -> None:
+    """It arrives."""
+    app: Any = client.app
+    for one in done:
+        assert app.state.kept.put_done(one, LIMIT_S)
+    assert app.state.kept.until_taken(LIMIT_S)
+
+
+def begun_away(client: TestClient, patient: dict[str, Any]) -> Opened:
+    episode = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"][0]
+    of = (UUID(patient["id"]), UUID(episode["id"]), UUID(version_of(patient)))
+    return Opened(uuid4(), *of, WHO, "Station 1", utc_now())
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (_another, ["another"]),
+        (_programme, ["programme"]),
+        (_care_closed, ["care_closed"]),
+        (_patient_archived, ["patient_archived"]),
+        (_restricted, ["restricted"]),
+        (_nothing, []),
+    ],
+)
+def test_what_was_changed_elsewhere_meanwhile_is_an_alarm_of_the_session(
+    client: TestClient, change: Callable[[Session, dict[str, Any]], None], told: list[Change]
+) -> None:
+    app: Any = client.app
+    patient = of_today(client, "Doi Kana")
+    opened = begun_away(client, patient)
+    with app.state.database.write() as session:
+        change(session, patient)
+    put(client, opened)
+    with app.state.database.read() as session:
+        row = session.get_one(SessionRow, opened.id)
+        assert (row.therapist, row.station, row.started_at) == (WHO, "Station 1", opened.started_at)
+        rows = select(DeviceEventRow.message).where(DeviceEventRow.session_id == opened.id)
+        assert list(session.scalars(rows)) == [CHANGED[one] for one in told]
+    # It was on its way twice: a folder that was put back, a commit whose answer was lost.
+    put(client, opened)
+    with app.state.database.read() as session:
+        assert len(list(session.scalars(rows))) == len(told)
+
+
+def test_pain_and_end_that_somebody_elsewhere_has_given_stay_and_what_was_said_here_is_told(client: TestClient) -> None:
+    patient = of_today(client, "Endo Yui")
+    opened = begun_away(client, patient)
+    put(client, opened)
+    url = f"/api/sessions/{opened.id}"
+    put(client, Pained(opened.id, "pain_before", 4, None, utc_now(), "Station 1"))
+    assert client.get(url).json()["pain_before"] == 4
+    client.patch(url, json={"pain_before": 7, "pain_after": 2})
+    put(
+        client,
+        Pained(opened.id, "pain_before", 3, 4, utc_now(), "Station 1"),
+        # The same, said twice, is no conflict.
+        Pained(opened.id, "pain_after", 2, None, utc_now(), "Station 1"),
+    )
+    there = client.get(url).json()
+    assert (there["pain_before"], there["pain_after"]) == (7, 2)
+    assert alarms(client, str(opened.id)) == [NOT_KEPT["pain_before"].format(pain=3)]
+    client.post(f"{url}/end", json={"reason": "shortened"})
+    put(client, Closed(opened.id, "completed", utc_now(), "Station 1"))
+    assert client.get(url).json()["end_reason"] == "shortened"
+    assert CHANGED["ended_already"] in alarms(client, str(opened.id))
+
+
+def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
+    client: TestClient,
+    ahead: Ahead,
+    server: postgresql.Server,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    app: Any = client.app
+    patient = of_today(client, "Fujita Go")
+    eventually(lambda: ahead.knows(UUID(patient["id"])))
+    with client.websocket_connect("/api/live"), server.killed():
+        until(client, lambda live: live["kept"]["away_since"])
+        with monkeypatch.context() as full:
+            full.setattr(app.state.kept.spool, "until_written", lambda limit_s: False)
+            problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
+        (told,) = [one for one in client.get("/api/station/ready").json() if one["patient"]["id"] == patient["id"]]
+        assert told["session"] is None
+    all_arrived(client)
+    assert client.get(f"/api/patients/{patient['id']}/sessions").json()["items"] == []
+
+
+def test_only_the_last_twenty_are_kept_and_whoever_is_treated_among_them(client: TestClient) -> None:
+    app: Any = client.app
+    patient = of_today(client, "Goto Mao")
+    held = Ahead(app.state.database, "Station 1")
+    held.attend(UUID(patient["id"]), None)
+    began = time.monotonic()
+    for _ in range(30):
+        held.opened(uuid4())
+    assert len(held._opened) == 20
+    assert time.monotonic() - began < 1.0
+    held.fetch()
+    assert held.knows(UUID(patient["id"]))

@@ -1,0 +1,298 @@
+"""What a therapist does to a recording, as a new one: over REST, checked, kept or refused."""
+
+import io
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID, uuid4
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, RecordingSamplesRow, TeachingRow
+from kata.database.engine import Database
+from kata.database.series import pack
+from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
+from tests.api.test_records import problem
+from tests.api.test_station import load, until_mode
+
+LASTS_S = 8.0
+
+
+def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
+    """Poses of an arm that is lifted sideways from 10 deg and let down again, the scapula rotating upward with it."""
+
+    def at(times_s: Floats) -> Floats:
+        share = 0.5 - 0.5 * np.cos(2 * np.pi * times_s / LASTS_S)
+        none = np.zeros_like(times_s)
+        return np.stack([none, 10 * share, 10 + (top_deg - 10) * share, 5 * share, none], axis=1)
+
+    return at
+
+
+def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], Floats], **given: Any) -> dict[str, Any]:
+    """A recording of a right shoulder, as if it had been taught."""
+    app: Any = client.app
+    database: Database = app.state.database
+    times_s = np.arange(0, LASTS_S + 0.005, 0.01)
+    angles_deg = motor_angles_deg(at(times_s), "right")
+    told = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given
+    with database.write() as session:
+        teaching = TeachingRow(id=uuid4(), started_at=datetime.now(UTC), **told)
+        session.add(teaching)
+        session.flush()
+        row = RecordingRow(
+            id=uuid4(), teaching_id=teaching.id, take=1, station="Station 1", taught_at=datetime.now(UTC),
+            duration_s=LASTS_S, rate_hz=100, samples=len(times_s), note="", archived_at=None, **told,
+        )  # fmt: skip
+        session.add(row)
+        session.flush()
+        SAMPLES.keep(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
+    made: dict[str, Any] = client.get(f"/api/recordings/{row.id}").json()
+    return made
+
+
+@pytest.fixture
+def recording(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
+    return taught(client, patient, lifted())
+
+
+def derive(client: TestClient, recording: dict[str, Any], **edit: Any) -> dict[str, Any]:
+    answer = client.post(f"/api/recordings/{recording['id']}/derived", json=edit)
+    assert answer.status_code == 201, answer.text
+    made: dict[str, Any] = answer.json()
+    return made
+
+
+def samples(client: TestClient, recording: dict[str, Any]) -> tuple[Floats, Floats]:
+    text = client.get(f"/api/recordings/{recording['id']}/samples.csv").text
+    table = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
+    return table[:, 0], table[:, 1:]
+
+
+def listed(client: TestClient, recording: dict[str, Any]) -> list[dict[str, Any]]:
+    items: list[dict[str, Any]] = client.get(f"/api/patients/{recording['patient_id']}/recordings").json()["items"]
+    return items
+
+
+def test_a_trimmed_recording_is_a_new_one_that_names_its_parent(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="trim", start_s=1.0, end_s=5.5)
+
+    assert made["parent_id"] == recording["id"]
+    assert made["done"] == ["trimmed to 1.0 s to 5.5 s"]
+    assert made["name"] == "Lift, trimmed to 1.0 s to 5.5 s"
+    assert (made["teaching_id"], made["take"]) == (None, None)
+    assert (made["patient_id"], made["side"]) == (recording["patient_id"], "right")
+    assert made["duration_s"] == pytest.approx(4.5)
+    (_, before), (times_s, after) = samples(client, recording), samples(client, made)
+    assert times_s[[0, -1]] == pytest.approx([0.0, 4.5])
+    assert after == pytest.approx(before[100:551], abs=1e-3)
+    # The old one stays as it is, and says that it is none of these.
+    assert client.get(f"/api/recordings/{recording['id']}").json() == recording
+    assert (recording["parent_id"], recording["done"]) == (None, [])
+    assert [one["id"] for one in listed(client, recording)] == [made["id"], recording["id"]]
+
+
+def test_hold_stands_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="hold", at_s=2.0, hold_s=3.0)
+    # 0.2 s more for each of coming to a stand and going on.
+    assert made["duration_s"] == pytest.approx(LASTS_S + 3.4)
+    assert made["done"] == ["held for 3 s at 2.0 s"]
+    (_, before), (times_s, after) = samples(client, recording), samples(client, made)
+    standing = after[(times_s > 2.25) & (times_s < 5.15)]
+    assert standing == pytest.approx(np.repeat(before[200:201], len(standing), axis=0), abs=1e-3)
+    # Joined of parts with samples at other distances: its fastest is what was taught.
+    assert made["ranges"][2]["max_speed_deg_s"] == pytest.approx(recording["ranges"][2]["max_speed_deg_s"], rel=0.02)
+
+
+def test_scale_takes_range_from_the_motors_that_are_named(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="scale", percent=50, motors=[3])
+    assert made["done"] == ["50 % of the range of motor 3"]
+    third = made["ranges"][2]
+    assert (third["min_deg"], third["max_deg"]) == pytest.approx((30.0, 70.0), abs=0.01)
+    assert made["ranges"][3] == recording["ranges"][3]
+
+
+def test_isolate_moves_no_other_motor(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="isolate", motors=[4, 3])
+    assert made["done"] == ["motors 3, 4 only"]
+    (_, before), (_, after) = samples(client, recording), samples(client, made)
+    assert after[:, 2:4] == pytest.approx(before[:, 2:4])
+    assert np.ptp(after[:, [0, 1, 4]], axis=0) == pytest.approx([0.0] * 3)
+    assert np.ptp(before[:, 1]) > 1.0
+
+
+def test_warm_up_widens_to_the_whole(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="warm_up", less_deg=20, step_deg=10, pause_s=1)
+    times_s, angles = samples(client, made)
+    # From 20 deg less, half of it at each end, in three repetitions; 5 deg to go between them at 15 deg/s.
+    assert [angles[(times_s > n * 9) & (times_s < n * 9 + 9), 2].max() for n in (0, 1, 2)] == pytest.approx(
+        [80.0, 85.0, 90.0], abs=0.1
+    )
+    assert made["duration_s"] > 3 * LASTS_S + 2
+
+
+def test_stretch_goes_beyond_the_end_and_holds_there(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="stretch", further_deg=3, back_deg=6, hold_s=4)
+    times_s, angles = samples(client, made)
+    beyond = times_s[np.abs(angles[:, 2] - 93.0) < 1e-3]
+    # By minimum jerk it comes near the end, and leaves it, slowly.
+    assert 4.0 <= beyond[-1] - beyond[0] < 4.3
+    assert angles[:, 2].max() == pytest.approx(93.0)
+
+
+def test_mirror_is_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
+    made = derive(client, recording, do="mirror")
+    assert (made["side"], made["done"]) == ("left", ["mirrored for the left shoulder"])
+    (_, before), (_, after) = samples(client, recording), samples(client, made)
+    assert pose_deg(after, "left") == pytest.approx(pose_deg(before, "right"), abs=1e-2)
+    assert np.abs(after[:, :2] - before[:, :2]).max() > 1.0
+
+
+def test_what_was_made_can_be_made_into_more(client: TestClient, recording: dict[str, Any]) -> None:
+    once = derive(client, recording, do="mirror", name=" For the left ")
+    assert once["name"] == "For the left"
+    twice = derive(client, once, do="trim", start_s=0, end_s=4)
+    back = derive(client, twice, do="mirror")
+    assert back["parent_id"] == twice["id"]
+    assert back["done"] == [
+        "mirrored for the left shoulder",
+        "trimmed to 0.0 s to 4.0 s",
+        "mirrored for the right shoulder",
+    ]
+    assert back["side"] == "right"
+    (_, before), (_, after) = samples(client, recording), samples(client, back)
+    assert after == pytest.approx(before[:401], abs=1e-2)
+
+
+def test_a_long_name_gives_way_to_what_was_done(client: TestClient, patient: dict[str, Any]) -> None:
+    made = derive(client, taught(client, patient, lifted(), name="N" * 100), do="isolate", motors=[3])
+    assert len(made["name"]) == 100
+    assert made["name"].endswith("N, motor 3 only")
+
+
+def test_what_was_made_is_loaded_as_any_recording(client: TestClient, patient: dict[str, Any]) -> None:
+    made = derive(client, taught(client, patient, lifted()), do="warm_up", less_deg=6, step_deg=3)
+    until_mode(client, "idle")
+    load(client, patient, made)
+    live = until_mode(client, "ready")
+    assert live["run"]["recording_name"] == "Lift, warm-up from 6 deg less, 3 deg a repetition"
+    assert live["run"]["duration_s"] == pytest.approx(made["duration_s"], abs=0.01)
+    assert client.post("/api/station/unload").status_code == 200
+    until_mode(client, "idle")
+
+
+def test_what_leaves_the_limits_is_refused_with_motor_and_time(client: TestClient, patient: dict[str, Any]) -> None:
+    recording = taught(client, patient, lifted(top_deg=118.0))
+    url = f"/api/recordings/{recording['id']}/derived"
+    edit = {"do": "stretch", "further_deg": 10, "back_deg": 5, "hold_s": 0}
+    for path in (url, f"{url}/preview"):
+        told = problem(client.post(path, json=edit), 422, "unplayable")
+        assert "motor 3 would go to 128.0 deg at " in told["detail"]
+        assert "its range is 0 to 120 deg" in told["detail"]
+        assert told["next_step"]
+    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+
+
+def test_what_the_other_shoulder_cannot_do_is_refused_with_motor_and_time(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
+    """The linkage is not symmetric: a scapula that one side's motors hold, the other's cannot."""
+
+    def rotated(times_s: Floats) -> Floats:
+        share = 0.5 - 0.5 * np.cos(2 * np.pi * times_s / LASTS_S)
+        return np.stack([25 * share, 25 * share, *[10 + 0 * share] * 3], axis=1)
+
+    recording = taught(client, patient, rotated)
+    answer = client.post(f"/api/recordings/{recording['id']}/derived", json={"do": "mirror"})
+    assert answer.status_code == 422
+    assert " at 4.0 s" in answer.json()["detail"]
+    assert "motor " in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("edit", "sentence"),
+    [
+        ({"do": "trim", "start_s": 5, "end_s": 9}, "within the motion's 8.0 s"),
+        ({"do": "trim", "start_s": 5, "end_s": 5.2}, "at least 0.5 s"),
+        ({"do": "hold", "at_s": 8.5, "hold_s": 1}, "the motion lasts 8.0 s"),
+        ({"do": "warm_up", "less_deg": 100, "step_deg": 10}, "the motion goes through 80.0 deg"),
+        ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "longer than an hour"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_words(
+    client: TestClient, recording: dict[str, Any], edit: dict[str, Any], sentence: str
+) -> None:
+    told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "impossible")
+    assert sentence in told["detail"]
+    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+
+
+@pytest.mark.parametrize(
+    ("edit", "pointers"),
+    [
+        ({"do": "isolate", "motors": []}, ["#/motors"]),
+        ({"do": "isolate"}, ["#/motors"]),
+        ({"do": "isolate", "motors": [3, 6]}, ["#/motors/1"]),
+        ({"do": "scale", "percent": 100, "motors": [1]}, ["#/percent"]),
+        ({"do": "trim", "start_s": -1, "end_s": 3}, ["#/start_s"]),
+        ({"do": "mirror", "percent": 50}, ["#/percent"]),
+        ({"do": "mirror", "name": " "}, ["#/name"]),
+    ],
+)
+def test_what_is_wrong_with_the_request_is_said_field_by_field(
+    client: TestClient, recording: dict[str, Any], edit: dict[str, Any], pointers: list[str]
+) -> None:
+    told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == pointers
+
+
+@pytest.mark.parametrize("edit", [{}, {"do": "reverse"}])
+def test_an_unknown_thing_to_do_is_refused(client: TestClient, recording: dict[str, Any], edit: dict[str, Any]) -> None:
+    problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")
+
+
+def test_a_preview_shows_both_and_keeps_nothing(client: TestClient, recording: dict[str, Any]) -> None:
+    answer = client.post(f"/api/recordings/{recording['id']}/derived/preview", json={"do": "isolate", "motors": [3]})
+    assert answer.status_code == 200, answer.text
+    assert [trace["name"] for trace in answer.json()["data"]] == ["Before", "After"] * 5
+    assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
+
+
+def test_nothing_is_made_of_what_is_damaged_or_not_there(client: TestClient, recording: dict[str, Any]) -> None:
+    app: Any = client.app
+    with app.state.database.write() as session:
+        session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
+    for path in ("derived", "derived/preview"):
+        body = {"do": "mirror"}
+        problem(client.post(f"/api/recordings/{recording['id']}/{path}", json=body), 410, "unreadable_samples")
+        problem(client.post(f"/api/recordings/{uuid4()}/{path}", json=body), 404, "not_found")
+
+
+def test_of_two_who_change_a_recording_the_second_is_told(client: TestClient, recording: dict[str, Any]) -> None:
+    url = f"/api/recordings/{recording['id']}"
+    renamed = client.patch(url, json={"name": "Lift, slowly", "updated_at": recording["updated_at"]})
+    assert renamed.status_code == 200
+    problem(client.patch(url, json={"note": "Mine", "updated_at": recording["updated_at"]}), 409, "edited_meanwhile")
+    assert client.get(url).json()["note"] == ""
+    again = {"note": "Mine", "updated_at": renamed.json()["updated_at"]}
+    assert client.patch(url, json=again).json()["name"] == "Lift, slowly"
+
+
+def test_what_was_made_says_who_taught_it_in_which_fixtures(client: TestClient, patient: dict[str, Any]) -> None:
+    given = {"taught_by": "Sato", "fixtures": ["arm_fixer_1"]}
+    recording = taught(client, patient, lifted(), **given)
+    made = derive(client, recording, do="trim", start_s=1.0, end_s=4.0)
+    for one in (recording, made):
+        assert {name: one[name] for name in given} == given
+
+
+def test_a_part_of_a_recording_is_drawn_by_itself(client: TestClient, recording: dict[str, Any]) -> None:
+    url = f"/api/recordings/{recording['id']}/figure"
+    closer = client.get(url, params={"start_s": 1.0, "end_s": 1.5}).json()
+    assert closer["layout"]["xaxis"]["range"] == [1.0, 1.5]
+    assert len(closer["data"][0]["x"]["bdata"]) < len(client.get(url).json()["data"][0]["x"]["bdata"]) / 3
+    refused = client.get(url, params={"start_s": 2.0, "end_s": 1.0})
+    assert (refused.status_code, refused.json()["code"]) == (422, "empty_window")
+    assert client.get(url, params={"start_s": "NaN"}).status_code == 422

@@ -1,0 +1,257 @@
+"""A patient in and out over REST: FHIR, the whole record, and its erasure."""
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+from uuid import UUID, uuid4
+from zipfile import ZipFile
+
+import pytest
+from arro3.io import read_parquet
+from fastapi.testclient import TestClient
+
+from kata.clinic.recordings.tables import RecordingSamplesRow
+from kata.database.engine import Database
+from tests.api.test_records import problem
+from tests.clinic.exported import NAME, treated
+
+
+def number() -> str:
+    return f"X-{uuid4().hex[:8]}"
+
+
+def history(client: TestClient, sessions: int = 2) -> tuple[str, str]:
+    """The id and the clinic number of a patient with a history."""
+    app: Any = client.app
+    database: Database = app.state.database
+    taken = number()
+    return str(treated(database, sessions=sessions, number=taken)), taken
+
+
+def fhir_patient(**change: Any) -> dict[str, Any]:
+    return {
+        "resourceType": "Patient",
+        "identifier": [{"value": number()}],
+        "name": [{"text": "Satō Ken"}],
+        "gender": "male",
+    } | change
+
+
+def imported(client: TestClient, resource: Any, side: str = "right") -> Any:
+    return client.post(
+        "/api/patients/import/fhir",
+        params={"affected_side": side},
+        content=json.dumps(resource),
+        headers={"content-type": "application/fhir+json"},
+    )
+
+
+def test_a_patient_goes_out_as_fhir(client: TestClient) -> None:
+    key, taken = history(client)
+    answer = client.get(f"/api/patients/{key}/fhir")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "application/fhir+json"
+    assert f'filename="patient-{key}.fhir.json"' in answer.headers["content-disposition"]
+    told = answer.json()
+    assert (told["resourceType"], told["type"]) == ("Bundle", "transaction")
+    who = next(one["resource"] for one in told["entry"] if one["resource"]["resourceType"] == "Patient")
+    assert who["identifier"][0]["value"] == taken
+    problem(client.get(f"/api/patients/{uuid4()}/fhir"), 404, "not_found")
+
+
+def test_patients_come_in_from_fhir_each_with_an_episode(client: TestClient) -> None:
+    answer = imported(client, fhir_patient(birthDate="1970-02-28", telecom=[{"value": "03"}]), side="left")
+    assert answer.status_code == 201, answer.text
+    (made,) = answer.json()["items"]
+    assert answer.json()["left_out"] == ["Patient.telecom"]
+    assert (made["name"], made["birth_date"], made["sex"], made["affected_side"]) == (
+        "Satō Ken",
+        "1970-02-28",
+        "male",
+        "left",
+    )
+    assert client.get(f"/api/patients/{made['id']}").json() == made
+    both = {"resourceType": "Bundle", "type": "collection", "entry": [{"resource": fhir_patient()} for _ in range(2)]}
+    assert len(imported(client, both).json()["items"]) == 2
+
+
+def test_an_import_changes_nobody_and_signs_up_all_or_none(client: TestClient, patient: dict[str, Any]) -> None:
+    taken = fhir_patient(identifier=[{"value": patient["clinic_number"]}])
+    free = fhir_patient()
+    both = {"resourceType": "Bundle", "type": "collection", "entry": [{"resource": free}, {"resource": taken}]}
+    told = problem(imported(client, both), 409, "number_taken")
+    assert told["errors"][0]["pointer"] == "Bundle.entry[1].resource"
+    assert client.get(f"/api/patients/{patient['id']}").json() == patient
+    # The first of the two was not signed up either: its number is still free.
+    assert imported(client, free).status_code == 201
+
+
+def test_what_is_not_understood_is_told_by_its_path(client: TestClient) -> None:
+    told = problem(imported(client, fhir_patient(gender="f", birthDate="1970")), 422, "not_understood")
+    assert [error["pointer"] for error in told["errors"]] == ["Patient.gender", "Patient.birthDate"]
+    problem(imported(client, fhir_patient(), side="middle"), 422, "invalid")
+    problem(imported(client, []), 422, "invalid")
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("/api/patients/import/fhir?affected_side=right", "application/fhir+json"),
+        ("/api/patients/{patient}/recordings/import?name=N&side=right", "text/csv"),
+        ("/api/patients/{patient}/recordings/import/preview?side=right", "text/csv"),
+    ],
+)
+def test_nothing_that_was_taken_in_is_kept_as_a_file(
+    client: TestClient, patient: dict[str, Any], path: str, kind: str
+) -> None:
+    """So there is nothing that a virus scanner could keep from being handed on; this is what scanners are tried with."""
+    eicar = rb"X5O!P%@AP[4\PZX54(P^)7CC)7}$EICAR-STANDARD-ANTIVIRUS-TEST-FILE!$H+H*"
+    app: Any = client.app
+    folder = Path(app.state.access.folder)
+    for content in (
+        eicar,
+        b"time_s,a\n0," + eicar,
+        b'{"resourceType": "Patient", "photo": "' + eicar + b'"}',
+        b"PK\x03\x04" + eicar,
+    ):
+        url = path.format(patient=patient["id"])
+        answer = client.post(url, content=content, headers={"content-type": kind})
+        assert answer.status_code in (415, 422), answer.text
+        assert b"EICAR" not in answer.content
+    kept = [file for file in folder.rglob("*") if file.is_file() and b"EICAR" in file.read_bytes()]
+    assert kept == []
+
+
+def test_the_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> None:
+    key, taken = history(client)
+    answer = client.get(f"/api/patients/{key}/export.zip")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "application/zip"
+    with ZipFile(io.BytesIO(answer.content)) as archive:
+        assert archive.testzip() is None
+        names = archive.namelist()
+        record = json.loads(archive.read("patient.json"))
+        assert (record["patient"]["clinic_number"], record["patient"]["name"]) == (taken, NAME)
+        assert [stage["stage"] for stage in record["episodes"][0]["stages"]] == ["freezing", "frozen"]
+        assert [version["number"] for version in record["programmes"][0]["versions"]] == [1, 2]
+        assert len(record["assessments"][0]["rom"]) == 64
+        first, second = json.loads(archive.read("sessions.json"))
+        assert (first["note"], first["signed_by"]) == ("Visit 0: Mrs Yamada did well.", "Suzuki Aya")
+        assert [addendum["text"] for addendum in first["addenda"]] == ["Seen by me."]
+        assert len(second["runs"]) == 2
+        assert len(second["runs"][0]["motions"]) == 6
+        assert json.loads(archive.read("events.json"))[0]["code"] == "paused"
+        assert json.loads(archive.read("fhir.json")) == client.get(f"/api/patients/{key}/fhir").json()
+        for kind, count, measured in (("recordings", 1, 1), ("runs", 4, 2)):
+            lines = list(csv.DictReader(io.StringIO(archive.read(f"{kind}.csv").decode())))
+            files = [line["file"] for line in lines if line["file"]]
+            assert (len(lines), len(files)) == (count, measured)
+            assert set(files) <= set(names)
+            table = read_parquet(archive.read(files[0])).read_all()
+            assert (table.num_rows, table.schema.metadata[b"patient_id"]) == (201, key.encode())
+        readme = archive.read("README.txt").decode()
+    assert names[0] == "README.txt"
+    for name in names[1:]:
+        assert name.partition("/")[0] in readme
+    assert NAME not in " ".join(names)
+
+
+def test_a_record_with_damaged_samples_is_exported_without_them(client: TestClient) -> None:
+    key, _ = history(client)
+    recording = client.get(f"/api/patients/{key}/recordings").json()["items"][0]["id"]
+    app: Any = client.app
+    with app.state.database.write() as session:
+        session.get_one(RecordingSamplesRow, UUID(recording)).data = b"damaged"
+    with ZipFile(io.BytesIO(client.get(f"/api/patients/{key}/export.zip").content)) as archive:
+        (line,) = csv.DictReader(io.StringIO(archive.read("recordings.csv").decode()))
+        assert (line["id"], line["file"]) == (recording, "")
+        assert len([name for name in archive.namelist() if name.startswith("runs/")]) == 2
+
+
+# -- erasure --------------------------------------------------------------------------------------------------------
+
+
+def asked(client: TestClient, key: str) -> dict[str, Any]:
+    body = {"reason": "Mrs Yamada asked in writing.", "noted_by": "Suzuki Aya"}
+    answer = client.post(f"/api/patients/{key}/erasures", json=body)
+    assert answer.status_code == 201, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def consent(taken: str) -> dict[str, str]:
+    return {"clinic_number": taken, "explanation": "Nothing forbids it.", "decided_by": "Director Kobayashi"}
+
+
+def test_a_request_is_noted_listed_and_refused_with_an_explanation(client: TestClient) -> None:
+    key, _ = history(client, sessions=1)
+    request = asked(client, key)
+    assert (request["decision"], request["reason"]) == (None, "Mrs Yamada asked in writing.")
+    assert request["id"] in {one["id"] for one in client.get("/api/erasures").json()["items"]}
+    again = {"reason": "Once more.", "noted_by": "Suzuki Aya"}
+    problem(client.post(f"/api/patients/{key}/erasures", json=again), 409, "already_asked")
+
+    refusal = {"explanation": "To be kept for five years.", "decided_by": "Director Kobayashi"}
+    decided = client.post(f"/api/erasures/{request['id']}/refuse", json=refusal).json()
+    assert (decided["decision"], decided["explanation"]) == ("refused", "To be kept for five years.")
+    assert request["id"] not in {one["id"] for one in client.get("/api/erasures").json()["items"]}
+    assert client.get(f"/api/patients/{key}/erasures").json()["items"] == [decided]
+    assert client.get(f"/api/patients/{key}").json()["name"] == NAME
+    problem(client.post(f"/api/erasures/{request['id']}/refuse", json=refusal), 409, "decided")
+    # Things change: it can be asked for again.
+    assert asked(client, key)["id"] != request["id"]
+
+
+def test_what_was_erased_names_nobody_and_the_figures_stay(client: TestClient) -> None:
+    key, taken = history(client)
+    before = client.get(f"/api/patients/{key}").json()
+    request = asked(client, key)
+    told = problem(client.post(f"/api/erasures/{request['id']}/erase", json=consent("K-1")), 422, "other_number")
+    assert told["errors"][0]["pointer"] == "#/clinic_number"
+    done = client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken))
+    assert done.status_code == 200, done.text
+    assert (done.json()["decision"], done.json()["reason"]) == ("erased", "")
+
+    who = client.get(f"/api/patients/{key}").json()
+    assert who["name"] == "Erased"
+    assert who["erased_at"]
+    assert who["archived_at"]
+    assert (who["kana"], who["birth_date"], who["notes"]) == (None, None, "")
+    assert who["clinic_number"] != before["clinic_number"]
+    assert client.get("/api/patients", params={"search": taken, "archived": True}).json()["items"] == []
+    recording = client.get(f"/api/patients/{key}/recordings").json()["items"][0]
+    assert client.get(f"/api/recordings/{recording['id']}/samples.csv").status_code == 200
+
+
+def test_an_erased_record_stays_erased(client: TestClient) -> None:
+    key, taken = history(client, sessions=1)
+    request = asked(client, key)
+    assert client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken)).status_code == 200
+    who = client.get(f"/api/patients/{key}").json()
+    for change in ({"name": "Yamada"}, {"archived": False}):
+        body = change | {"updated_at": who["updated_at"]}
+        problem(client.patch(f"/api/patients/{key}", json=body), 409, "erased")
+    problem(client.get(f"/api/patients/{key}/fhir"), 409, "erased")
+    problem(client.get(f"/api/patients/{key}/export.zip"), 409, "erased")
+    body = {"reason": "Again.", "noted_by": "Suzuki Aya"}
+    problem(client.post(f"/api/patients/{key}/erasures", json=body), 409, "erased")
+    problem(client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken)), 409, "decided")
+
+
+def test_nothing_is_erased_while_a_session_is_open(client: TestClient, patient: dict[str, Any]) -> None:
+    visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    request = asked(client, patient["id"])
+    url, body = f"/api/erasures/{request['id']}/erase", consent(patient["clinic_number"])
+    problem(client.post(url, json=body), 409, "session_open")
+    assert client.get(f"/api/patients/{patient['id']}").json() == patient
+    assert client.post(f"/api/sessions/{visit['id']}/end").status_code == 200
+    assert client.post(url, json=body).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["patients/{}/export.zip", "patients/{}/fhir", "patients/{}/erasures"])
+def test_nobody_has_nothing(client: TestClient, path: str) -> None:
+    problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
+    refusal = {"explanation": "None.", "decided_by": "Director Kobayashi"}
+    problem(client.post(f"/api/erasures/{uuid4()}/refuse", json=refusal), 404, "not_found")

@@ -1,0 +1,108 @@
+"""Second factors are sealed in the database: what it alone gives away, and who comes in when the key is gone."""
+
+import logging
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from kata.access.factor_key import FactorKey
+from kata.access.tables import AccountRow
+from kata.settings import Settings
+from tests.api.conftest import running
+from tests.api.signing_in import PASSWORD, Clinic, clinic, code
+from tests.api.test_accounts import enrol
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("factor-key")
+
+
+@pytest.fixture(scope="module")
+def shared(folder: Path) -> Iterator[Clinic]:
+    with clinic(folder) as made:
+        yield made
+
+
+def sealed_of(clinic: Clinic, username: str) -> str:
+    with clinic.database.read() as session:
+        sealed = session.scalars(select(AccountRow.totp_sealed).where(AccountRow.username == username)).one()
+    assert sealed
+    return sealed
+
+
+def test_the_database_gives_nobody_codes_and_the_key_is_not_in_it(shared: Clinic, folder: Path) -> None:
+    username = shared.account()
+    app, _ = enrol(shared.sign_in(username), shared.clock.seconds())
+    written = b"".join(file.read_bytes() for file in folder.glob("kata.db*"))
+    assert sealed_of(shared, username).encode() in written, "what is looked for is found"
+    assert app.secret.encode() not in written
+    key = folder / "second-factor-key.txt"
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert key.read_text().splitlines()[-1].encode() not in written
+
+
+def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) -> None:
+    mine, hers = shared.account(), shared.account()
+    app, _ = enrol(shared.sign_in(mine), shared.clock.seconds())
+    enrol(shared.sign_in(hers), shared.clock.seconds())
+    with shared.database.write() as session:
+        rows = {
+            row.username: row
+            for row in session.scalars(select(AccountRow).where(AccountRow.username.in_([mine, hers])))
+        }
+        rows[hers].totp_sealed = rows[mine].totp_sealed
+    shared.clock.forward(60)
+    given = {"username": hers, "password": PASSWORD, "code": app.at(shared.clock.seconds())}
+    assert code(shared.browser().post("/api/sign-in", json=given), 403) == "second_factor_unreadable"
+    shared.sign_in(mine, code=given["code"])
+
+
+def test_without_the_key_a_recovery_code_lets_in_and_a_reset_sets_up_anew(shared: Clinic) -> None:
+    username = shared.account()
+    app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
+    shared.clock.forward(60)
+    kept = shared.app.state.access
+    shared.app.state.access = replace(kept, factor_key=FactorKey())
+    try:
+        given = {"username": username, "password": PASSWORD, "code": app.at(shared.clock.seconds())}
+        assert code(shared.browser().post("/api/sign-in", json=given), 403) == "second_factor_unreadable"
+        shared.sign_in(username, code=recovery[0])
+        path = f"/api/accounts/{shared.id_of(username)}/reset"
+        one_time = shared.administrator.post(path, json={"second_factor": True}).json()["code"]
+        setting = {"username": username, "code": one_time, "password": PASSWORD}
+        assert shared.browser().post("/api/set-password", json=setting).status_code == 204
+        fresh, _ = enrol(shared.sign_in(username), shared.clock.seconds())
+        shared.clock.forward(60)
+        shared.sign_in(username, code=fresh.at(shared.clock.seconds()))
+    finally:
+        shared.app.state.access = kept
+
+
+def test_a_start_with_another_key_says_whose_second_factors_it_does_not_open(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with clinic(tmp_path) as first:
+        enrol(first.sign_in(first.account()), first.clock.seconds())
+    settings = Settings(data=tmp_path)
+    settings.effective_second_factor_key.unlink()
+    with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
+        told = [record.getMessage() for record in caplog.records if record.name == "kata.api.login"]
+    assert len(told) == 1
+    assert told[0].startswith("the second factors of 1 accounts were sealed with another key than that in ")
+    assert settings.effective_second_factor_key.exists()
+
+
+def test_services_on_one_database_open_what_the_others_have_sealed(tmp_path: Path, services_url: str) -> None:
+    key = tmp_path / "shared" / "key.txt"
+    with running(tmp_path / "1", simulate=False, database_url=services_url, second_factor_key=key) as client:
+        first = Clinic(client)
+        username = first.account()
+        app, _ = enrol(first.sign_in(username), first.clock.seconds())
+        with running(tmp_path / "2", simulate=False, database_url=services_url, second_factor_key=key) as other:
+            second = Clinic(other)
+            second.clock.forward(60)
+            second.sign_in(username, code=app.at(second.clock.seconds()))

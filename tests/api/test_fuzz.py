@@ -1,0 +1,168 @@
+"""Whatever the OpenAPI document allows, and much that it does not, is answered as the document says: never by a server error.
+
+Schemathesis makes the requests up, the same ones every time (the campaign's are others every time), and each is made by nobody and by every role in turn. What it may
+change is the in-process service's, with a patient's whole record in its database; its ids are put in place of half of those that
+are made up, so that not everything ends at 404.
+"""
+
+import json
+import logging
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any, Final
+from uuid import UUID
+
+import pytest
+import requests
+import schemathesis
+from fastapi.testclient import TestClient
+from hypothesis import HealthCheck, Phase, settings
+from schemathesis.checks import not_a_server_error
+from schemathesis.config import SchemathesisConfig
+from schemathesis.specs.openapi.checks import (
+    content_type_conformance,
+    negative_data_rejection,
+    response_headers_conformance,
+    response_schema_conformance,
+    status_code_conformance,
+)
+from schemathesis.specs.openapi.schemas import OpenApiSchema
+from sqlalchemy import select
+
+from kata.access.actor import Role
+from kata.access.sign_in import COOKIE
+from kata.clinic import tables
+from tests.api.conftest import running
+from tests.clinic.treated import treat
+from tests.conftest import ROOT
+from tests.signed_in import signed_in
+
+log = logging.getLogger(__name__)
+
+Case = Any  # schemathesis.Case: its type argument exists for type checkers only.
+# test_openapi.py holds the page's copy equal to what the service says.
+_DOCUMENT: Final = json.loads((ROOT / "frontend/openapi.json").read_text())
+
+
+def _schema(deterministic: bool) -> OpenApiSchema:
+    config = {"generation": {"deterministic": deterministic, "database": "none"}}
+    return schemathesis.openapi.from_dict(_DOCUMENT, config=SchemathesisConfig.from_dict(config))
+
+
+schema = _schema(deterministic=True)
+exploring = _schema(deterministic=False)
+"""The campaign's are others every time; what it finds becomes a test."""
+_CHECKS: Final = [
+    not_a_server_error,
+    status_code_conformance,
+    content_type_conformance,
+    response_headers_conformance,
+    response_schema_conformance,
+    negative_data_rejection,
+]
+_NOBODY_TO_ANSWER: Final = 503
+"""No apparatus is connected: that is what the document says of a command that nobody carries out."""
+_ROLES: Final[tuple[Role, ...]] = ("viewer", "technician", "therapist", "administrator")
+_FEW: Final = 4
+_MANY: Final = 240
+"""Of each operation, where there are so many."""
+_WANTED: Final = 100_000
+_TABLES: Final[dict[str, Any]] = {
+    "patient_id": tables.PatientRow,
+    "episode_id": tables.EpisodeRow,
+    "recording_id": tables.RecordingRow,
+    "session_id": tables.SessionRow,
+    "run_id": tables.RunRow,
+    "programme_id": tables.ProgrammeRow,
+    "programme_version_id": tables.ProgrammeVersionRow,
+    "assessment_id": tables.AssessmentRow,
+}
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    with running(tmp_path_factory.mktemp("fuzz"), simulate=False) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def ids(service: TestClient) -> dict[str, str]:
+    app: Any = service.app
+    with app.state.database.write() as writing:
+        treat(writing, sessions=2)
+        return {name: str(writing.scalars(select(table.id)).first()) for name, table in _TABLES.items()}
+
+
+@pytest.fixture(scope="module")
+def asked() -> Counter[str]:
+    """How often everybody has, by operation."""
+    return Counter()
+
+
+@pytest.fixture
+def cookies(service: TestClient) -> list[str]:
+    """Of everybody who asks, nobody first. New ones for each operation: some of them end a sign-in, or an account."""
+    app: Any = service.app
+    return ["", *(signed_in(app.state.database, role) for role in _ROLES)]
+
+
+@schema.parametrize()
+@settings(max_examples=_FEW, phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
+def test_every_answer_is_one_that_the_document_knows(
+    case: Case, service: TestClient, ids: dict[str, str], cookies: list[str]
+) -> None:
+    _ask_as_everybody(case, service, ids, cookies)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(3600)
+@exploring.parametrize()
+@settings(max_examples=_MANY, phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
+def test_every_one_of_a_hundred_thousand_answers_is_one_that_the_document_knows(
+    case: Case, service: TestClient, ids: dict[str, str], cookies: list[str], asked: Counter[str]
+) -> None:
+    asked[case.operation.label] += len(cookies)
+    _ask_as_everybody(case, service, ids, cookies)
+
+
+@pytest.mark.campaign
+def test_they_were_a_hundred_thousand(asked: Counter[str]) -> None:
+    """Behind the one above, in the same run."""
+    log.info("%d requests of %d operations, least %s", asked.total(), len(asked), asked.most_common()[:-6:-1])
+    assert asked.total() >= _WANTED
+
+
+def _ask_as_everybody(case: Case, service: TestClient, ids: dict[str, str], cookies: list[str]) -> None:
+    case.path_parameters = _real(case.path_parameters, ids)
+    case.body = _real(case.body, ids)
+    wanted: Any = requests.Request(**_sent(case)).prepare()
+    for cookie in cookies:
+        headers = dict(wanted.headers) | ({"cookie": f"{COOKIE}={cookie}"} if cookie else {})
+        service.cookies.clear()
+        answer = service.request(wanted.method, wanted.url, content=wanted.body, headers=headers)
+        checks = [
+            check for check in _CHECKS if answer.status_code != _NOBODY_TO_ANSWER or check is not not_a_server_error
+        ]
+        case.validate_response(answer, checks=checks)
+
+
+def _sent(case: Case) -> dict[str, Any]:
+    known = ("method", "url", "params", "headers", "cookies", "data", "files", "json")
+    given = case.as_transport_kwargs(base_url="http://testserver")
+    return {name: value for name, value in given.items() if name in known}
+
+
+def _real(given: Any, ids: dict[str, str]) -> Any:
+    """With the id of something that is there, instead of every other one that is made up."""
+    if isinstance(given, list):
+        return [_real(one, ids) for one in given]
+    if not isinstance(given, dict):
+        return given
+    return {name: ids[name] if name in ids and _is_even(value) else _real(value, ids) for name, value in given.items()}
+
+
+def _is_even(value: object) -> bool:
+    try:
+        return isinstance(value, str) and UUID(value).int % 2 == 0
+    except ValueError:
+        return False

@@ -1,0 +1,192 @@
+"""What is refused before a route is reached, and what every answer tells the browser."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from pydantic import ValidationError
+from starlette.websockets import WebSocketDisconnect
+
+from kata.api import security_middleware
+from kata.settings import Settings
+from kata.station.station import Station
+from tests.api.conftest import running
+
+_OWN = "http://testserver"
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    with running(tmp_path_factory.mktemp("kata")) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "testserver.evil.example", "localhost.", "192.0.2.1", "", "a b", "[::2]"]
+)
+def test_a_host_that_is_not_ours_is_refused(client: TestClient, host: str) -> None:
+    answer = client.get("/health/live", headers={"host": host})
+    assert (answer.status_code, answer.json()["code"]) == (400, "unknown_host")
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live", headers={"host": host}):
+        pass
+
+
+@pytest.mark.parametrize("host", ["testserver", "TESTSERVER:8000", "localhost:8000", "127.0.0.1", "[::1]:8000"])
+def test_loopback_and_named_hosts_are_served(client: TestClient, host: str) -> None:
+    assert client.get("/health/live", headers={"host": host}).status_code == 200
+
+
+def test_a_host_said_twice_is_refused(client: TestClient) -> None:
+    twice: Any = [("host", "testserver"), ("host", "evil.example")]
+    assert client.get("/health/live", headers=twice).status_code == 400
+
+
+def test_the_address_that_a_connection_came_to_is_served_and_no_other() -> None:
+    look = security_middleware.Hardening(None, security_middleware.allowed_hosts(Settings()))  # type: ignore[arg-type]
+    scope = {"type": "http", "method": "GET", "scheme": "https", "server": ("192.0.2.7", 8000)}
+    served = {
+        host: look.refusal(scope | {"headers": [(b"host", host)]}) is None for host in (b"192.0.2.7:8000", b"192.0.2.8")
+    }
+    assert served == {b"192.0.2.7:8000": True, b"192.0.2.8": False}
+
+
+_FOREIGN: list[dict[str, str]] = [
+    {"origin": "http://evil.example"},
+    {"origin": "null"},
+    {"origin": "https://testserver"},
+    {"origin": "http://testserver:8001"},
+    {"origin": "http://testserver.evil.example"},
+    {"origin": "http://testserver@evil.example"},
+    {"sec-fetch-site": "cross-site"},
+    {"sec-fetch-site": "same-site"},
+    {"sec-fetch-site": "none"},
+    {"origin": _OWN, "sec-fetch-site": "cross-site"},
+]
+
+
+@pytest.mark.parametrize("headers", _FOREIGN)
+def test_a_change_or_a_socket_that_another_sites_page_asks_for_is_refused(
+    client: TestClient, headers: dict[str, str]
+) -> None:
+    for method in ("POST", "PUT", "PATCH", "DELETE"):
+        answer = client.request(method, "/api/station/stop", headers=headers)
+        assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live", headers=headers):
+        pass
+
+
+@pytest.mark.parametrize("headers", [{}, {"origin": _OWN}, {"origin": _OWN, "sec-fetch-site": "same-origin"}])
+def test_what_its_own_page_asks_for_is_not(client: TestClient, headers: dict[str, str]) -> None:
+    assert client.post("/api/station/side", headers=headers, json={"side": "nowhere"}).status_code == 422
+    with client.websocket_connect("/api/live", headers=headers) as socket:
+        assert socket.receive_json()["kind"] == "snapshot"
+
+
+def test_another_sites_page_may_link_here_but_neither_embed_nor_read(client: TestClient) -> None:
+    foreign = {"sec-fetch-site": "cross-site"}
+    linked = foreign | {"sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+    assert client.get("/health/live", headers=linked).status_code == 200
+    for embedded in ({"sec-fetch-mode": "no-cors", "sec-fetch-dest": "image"}, {"sec-fetch-mode": "cors"}):
+        assert client.get("/health/live", headers=foreign | embedded).status_code == 403
+    framed = {"sec-fetch-mode": "navigate", "sec-fetch-dest": "iframe"}
+    assert client.get("/health/live", headers=foreign | framed).status_code == 403
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        ("/", {}, None),
+        ("/health/live", {}, 200),
+        ("/api/nowhere", {}, 404),
+        ("/health/live", {"host": "evil.example"}, 400),
+        ("/health/ready?broken", {}, 500),
+    ],
+)
+def test_every_answer_carries_the_headers(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, path: str, headers: dict[str, str], status: int | None
+) -> None:
+    if status == 500:
+        monkeypatch.setattr(Station, "live", None)
+    lenient = TestClient(client.app, raise_server_exceptions=False, cookies=client.cookies)
+    answer = lenient.get(path, headers=headers)
+    assert status in (None, answer.status_code)
+    policy = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
+    assert policy["default-src"] == "'none'"
+    assert policy["script-src"] == "'self'"
+    assert policy["frame-ancestors"] == "'none'"
+    assert "unsafe" not in " ".join(policy.values())
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert answer.headers["x-frame-options"] == "DENY"
+    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert answer.headers["cross-origin-opener-policy"] == "same-origin"
+    assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+    assert answer.headers["cache-control"] == "no-store"
+    assert "access-control-allow-origin" not in answer.headers
+    assert "strict-transport-security" not in answer.headers
+
+
+@pytest.mark.parametrize("method", ["TRACE", "CONNECT", "OPTIONS"])
+def test_a_method_that_nobody_needs_is_refused(client: TestClient, method: str) -> None:
+    assert client.request(method, "/health/live").status_code == 405
+
+
+def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> None:
+    answer = TestClient(client.app, base_url="https://testserver").get("/health/live")
+    assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
+
+
+def test_what_is_too_long_is_refused_whether_it_says_so_or_not(client: TestClient) -> None:
+    long = b'"' + b"a" * security_middleware.LARGEST_BODY + b'"'
+    json = {"content-type": "application/json"}
+    said = client.post("/api/patients", content=long, headers=json)
+    counted = client.post("/api/patients", content=iter([long[:1000], long[1000:]]), headers=json)
+    assert (said.status_code, said.json()["code"]) == (413, "content_too_large")
+    assert (counted.status_code, counted.json()["code"]) == (413, "content_too_large")
+
+
+def test_a_file_may_be_longer_than_a_form(client: TestClient) -> None:
+    long = "time_s\n" + "0\n" * security_middleware.LARGEST_BODY
+    answer = client.post(
+        "/api/patients/00000000-0000-0000-0000-000000000000/recordings/import/preview?side=right",
+        content=long,
+        headers={"content-type": "text/csv"},
+    )
+    assert answer.status_code == 404
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"allowed_hosts": "*"},
+        {"allowed_hosts": "https://kata.example"},
+        {"trusted_proxies": "*"},
+        {"trusted_proxies": "proxy.example"},
+        {"tls_certificate": Path("certificate.pem")},
+        {"tls_key": Path("key.pem")},
+    ],
+)
+def test_settings_that_would_open_everything_are_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        Settings(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("given", "encrypted"),
+    [
+        ({}, False),
+        ({"host": "localhost"}, False),
+        ({"host": "::1"}, False),
+        ({"host": "0.0.0.0"}, True),
+        ({"host": "::"}, True),
+        ({"host": "192.0.2.7"}, True),
+        ({"host": "kata.clinic.example"}, True),
+        ({"host": "0.0.0.0", "plain_http": True}, False),
+        ({"tls_certificate": Path("c.pem"), "tls_key": Path("k.pem")}, True),
+    ],
+)
+def test_where_others_can_reach_it_the_service_speaks_tls_unless_told_otherwise(
+    given: dict[str, Any], encrypted: bool
+) -> None:
+    assert Settings(**given).encrypted is encrypted

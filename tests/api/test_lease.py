@@ -1,0 +1,226 @@
+"""One browser operates the apparatus, others watch: over REST and WebSocket, with everything real but the apparatus."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import select
+
+from kata.access.actor import Role
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
+from kata.clinic.episodes.limits import Allowed
+from kata.station.lease import GIVEN_UP_S
+from tests.api.test_derived import lifted, taught
+from tests.api.test_records import problem
+from tests.api.test_station import accepted, load, until, until_mode
+from tests.operating import operate
+from tests.signed_in import signed_in
+
+LIMIT_S = 60.0
+OPERATING = (
+    "finish-teaching", "unload", "approach", "play", "pause", "less", "return", "release-torque", "acknowledge",
+)  # fmt: skip
+
+
+@dataclass
+class Browser:
+    """Another one than the client's own, with somebody else signed in."""
+
+    client: TestClient
+    role: Role
+
+    def __post_init__(self) -> None:
+        app: Any = self.client.app
+        self.headers = {"cookie": f"{COOKIE}={signed_in(app.state.database, self.role)}"}
+        self.name = f"Test {self.role}"
+
+    def post(self, path: str, body: dict[str, Any] | None = None) -> Any:
+        return operate(self.client, path, body, self.headers)
+
+    def live(self) -> dict[str, Any]:
+        told: dict[str, Any] = self.client.get("/api/station", headers=self.headers).json()["live"]
+        return told
+
+
+class Page:
+    """What a page that listens knows."""
+
+    def __init__(self, socket: Any) -> None:
+        self._socket = socket
+        self._live: dict[str, Any] = {}
+
+    def until(self, condition: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+        """Listen until the condition holds; what is known then."""
+        limit = time.monotonic() + LIMIT_S
+        while not self._live or not condition(self._live):
+            assert time.monotonic() < limit, (self._live.get("mode"), self._live.get("lease"))
+            self._live |= self._socket.receive_json().get("live", {})
+        return dict(self._live)
+
+
+@contextmanager
+def page(client: TestClient, browser: Browser | None = None) -> Iterator[Page]:
+    """Open, at the client's own browser or at another."""
+    headers = browser.headers if browser else {}
+    with client.websocket_connect("/api/live", headers=headers) as socket:
+        yield Page(socket)
+
+
+def noted(client: TestClient, action: str) -> list[str]:
+    """Details of what the audit trail has of it."""
+    app: Any = client.app
+    assert app.state.trail.until_written()
+    with app.state.database.read() as session:
+        query = select(AuditRow.detail).where(AuditRow.action == action, AuditRow.outcome == "done")
+        return list(session.scalars(query.order_by(AuditRow.number)))
+
+
+@pytest.fixture
+def other(client: TestClient) -> Browser:
+    return Browser(client, "therapist")
+
+
+@pytest.fixture(autouse=True)
+def nobody_operates_afterwards(client: TestClient, other: Browser) -> Iterator[None]:
+    yield
+    assert client.post("/api/station/lease", json={"take_over": True}).status_code == 200
+    assert client.delete("/api/station/lease").status_code == 200
+
+
+@pytest.fixture
+def recording(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
+    return taught(client, patient, lifted())
+
+
+def test_only_one_operates_and_the_others_are_told_who_and_may_stop(client: TestClient, other: Browser) -> None:
+    until_mode(client, "idle")
+    assert other.live()["lease"]["holder"] is None
+    mine = client.post("/api/station/lease", json={}).json()
+    assert (mine["holder"], mine["mine"]) == ("Test administrator", True)
+
+    watched = other.live()
+    assert (watched["lease"]["holder"], watched["lease"]["mine"]) == ("Test administrator", False)
+    assert {refusal["code"] for refusal in watched["refusals"].values()} == {"not_operating"}
+    assert set(watched["refusals"]) == {
+        "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return", "release_torque",
+        "acknowledge",
+    }  # fmt: skip
+    for command in OPERATING:
+        problem(other.post(command), 409, "not_operating")
+    problem(other.post("side", {"side": "left"}), 409, "not_operating")
+    assert other.post("stop").status_code == 200
+    until(client, lambda live: live["stops"] > watched["stops"])
+    # What the device says of it is heard by whoever operates.
+    problem(operate(client, "play"), 409, "is_idle")
+
+
+def test_the_first_command_takes_a_free_lease(client: TestClient, other: Browser) -> None:
+    until_mode(client, "idle")
+    problem(other.post("play"), 409, "is_idle")
+    assert other.live()["lease"]["mine"] is True
+    problem(operate(client, "play"), 409, "not_operating")
+
+
+def test_taking_over_is_shown_at_both_browsers_and_written_down(client: TestClient, other: Browser) -> None:
+    until_mode(client, "idle")
+    with page(client) as mine, page(client, other) as theirs:
+        assert client.post("/api/station/lease", json={}).status_code == 200
+        problem(other.post("lease", {}), 409, "not_operating")
+        before = noted(client, "take_over")
+
+        taken = other.post("lease", {"take_over": True}).json()
+
+        assert (taken["mine"], taken["holder"], taken["taken_from"]) == (True, "Test therapist", "Test administrator")
+        lost = mine.until(lambda live: live["lease"]["holder"] == "Test therapist")
+        assert (lost["lease"]["mine"], lost["lease"]["taken_from"]) == (False, "Test administrator")
+        assert lost["refusals"]["teach"]["code"] == "not_operating"
+        won = theirs.until(lambda live: live["lease"]["mine"])
+        assert "teach" not in won["refusals"]
+        problem(client.delete("/api/station/lease"), 409, "not_operating")
+    assert noted(client, "take_over") == [*before, '{"from":"Test administrator"}']
+
+
+def test_a_playback_whose_browser_is_lost_is_paused_and_let_go_half_a_minute_later(
+    client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    until_mode(client, "idle")
+    app: Any = client.app
+    operating = app.state.station.operating
+    now = operating._now
+    with page(client, other) as watching:
+        with page(client) as operating_page:
+            run = load(client, {"id": recording["patient_id"]}, recording, speed_percent=20.0)
+            accepted(client, "approach")
+            operating_page.until(lambda live: live["mode"] == "paused")
+            accepted(client, "play")
+            operating_page.until(lambda live: live["mode"] == "playing" and live["run"]["position_s"] > 0.5)
+            # A way out that would leave the arm to nobody.
+            problem(client.delete("/api/station/lease"), 409, "torque_on")
+
+        lost = watching.until(lambda live: live["mode"] == "paused" and live["lease"]["paused"])
+        assert lost["lease"]["holder"] == "Test administrator"
+        assert lost["lease"]["away_since"] is not None
+        assert lost["torque"] == "on"
+        assert lost["run"]["at_start"] is False
+
+        monkeypatch.setattr(operating, "_now", lambda: now().later(GIVEN_UP_S))
+        stopped = watching.until(lambda live: live["mode"] == "stopped" and live["torque"] == "off")
+        assert [cause["code"] for cause in stopped["stop"]["causes"]] == ["browser_lost"]
+        free = watching.until(lambda live: live["lease"]["holder"] is None)
+        assert free["mode"] == "stopped"
+        watching.until(lambda live: "acknowledge" not in live["refusals"])
+        assert other.post("acknowledge").status_code == 200
+        watching.until(lambda live: live["mode"] == "idle" and live["lease"]["mine"])
+        limit = time.monotonic() + LIMIT_S
+        while client.get(f"/api/runs/{run['id']}").json()["outcome"] == "loaded":
+            assert time.monotonic() < limit
+    assert client.get(f"/api/runs/{run['id']}").json()["stop"]["code"] == "browser_lost"
+    assert noted(client, "pause_without_browser") == ['{"operator":"Test administrator"}']
+    assert noted(client, "stop_without_browser") == ['{"operator":"Test administrator"}']
+
+
+# -- what takes its time to check ---------------------------------------------------------------------------------------
+
+
+def test_who_takes_over_while_a_recording_is_checked_does_not_find_it_loaded(
+    client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    until_mode(client, "idle")
+    check, answers = Allowed.check, []
+
+    def meanwhile(*given: Any) -> Any:
+        answers.append(other.post("lease", {"take_over": True}).status_code)
+        return check(*given)
+
+    monkeypatch.setattr(Allowed, "check", meanwhile)
+    with pytest.raises(AssertionError, match="not_operating"):
+        load(client, {"id": recording["patient_id"]}, recording)
+
+    assert answers == [200]
+    assert until(client, lambda live: live["mode"] == "idle")["run"] is None
+    visit = client.get(f"/api/patients/{recording['patient_id']}/sessions").json()["items"][0]
+    assert client.get(f"/api/sessions/{visit['id']}").json()["runs"] == []
+
+
+def test_limits_that_a_doctor_changes_while_a_recording_is_held_against_them_refuse_it(
+    client: TestClient, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    until_mode(client, "idle")
+    (episode,) = client.get(f"/api/patients/{recording['patient_id']}/episodes").json()["items"]
+    check = Allowed.check
+
+    def meanwhile(*given: Any) -> Any:
+        change = {"max_load_level": 3, "limits_by": "Dr. Mori"}
+        assert client.patch(f"/api/episodes/{episode['id']}", json=change).status_code == 200
+        return check(*given)
+
+    monkeypatch.setattr(Allowed, "check", meanwhile)
+    with pytest.raises(AssertionError, match="edited_meanwhile"):
+        load(client, {"id": recording["patient_id"]}, recording, load_level=8)
+
+    assert until(client, lambda live: live["mode"] == "idle")["run"] is None

@@ -1,0 +1,104 @@
+"""What is secret or a patient's stands in no log, whatever goes wrong."""
+
+import json
+import logging
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from pydantic import ValidationError
+from sqlalchemy import text
+
+from kata.access.audit_log import ROWS
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AuditRow
+from kata.api import logs
+from kata.api.logs import JsonLines, Lines
+from kata.clinic.patients import service
+from kata.clinic.patients.schemas import PatientCreate
+
+SECRET = "correct horse battery staple 7391"
+NAME = "Yamada Hanako of the log"
+
+
+def logged(caplog: pytest.LogCaptureFixture) -> str:
+    """Every line, with its traceback, as a file of it would have it."""
+    formatter = logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
+    return "\n".join(formatter.format(record) for record in caplog.records)
+
+
+def test_an_unexpected_error_is_logged_without_what_was_written(
+    client: TestClient, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def create(session: Any, wanted: PatientCreate) -> None:
+        session.execute(text("INSERT INTO nowhere (name, hash) VALUES (:name, :hash)"), {"name": NAME, "hash": SECRET})
+
+    monkeypatch.setattr(service, "create", create)
+    lenient = TestClient(client.app, raise_server_exceptions=False, cookies=client.cookies)
+    body = {"clinic_number": "K-log", "name": NAME, "affected_side": "right"}
+    with caplog.at_level(logging.INFO):
+        answer = lenient.post(f"/api/patients?password={SECRET}", json=body)
+    assert answer.status_code == 500
+    found = logged(caplog)
+    assert "nowhere" in found, "the error itself is in the log"
+    for hidden in (NAME, SECRET, client.cookies[COOKIE]):
+        assert hidden not in found
+        assert hidden not in answer.text
+    assert "Traceback" not in answer.text
+
+
+def test_signing_in_is_logged_without_the_password(client: TestClient, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO):
+        client.post("/api/sign-in", json={"username": "nobody", "password": SECRET})
+        client.post("/api/sign-in", json={"username": "nobody", "password": [SECRET]})
+        client.post("/api/sign-in/link", json={"secret": SECRET})
+    assert SECRET not in logged(caplog)
+
+
+def test_every_row_of_the_audit_trail_is_a_line_of_the_log_that_is_collected(
+    client: TestClient, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Where a program takes it elsewhere, it cannot be taken back; what a field said is in neither."""
+    app: Any = client.app
+    body = {"clinic_number": "K-told", "name": NAME, "affected_side": "right"}
+    with caplog.at_level(logging.INFO, logger=ROWS):
+        made = client.post("/api/patients", json=body).json()
+        assert client.get(f"/api/patients/{made['id']}").status_code == 200
+        assert app.state.trail.until_written()
+    lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
+    told = {line["message"]: line["audit"] for line in lines}
+    row = told["create_patient done"]
+    assert (row["patient_id"], row["role"], row["who"]) == (made["id"], "administrator", "Test administrator")
+    with app.state.database.read() as session:
+        stands = session.get_one(AuditRow, row["number"])
+        assert (stands.action, stands.hash.hex()) == ("create_patient", row["hash"])
+    assert told["get_patient done"]["number"] > row["number"]
+    assert NAME not in json.dumps(lines, ensure_ascii=False)
+
+
+def test_whoever_reads_a_terminal_is_spared_them() -> None:
+    before = logging.getLogger(ROWS).level
+    handlers = list(logging.getLogger().handlers)
+    try:
+        logs.begin("json")
+        assert logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+        logs.begin("plain")
+        assert not logging.getLogger(ROWS).isEnabledFor(logging.INFO)
+    finally:
+        logging.getLogger(ROWS).setLevel(before)
+        logging.getLogger().handlers[:] = handlers
+
+
+def test_a_line_of_the_log_is_one_line_whatever_stands_in_it() -> None:
+    record = logging.LogRecord("kata", logging.INFO, "", 0, "a name\nand %s", ("2026 CRITICAL forged\r\n",), None)
+    formatted = JsonLines().format(record)
+    assert "\n" not in formatted
+    assert "\r" not in formatted
+    assert "\n" not in Lines().format(record)
+    assert "\r" not in Lines().format(record)
+
+
+def test_what_does_not_fit_is_named_without_what_it_was() -> None:
+    with pytest.raises(ValidationError) as error:
+        PatientCreate.model_validate({"clinic_number": NAME * 9, "name": NAME, "affected_side": NAME})
+    assert NAME not in str(error.value)

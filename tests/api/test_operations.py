@@ -1,0 +1,232 @@
+"""For whoever runs the clinic's computers: is it alive, is it ready, how is it doing, what does it log."""
+
+import json
+import logging
+import re
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from fastapi.testclient import TestClient
+from prometheus_client.parser import text_string_to_metric_families
+from sqlalchemy.orm import Session
+
+from kata.access.sign_in import COOKIE
+from kata.api.health import Probe
+from kata.api.logs import JsonLines
+from kata.database.engine import Database
+from tests.api.conftest import running
+from tests.api.test_station import accepted, until, until_mode
+from tests.api.visits import teaching
+from tests.conftest import ROOT
+from tests.signed_in import signed_in
+
+TOKEN: Final = "a-token-of-the-tests-0123456789"
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    folder = tmp_path_factory.mktemp("operations")
+    (folder / "token").write_text(TOKEN + "\n")
+    with running(folder, metrics_token=folder / "token") as made:
+        yield made
+
+
+def values(client: TestClient) -> dict[tuple[str, str], float]:
+    """Name and labels of every sample, to its value."""
+    text = client.get("/metrics").text
+    samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
+    return {(one.name, " ".join(one.labels.values())): one.value for one in samples}
+
+
+@contextmanager
+def having(client: TestClient, **state: Any) -> Iterator[None]:
+    """With something else in the place of what the application has."""
+    app: Any = client.app
+    before = {name: getattr(app.state, name) for name in state}
+    for name, value in state.items():
+        setattr(app.state, name, value)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(app.state, name, value)
+
+
+# -- health ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_service_with_database_and_apparatus_is_alive_and_ready(client: TestClient) -> None:
+    until_mode(client, "idle")
+    nobody = TestClient(client.app)
+    assert nobody.get("/health/live").json() == {"status": "alive"}
+    answer = nobody.get("/health/ready")
+    told = answer.json()
+    assert (answer.status_code, told["status"], told["database"]) == (200, "ready", "sqlite")
+
+
+class _Stuck(Database):
+    """Answers nobody until it is let go."""
+
+    def __init__(self) -> None:
+        super().__init__("sqlite://")
+        self.asked = 0
+        self.let_go = threading.Event()
+
+    @contextmanager
+    def read(self) -> Iterator[Session]:
+        self.asked += 1
+        self.let_go.wait(60)
+        with super().read() as session:
+            yield session
+
+
+def put_so_far(app: Any) -> int:
+    """Records that the station's spool has been given."""
+    spool = app.state.kept.spool
+    return int(spool.last + spool.unwritten)
+
+
+def test_a_service_whose_database_hangs_is_alive_but_not_ready_and_asks_it_once(client: TestClient) -> None:
+    stuck = _Stuck()
+    app: Any = client.app
+    waiting = put_so_far(app)
+    try:
+        with having(client, probe=Probe(stuck, limit_s=0.01)):
+            for _ in range(3):
+                answer = client.get("/health/ready")
+                assert (answer.status_code, answer.json()["code"]) == (503, "database_away")
+            assert client.get("/health/live").status_code == 200
+        assert stuck.asked == 1
+        assert put_so_far(app) == waiting, "nobody's trail grows by being watched"
+    finally:
+        stuck.let_go.set()
+
+
+# -- metrics --------------------------------------------------------------------------------------------------------
+
+
+def test_metrics_are_for_technicians_and_administrators_and_whoever_shows_the_token(client: TestClient) -> None:
+    app: Any = client.app
+    allowed = {}
+    for role in ("viewer", "therapist", "technician", "administrator"):
+        browser = TestClient(client.app)
+        browser.cookies.set(COOKIE, signed_in(app.state.database, role))
+        allowed[role] = browser.get("/metrics").status_code
+    assert allowed == {"viewer": 403, "therapist": 403, "technician": 200, "administrator": 200}
+    scraper = TestClient(client.app)
+    for header, status in (
+        (f"Bearer {TOKEN}", 200),
+        (f"bearer {TOKEN}", 200),
+        (f"Bearer {TOKEN[:-1]}", 401),
+        (f"Basic {TOKEN}", 401),
+        ("Bearer ", 401),
+        ("", 401),
+    ):
+        assert scraper.get("/metrics", headers={"authorization": header}).status_code == status, header
+    assert scraper.get("/api/patients", headers={"authorization": f"Bearer {TOKEN}"}).status_code == 401
+
+
+@pytest.mark.parametrize("content", ["", "short", None], ids=["empty", "short", "no file"])
+def test_a_file_without_a_token_lets_nobody_in(client: TestClient, tmp_path: Path, content: str | None) -> None:
+    if content is not None:
+        (tmp_path / "token").write_text(content)
+    header = {"authorization": f"Bearer {content or ''}"}
+    with having(client, metrics_token=tmp_path / "token"):
+        assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
+
+
+def test_metrics_tell_how_loop_and_database_are_doing(client: TestClient) -> None:
+    until_mode(client, "idle")
+    told = values(client)
+    assert told["kata_device_running", ""] == 1
+    assert told["kata_loop_cycles_total", ""] > 0
+    assert told["kata_loop_lateness_seconds", "0.5"] <= told["kata_loop_lateness_seconds", "1"] < 60
+    assert {labels for name, labels in told if name == "kata_drive_errors_total"} == {"1", "2", "3", "4", "5"}
+    assert told["kata_database_write_wait_seconds_count", ""] > 0
+    for name in ("kata_loop_overruns_total", "kata_bus_errors_total", "kata_telemetry_dropped_total"):
+        assert (name, "") in told
+    for name in ("kata_spool_waiting", "process_resident_memory_bytes"):
+        assert told[name, ""] >= 0
+
+
+def test_a_stop_is_counted_once_by_its_cause(client: TestClient) -> None:
+    until_mode(client, "idle")
+    before = values(client).get(("kata_stops_total", "estop_pressed"), 0)
+    client.post("/api/simulator/estop", json={"pressed": True})
+    until_mode(client, "stopped")
+    client.post("/api/simulator/estop", json={"pressed": False})
+    until(client, lambda live: live["estop"] == "released" and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+    assert values(client)["kata_stops_total", "estop_pressed"] == before + 1
+
+
+def test_whoever_listens_is_counted_while_they_do(client: TestClient) -> None:
+    before = values(client)["kata_websocket_clients", ""]
+    with client.websocket_connect("/api/live") as socket:
+        socket.receive_json()
+        assert values(client)["kata_websocket_clients", ""] == before + 1
+    assert values(client)["kata_websocket_clients", ""] == before
+
+
+def test_a_sign_in_that_is_refused_is_counted(client: TestClient) -> None:
+    before = values(client).get(("kata_sign_ins_refused_total", "wrong_password"), 0)
+    answer = TestClient(client.app).post("/api/sign-in", json={"username": "nobody", "password": "not this one"})
+    assert answer.status_code == 401
+    assert values(client)["kata_sign_ins_refused_total", "wrong_password"] == before + 1
+
+
+def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> None:
+    until_mode(client, "idle")
+    accepted(client, "teach", teaching(client, patient["id"]))
+    until_mode(client, "teaching")
+    text = client.get("/metrics").text
+    accepted(client, "finish-teaching")
+    until_mode(client, "idle")
+    assert "kata_loop_cycles_total" in text
+    me = client.get("/api/me").json()
+    for hidden in (*patient["name"].split(), patient["id"], patient["clinic_number"], me["name"], me["username"]):
+        assert hidden not in text
+    assert not re.search(r"[0-9a-f]{8}-[0-9a-f]{4}-", text), "no id of anything"
+
+
+def test_every_expression_of_the_dashboard_asks_for_what_there_is(client: TestClient) -> None:
+    text = client.get("/metrics").text
+    known = set()
+    for family in text_string_to_metric_families(text):
+        ends = {"counter": ("_total",), "histogram": ("_bucket", "_sum", "_count")}.get(family.type, ("",))
+        known |= {family.name + end for end in ends}
+    dashboard = json.loads((ROOT / "deploy/grafana/kata.json").read_text())
+    asked = [target["expr"] for panel in dashboard["panels"] for target in panel.get("targets", ())]
+    asked += [one["query"] for one in dashboard["templating"]["list"] if one["type"] == "query"]
+    assert len(asked) > 10
+    for expression in asked:
+        names = re.findall(r"\b(?:kata|process)_\w+", expression)
+        assert names, expression
+        assert set(names) <= known, expression
+    # What an operator is to look at is on it.
+    everything = " ".join(asked)
+    assert {
+        name for name in known if name.startswith("kata_") and not name.endswith(("_sum", "_count", "_created"))
+    } <= set(re.findall(r"\bkata_\w+", everything))
+
+
+# -- logs -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_log_in_json_is_an_object_a_line_with_its_traceback() -> None:
+    try:
+        raise ValueError("two\nlines")
+    except ValueError:
+        record = logging.LogRecord("kata.api", logging.ERROR, "", 0, "not %s", ("written",), sys.exc_info())
+    line = JsonLines().format(record)
+    told = json.loads(line)
+    assert "\n" not in line
+    assert (told["level"], told["logger"], told["message"]) == ("error", "kata.api", "not written")
+    assert told["at"].endswith("+00:00")
+    assert told["traceback"].endswith("ValueError: two\nlines")

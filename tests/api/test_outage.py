@@ -1,0 +1,346 @@
+"""The database hangs, dies and comes back while somebody is treated: the session goes on, and nothing is lost or doubled."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID, uuid4
+
+import msgspec
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from kata.access.tables import AuditRow
+from kata.bench import postgresql
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.events.observer import Happening
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.sessions import checks, runs
+from kata.clinic.sessions.offline_cache import Ahead, ToPlay
+from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
+from kata.clinic.sessions.tables import SessionRow
+from kata.database.availability import DatabaseAwayError
+from kata.database.base import utc_now
+from kata.device import journal
+from kata.errors import ProblemError
+from kata.motion.edit import AS_TAUGHT
+from tests.api.conftest import running
+from tests.api.test_derived import lifted, taught
+from tests.api.test_records import problem
+from tests.api.test_station import accepted, load, until, until_mode
+from tests.api.test_visit import eventually, programme
+from tests.api.visits import WHO, go_through_checklist, still_open
+
+LIMIT_S = 60.0
+FEW_S = 8.0
+"""So long the first who ask may wait until they are told; everybody after them is told at once."""
+
+
+@pytest.fixture(scope="module")
+def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    folder = tmp_path_factory.mktemp("kata")
+    with running(folder, database_url=server.url) as made:
+        made.app.state.folder = folder  # type: ignore[attr-defined]
+        yield made
+
+
+@pytest.fixture(scope="module")
+def told(client: TestClient) -> list[Happening]:
+    """What the device tells from now on, as it is put down."""
+    app: Any = client.app
+    heard: list[Happening] = []
+    put = app.state.kept.spool.put
+
+    def listening(payload: bytes) -> None:
+        kept = msgspec.json.decode(payload)
+        if kept["type"] == "happened":
+            heard.append(msgspec.convert(kept["happening"], Happening))
+        put(payload)
+
+    app.state.kept.spool.put = listening
+    return heard
+
+
+def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict[str, Any]:
+    """Every event once and in order, every sample of the run once; the run itself."""
+    app: Any = client.app
+    assert app.state.kept.until_taken(LIMIT_S)
+    limit = time.monotonic() + LIMIT_S
+    while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
+        assert time.monotonic() < limit
+    ids = [one.id for one in told]
+    assert len(set(ids)) == len(ids) > 3
+    with app.state.database.read() as session:
+        rows = session.scalars(select(DeviceEventRow).where(DeviceEventRow.id.in_(ids))).all()
+        assert sorted((row.at, row.code) for row in rows) == sorted((one.at, one.code) for one in told)
+        (file,) = (app.state.folder / "journal").glob(f"imported/*{run_id}*")
+        measured = journal.read(file)
+        assert len(runs.samples(session, UUID(run_id))["time_s"]) == len(measured.t_ns) > 50
+    run: dict[str, Any] = client.get(f"/api/runs/{run_id}").json()
+    return run
+
+
+def noted(client: TestClient) -> list[str]:
+    """What was pressed and what became of the database, as the audit trail has it."""
+    app: Any = client.app
+    assert app.state.trail.until_written()
+    of = ("approach", "play", "pause", "stop", "database_away")
+    with app.state.database.read() as session:
+        query = select(AuditRow.action).where(AuditRow.action.in_(of), AuditRow.outcome == "done")
+        return list(session.scalars(query.order_by(AuditRow.number)))
+
+
+def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
+    client: TestClient, server: postgresql.Server, told: list[Happening]
+) -> None:
+    until_mode(client, "idle")
+    patient = client.post(
+        "/api/patients", json={"clinic_number": "O-1", "name": "Mori Ken", "affected_side": "right"}
+    ).json()
+    run = load(client, patient, taught(client, patient, lifted()), speed_percent=50.0)
+    assert client.get("/api/me").status_code == 200
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    # A page is there all the time, or the apparatus would be paused for want of one.
+    with client.websocket_connect("/api/live"), server.hanging():
+        began = time.monotonic()
+        accepted(client, "pause")
+        assert time.monotonic() - began < 3.0
+        until_mode(client, "paused")
+        accepted(client, "play")
+
+        refused = client.get("/api/patients")
+        assert (refused.status_code, refused.json()["code"]) == (503, "database_away")
+        assert refused.headers["retry-after"]
+        assert time.monotonic() - began < 2 * FEW_S
+
+        began = time.monotonic()
+        for path in ("patients", "sessions", f"runs/{run['id']}"):
+            away = problem(client.get(f"/api/{path}"), 503, "database_away")
+            assert "nothing of it is lost" in away["detail"]
+        problem(client.post("/api/sign-in", json={"username": "a", "password": "b"}), 503, "database_away")
+        assert time.monotonic() - began < 3.0
+
+        # A page that is loaded anew shows who one is, the apparatus and since when.
+        assert client.get("/api/me").json()["name"] == "Test administrator"
+        live = until(client, lambda live: live["kept"]["away_since"])
+        assert live["run"]["run_id"] == run["id"]
+        accepted(client, "stop")
+        stopped = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
+        assert stopped["kept"]["waiting"] > 0
+    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+    # Who pressed what meanwhile is in the trail, in the order in which it was pressed.
+    assert noted(client)[-4:] == ["pause", "play", "stop", "database_away"]
+    until(client, lambda live: "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+
+
+def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_started_again(
+    client: TestClient, server: postgresql.Server, told: list[Happening]
+) -> None:
+    until_mode(client, "idle")
+    patient = client.post(
+        "/api/patients", json={"clinic_number": "O-2", "name": "Ota Rin", "affected_side": "right"}
+    ).json()
+    run = load(client, patient, taught(client, patient, lifted()))
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    with client.websocket_connect("/api/live"), server.killed():
+        until(client, lambda live: live["kept"]["away_since"])
+        accepted(client, "stop")
+        until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
+        problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
+    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
+    until(client, lambda live: "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+
+
+THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
+
+
+def still_open_ahead(ahead: Ahead, session_id: str, recording_id: str) -> list[str] | None:
+    """As :func:`still_open`, by what was fetched; None while nothing is."""
+    found = ahead.checklist(UUID(session_id), UUID(recording_id), THERE)
+    return None if found is None else [one.need.check for one in found if one.answer is None]
+
+
+@pytest.fixture
+def visit(client: TestClient) -> dict[str, Any]:
+    """A session whose programme is two recordings, each with an arm fixer of its own; everything is in order for the first."""
+    until_mode(client, "idle")
+    app: Any = client.app
+    body = {"clinic_number": uuid4().hex, "name": "Ueda Kei", "affected_side": "right"}
+    patient = client.post("/api/patients", json=body).json()
+    first = taught(client, patient, lifted(), fixtures=["arm_fixer_1"])
+    second = taught(client, patient, lifted(60.0), fixtures=["arm_fixer_2"])
+    version_id = programme(client, patient, first["id"], second["id"])
+    planned = {"patient_id": patient["id"], "programme_version_id": version_id}
+    session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
+    go_through_checklist(client, session["id"], first["id"])
+    ahead: Ahead = app.state.ahead
+    eventually(lambda: still_open_ahead(ahead, session["id"], second["id"]) == ["fixtures"])
+    return session | {"first": first, "second": second}
+
+
+def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
+    client: TestClient, visit: dict[str, Any]
+) -> None:
+    app: Any = client.app
+    reconnected = replace(THERE, verified_since=utc_now())
+
+    found = app.state.ahead.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+
+    assert [one.need.check for one in found if one.answer is None] == ["estop"]
+
+
+def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
+    client: TestClient, server: postgresql.Server, told: list[Happening], visit: dict[str, Any]
+) -> None:
+    second = {
+        "session_id": visit["id"],
+        "load_level": 25,
+        "recording_id": visit["second"]["id"],
+        "programme_position": 2,
+    }
+    url = f"/api/sessions/{visit['id']}/checklist/fixtures"
+    ticked = {"checked_by": WHO, "recording_id": visit["second"]["id"]}
+    with client.websocket_connect("/api/live"), server.killed():
+        live = until(client, lambda live: live["kept"]["away_since"])
+        assert "load" not in live["refusals"]
+        assert live["refusals"]["teach"]["code"] == "database_away"
+
+        # Held against the same as ever: the other recording needs another fixer, and stands at another place.
+        assert still_open(client, visit["id"], visit["second"]["id"]) == ["fixtures"]
+        problem(client.post("/api/station/load", json=second), 409, "checklist_open")
+        problem(client.put(f"{url.removesuffix('fixtures')}pedal", json=ticked), 409, "detected")
+        assert client.put(url, json=ticked).status_code == 200
+        problem(client.post("/api/station/load", json=second | {"programme_position": 1}), 409, "not_planned")
+        problem(
+            client.post("/api/station/load", json=second | {"range_percent": 100.0, "speed_percent": 1.0}),
+            422,
+            "invalid",
+        )
+
+        # What was not fetched is not known, and nothing of it is played or told.
+        unknown = {"session_id": str(uuid4())}, {"recording_id": str(uuid4())}
+        for other in unknown:
+            problem(client.post("/api/station/load", json=second | other), 503, "database_away")
+        elsewhere = f"/api/sessions/{uuid4()}/checklist"
+        problem(client.get(elsewhere, params={"recording_id": visit["second"]["id"]}), 503, "database_away")
+
+        run = accepted(client, "load", second)
+        assert (run["recording_name"], run["programme_position"], run["outcome"]) == ("Lift", 2, "loaded")
+        # What the device refuses has not begun; it is not in the session in the end.
+        assert client.post("/api/station/load", json=second).status_code == 409
+        until(
+            client, lambda live: live["run"] and live["run"]["patient"] and live["run"]["patient"]["name"] == "Ueda Kei"
+        )
+        accepted(client, "approach")
+        until_mode(client, "paused")
+        accepted(client, "play")
+        until_mode(client, "idle", within_s=60.0)
+    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    assert all_is_there(client, told, run["id"])["outcome"] == "completed"
+    session = client.get(f"/api/sessions/{visit['id']}").json()
+    assert [one["id"] for one in session["runs"]] == [run["id"]]
+    assert still_open(client, visit["id"], visit["second"]["id"]) == []
+    events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
+    assert CHANGED_MEANWHILE not in [one["code"] for one in events]
+    app: Any = client.app
+    with app.state.database.read() as database:
+        noted = database.scalars(select(AuditRow.action).where(AuditRow.subject.endswith(run["id"]))).all()
+        assert "begun_without_database" in noted
+
+
+def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not_guessed(
+    client: TestClient, visit: dict[str, Any]
+) -> None:
+    app: Any = client.app
+    ahead: Ahead = app.state.ahead
+    found = ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
+    assert found
+    with app.state.database.write() as database:
+        database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
+    assert app.state.kept.put_done(found.begun, LIMIT_S)
+    assert app.state.kept.until_taken(LIMIT_S)
+    run = client.get(f"/api/runs/{found.begun.id}").json()
+    assert (run["load_level"], run["outcome"]) == (25, "loaded")
+    events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
+    assert [one["message"] for one in events if one["code"] == CHANGED_MEANWHILE] == [CHANGED["limits"]]
+    app.state.kept.put_not_begun("run", found.begun.id)
+    assert app.state.kept.until_taken(LIMIT_S)
+    assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
+
+
+def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, visit: dict[str, Any]) -> None:
+    app: Any = client.app
+    with app.state.database.write() as database:
+        database.get_one(SessionRow, UUID(visit["id"])).patient.restricted = True
+    ahead = Ahead(app.state.database, "Station 1")
+    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
+    ahead.fetch()
+    assert ahead.visit(UUID(visit["id"])) is None
+    assert not ahead.knows(UUID(visit["patient"]["id"]))
+
+
+def test_a_programmes_time_goes_on_while_nobody_can_count_it(
+    client: TestClient, visit: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app: Any = client.app
+    with app.state.database.write() as database:
+        database.get_one(SessionRow, UUID(visit["id"])).programme_version.timer_minutes = 2.0
+    ahead = Ahead(app.state.database, "Station 1")
+    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
+    ahead.fetch()
+
+    def begin(position: int | None) -> ToPlay | None:
+        return ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE)
+
+    assert begin(1)
+    now_s = time.monotonic()
+    monkeypatch.setattr("kata.clinic.sessions.offline_cache.time.monotonic", lambda: now_s + 121.0)
+    with pytest.raises(ProblemError) as caught:
+        begin(1)
+    assert caught.value.code == "timer_over"
+    # Besides the programme it may be played, as with the database.
+    assert begin(None)
+
+
+def test_a_run_that_was_written_down_is_loaded_although_the_database_is_lost_right_after(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it would stand in the session for ever, and the session could not be ended."""
+    until_mode(client, "idle")
+    patient = client.post(
+        "/api/patients", json={"clinic_number": "O-3", "name": "Abe Nao", "affected_side": "right"}
+    ).json()
+    recording = taught(client, patient, lifted())
+    began: list[object] = []
+    begin, read = runs.begin, client.app.state.database.read  # type: ignore[attr-defined]
+
+    def beginning(*args: Any, **given: Any) -> Any:
+        began.append(None)
+        return begin(*args, **given)
+
+    @contextmanager
+    def reading() -> Iterator[Session]:
+        if began:
+            raise DatabaseAwayError(utc_now())
+        with read() as session:
+            yield session
+
+    with monkeypatch.context() as lost:
+        lost.setattr(runs, "begin", beginning)
+        lost.setattr(client.app.state.database, "read", reading)  # type: ignore[attr-defined]
+        run = load(client, patient, recording)
+    live = until_mode(client, "ready")
+    assert live["run"]["run_id"] == run["id"]
+    accepted(client, "unload")

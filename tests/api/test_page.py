@@ -1,0 +1,95 @@
+"""The page's files: as they were built to some, compressed to whoever takes it."""
+
+import gzip
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fastapi import FastAPI
+from fastapi.testclient import TestClient
+
+from kata.api import static_files
+
+SCRIPT = b"export const words = 'all of it, all of it, all of it';" * 50
+PACKED = gzip.compress(SCRIPT, mtime=0)
+ADDRESS = "/assets/page-1a2b.js"
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> Iterator[TestClient]:
+    """Of a page with a script and a style that lie compressed beside themselves, and a picture that does not."""
+    assets = tmp_path / "assets"
+    assets.mkdir()
+    (tmp_path / "index.html").write_text("<p>the page</p>")
+    (assets / "picture.svg").write_text("<svg/>")
+    for name in ("page-1a2b.js", "page-1a2b.css"):
+        (assets / name).write_bytes(SCRIPT)
+        (assets / f"{name}.gz").write_bytes(PACKED)
+    app = FastAPI()
+    static_files.install(app, tmp_path)
+    with TestClient(app) as client:
+        yield client
+
+
+@pytest.mark.parametrize(
+    ("accepted", "compressed"),
+    [
+        ("gzip", True),
+        ("gzip, deflate, br, zstd", True),
+        ("br;q=1.0, GZIP ; q=0.8, *;q=0.1", True),
+        ("gzip;q=0.001", True),
+        ("", False),
+        ("identity", False),
+        ("br, deflate", False),
+        ("gzip;q=0", False),
+        ("gzip; q=0.000, br", False),
+        ("gzip;q=much", False),
+        ("gzip;level=9", False),
+        # Not by name: whoever takes everything takes the file as it is, too.
+        ("*", False),
+        ("notgzip", False),
+    ],
+)
+def test_whoever_takes_gzip_is_sent_it(client: TestClient, accepted: str, compressed: bool) -> None:
+    answer = client.get(ADDRESS, headers={"accept-encoding": accepted})
+    assert answer.status_code == 200
+    assert answer.headers.get("content-encoding") == ("gzip" if compressed else None)
+    assert answer.content == SCRIPT
+    assert int(answer.headers["content-length"]) == len(PACKED if compressed else SCRIPT)
+
+
+def test_two_headers_count_as_one(client: TestClient) -> None:
+    answer = client.get(ADDRESS, headers=[("accept-encoding", "br"), ("accept-encoding", "gzip")])
+    assert answer.headers["content-encoding"] == "gzip"
+
+
+@pytest.mark.parametrize(("name", "kind"), [("page-1a2b.js", "javascript"), ("page-1a2b.css", "text/css")])
+def test_it_stays_what_it_is_and_is_kept_for_ever_in_both_forms(client: TestClient, name: str, kind: str) -> None:
+    forms = [client.get(f"/assets/{name}", headers={"accept-encoding": one}).headers for one in ("gzip", "identity")]
+    for headers in forms:
+        assert kind in headers["content-type"]
+        assert headers["cache-control"] == "public, max-age=31536000, immutable"
+        assert headers["vary"] == "Accept-Encoding"
+    assert forms[0]["etag"] != forms[1]["etag"]
+
+
+def test_what_lies_there_in_one_form_alone_does_not_vary(client: TestClient) -> None:
+    answer = client.get("/assets/picture.svg", headers={"accept-encoding": "gzip"})
+    assert answer.text == "<svg/>"
+    assert "vary" not in answer.headers and "content-encoding" not in answer.headers
+
+
+def test_the_compressed_form_has_no_address_of_its_own(client: TestClient) -> None:
+    assert client.get(f"{ADDRESS}.gz").status_code == 404
+
+
+def test_a_part_is_one_of_the_form_that_was_begun(client: TestClient) -> None:
+    """A download that was broken off goes on in the same form; in the other one it begins anew."""
+    packed = client.get(ADDRESS, headers={"accept-encoding": "gzip"}).headers["etag"]
+    rest = {"range": "bytes=20-", "if-range": packed}
+    with client.stream("GET", ADDRESS, headers={"accept-encoding": "gzip"} | rest) as same:
+        assert same.status_code == 206
+        assert b"".join(same.iter_raw()) == PACKED[20:]
+    other = client.get(ADDRESS, headers={"accept-encoding": "identity"} | rest)
+    assert other.status_code == 200
+    assert other.content == SCRIPT

@@ -1,0 +1,159 @@
+"""Programmes over REST: checked as at loading, versioned, and what was done of them."""
+
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.clinic.recordings.tables import RecordingSamplesRow
+from tests.api.test_derived import LASTS_S, lifted, taught
+from tests.api.test_records import problem
+
+ITEM = {"repetitions": 3, "pause_s": 2.0, "load_level": 8}
+
+
+@pytest.fixture
+def lift(client: TestClient) -> dict[str, Any]:
+    body = {"clinic_number": f"P-{uuid4().hex[:8]}", "name": "Mori Sakura", "affected_side": "right"}
+    return taught(client, client.post("/api/patients", json=body).json(), lifted())
+
+
+def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **given: Any) -> Any:
+    body = {
+        "name": "Morning",
+        "made_by": "Aoki Rin",
+        "items": [{"load_level": 25, "recording_id": lift["id"]} | one for one in items],
+    }
+    return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
+
+
+def test_a_programme_is_made_listed_changed_and_put_away(client: TestClient, lift: dict[str, Any]) -> None:
+    answer = post(client, lift, ITEM, {"speed_percent": 50.0}, timer_minutes=20)
+    assert answer.status_code == 201, answer.text
+    made = answer.json()
+    first, second = made["current"]["items"]
+    assert (first["position"], first["recording_name"], first["repetitions"]) == (1, "Lift", 3)
+    # Three times there and back with two pauses; and once at half the speed.
+    assert first["duration_s"] == pytest.approx(3 * LASTS_S + 2 * 2.0, abs=1e-3)
+    assert second["duration_s"] == pytest.approx(2 * LASTS_S, abs=1e-3)
+    assert made["current"]["duration_s"] == pytest.approx(first["duration_s"] + second["duration_s"])
+    assert made["patient"]["name"] == "Mori Sakura"
+
+    url = f"/api/programmes/{made['id']}"
+    change = {
+        "based_on": 1,
+        "made_by": "Baba Ken",
+        "note": "Less.",
+        "items": [{"load_level": 25, "recording_id": lift["id"]}],
+    }
+    changed = client.post(f"{url}/versions", json=change).json()
+    assert [version["number"] for version in changed["versions"]] == [2, 1]
+    problem(client.post(f"{url}/versions", json=change), 409, "edited_meanwhile")
+
+    renamed = client.patch(url, json={"name": "Evening", "updated_at": changed["updated_at"]}).json()
+    problem(client.patch(url, json={"name": "Noon", "updated_at": changed["updated_at"]}), 409, "edited_meanwhile")
+    assert client.get(url).json() == renamed
+    archived = client.patch(url, json={"archived": True}).json()
+    listed = client.get(f"/api/patients/{lift['patient_id']}/programmes").json()["items"]
+    assert [(one["name"], one["archived_at"], one["current"]["number"]) for one in listed] == [
+        ("Evening", archived["archived_at"], 2)
+    ]
+
+
+def test_what_this_station_could_not_play_is_refused_with_item_motor_and_time(
+    client: TestClient, lift: dict[str, Any]
+) -> None:
+    fast = taught(client, {"id": lift["patient_id"]}, lambda times_s: lifted()(4 * times_s % LASTS_S))
+    told = problem(
+        post(
+            client, lift, ITEM, {"load_level": 25, "recording_id": fast["id"], "speed_percent": 150.0, "repetitions": 2}
+        ),
+        422,
+        "unplayable",
+    )
+    assert told["detail"].startswith("Item 2 cannot be played like that: motor ")
+    told = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
+    assert "longer than an hour" in told["detail"]
+    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
+
+
+def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_played(
+    client: TestClient, lift: dict[str, Any]
+) -> None:
+    damaged = taught(client, {"id": lift["patient_id"]}, lifted())
+    app: Any = client.app
+    with app.state.database.write() as session:
+        session.get_one(RecordingSamplesRow, UUID(damaged["id"])).data = b"damaged"
+    left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
+    items = [{"load_level": 25, "recording_id": one["id"]} for one in (lift, damaged, left)]
+    url = f"/api/patients/{lift['patient_id']}/programmes/preview"
+    told = client.post(url, json={"items": items}).json()
+    assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
+    assert told["duration_s"] == pytest.approx(LASTS_S)
+    assert told["items"][1]["problem"] == "Item 2 cannot be played like that: its samples are damaged."
+    assert "of the left shoulder" in told["items"][2]["problem"]
+
+
+def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
+    client: TestClient, lift: dict[str, Any]
+) -> None:
+    episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
+    forbidding = {
+        "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 70.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
+        "updated_at": episode["updated_at"],
+    }  # fmt: skip
+    assert client.patch(f"/api/episodes/{episode['id']}", json=forbidding).status_code == 200
+    less, whole = {"range_percent": 40.0, "load_level": 12}, {"repetitions": 3, "load_level": 12}
+    items = [{"recording_id": lift["id"]} | one for one in (less, whole, less | {"load_level": 13})]
+    url = f"/api/patients/{lift['patient_id']}/programmes/preview"
+    within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
+    assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
+    assert beyond["problem"].startswith("Item 2 cannot be played like that: Motion 4 (abduction")
+    assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
+    assert "12 is the highest allowed by Dr. Mori" in stronger["problem"]
+
+    told = problem(post(client, lift, less, whole), 422, "beyond_doctors_limit")
+    assert told["detail"] == beyond["problem"]
+    assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
+    assert post(client, lift, less).status_code == 201
+
+
+@pytest.mark.parametrize(
+    ("given", "pointer"),
+    [
+        ({"items": []}, "#/items"),
+        ({"items": [{"load_level": 25, "recording_id": str(uuid4())}] * 51}, "#/items"),
+        (
+            {"items": [{"load_level": 25, "recording_id": str(uuid4()), "speed_percent": 151}]},
+            "#/items/0/speed_percent",
+        ),
+        ({"items": [{"recording_id": str(uuid4()), "load_level": 26}]}, "#/items/0/load_level"),
+        ({"items": [{"load_level": 25, "recording_id": str(uuid4()), "position": 1}]}, "#/items/0/position"),
+        ({"timer_minutes": 0.5}, "#/timer_minutes"),
+        ({"sessions_per_week": 22}, "#/sessions_per_week"),
+        ({"made_by": "x" * 101}, "#/made_by"),
+    ],
+)
+def test_what_is_out_of_bounds_is_said_by_field(
+    client: TestClient, lift: dict[str, Any], given: dict[str, Any], pointer: str
+) -> None:
+    told = problem(post(client, lift, ITEM, **given), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == [pointer]
+
+
+@pytest.mark.parametrize(
+    "path", ["patients/{}/programmes", "programmes/{}", "sessions/{}/plan", "episodes/{}/adherence"]
+)
+def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+    problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
+
+
+def test_a_session_and_an_episode_without_anything_have_empty_plans(client: TestClient, lift: dict[str, Any]) -> None:
+    visit = client.post("/api/sessions", json={"patient_id": lift["patient_id"]}).json()
+    plan = client.get(f"/api/sessions/{visit['id']}/plan").json()
+    assert (plan["programme"], plan["items"], plan["besides"], plan["ended"]) == (None, [], [], False)
+    episode_id = post(client, lift, ITEM, sessions_per_week=3).json()["episode_id"]
+    [week] = client.get(f"/api/episodes/{episode_id}/adherence", params={"utc_offset_minutes": 540}).json()["weeks"]
+    assert (week["sessions"], week["sessions_wished"]) == (0, 3)
+    problem(client.get(f"/api/episodes/{episode_id}/adherence", params={"utc_offset_minutes": 900}), 422, "invalid")

@@ -1,0 +1,32 @@
+"""REST for progress."""
+
+from typing import Any
+from uuid import uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.clinic.progress.schemas import Progress
+from tests.api.test_assessments import FLEXION, found
+from tests.api.test_records import problem
+
+CHARTS = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
+
+
+@pytest.mark.parametrize("chart", CHARTS)
+def test_every_chart_comes_with_its_numbers(client: TestClient, patient: dict[str, Any], chart: str) -> None:
+    url = f"/api/episodes/{patient['episode_id']}"
+    body = found(rom=[FLEXION | {"side": patient["affected_side"]}], pain_rest=3, spadi=[4] * 13)
+    assert client.post(f"{url}/assessments", json=body).status_code == 201
+    answer = client.get(f"{url}/progress/{chart}")
+    assert answer.status_code == 200
+    progress = Progress.model_validate_json(answer.content)
+    assert bool(progress.table.rows) == (chart in ("rom", "pain", "spadi"))
+    for row in progress.table.rows:
+        moments = [cell for cell, column in zip(row, progress.table.columns, strict=True) if column.kind == "moment"]
+        assert moments == ["2026-03-02T09:30:00Z"]
+
+
+def test_what_is_not_there_is_said(client: TestClient, patient: dict[str, Any]) -> None:
+    problem(client.get(f"/api/episodes/{uuid4()}/progress/rom"), 404, "not_found")
+    problem(client.get(f"/api/episodes/{patient['episode_id']}/progress/mood"), 422, "invalid")

@@ -1,0 +1,294 @@
+"""Samples out as CSV and Parquet, and a therapist's motion in from CSV: what goes out comes in again, the rest is refused."""
+
+import io
+import json
+from datetime import UTC, datetime
+from typing import Any
+from uuid import UUID, uuid4
+
+import numpy as np
+import pytest
+from arro3.io import read_parquet
+from fastapi.testclient import TestClient
+
+from kata.clinic.recordings.tables import RecordingSamplesRow
+from kata.clinic.sessions.tables import SAMPLE_COLUMNS, RunRow, RunSamplesRow, SessionRow
+from kata.database import arrays
+from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
+from kata.motion.axes import POSE_COLUMNS
+from kata.motion.linkage import Floats, motor_angles_deg
+from tests.api.test_derived import LASTS_S, lifted, taught
+from tests.api.test_records import problem
+from tests.conftest import judge
+
+HEADER = "time_s," + ",".join(POSE_COLUMNS)
+
+
+def poses_csv(
+    seconds: float = 4.0, separator: str = ",", change: dict[tuple[int, int], str] | None = None, end: str = "\n"
+) -> str:
+    """A right arm that is lifted; ``change`` puts something else into a line's cell, both counted from 1."""
+    times_s = np.arange(0, seconds + 0.005, 0.01)
+    table = np.column_stack([times_s, lifted()(times_s)])
+    lines = [HEADER.split(","), *([f"{value:.4f}" for value in row] for row in table)]
+    for (line, column), value in (change or {}).items():
+        lines[line - 1][column - 1] = value
+    return end.join(separator.join(cells) for cells in lines) + end
+
+
+def sent(client: TestClient, patient: dict[str, Any], csv: str | bytes, side: str = "right", to: str = "") -> Any:
+    params = {"side": side} | ({} if to else {"name": "From home", "taught_by": "Suzuki Aya"})
+    return client.post(
+        f"/api/patients/{patient['id']}/recordings/import{to}",
+        params=params,
+        content=csv,
+        headers={"content-type": "text/csv"},
+    )
+
+
+def refused(client: TestClient, patient: dict[str, Any], csv: str | bytes, side: str = "right") -> dict[str, Any]:
+    """By preview and import alike, and nothing is kept."""
+    told = problem(sent(client, patient, csv, side), 422, "not_a_motion")
+    assert problem(sent(client, patient, csv, side, to="/preview"), 422, "not_a_motion") == told
+    assert told["next_step"]
+    assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []
+    return told
+
+
+def table(text: str) -> Floats:
+    return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
+
+
+def test_a_recording_goes_out_as_csv_and_comes_in_again_as_the_same_motion(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
+    recording = taught(client, patient, lifted())
+    answer = client.get(f"/api/recordings/{recording['id']}/samples.csv")
+    assert answer.headers["content-type"].startswith("text/csv")
+    assert f'filename="recording-{recording["id"]}.csv"' in answer.headers["content-disposition"]
+
+    made = sent(client, patient, answer.text)
+    assert made.status_code == 201, made.text
+    told = made.json()["understood"]
+    assert (told["layout"], told["separator"], told["samples"], told["rate_hz"]) == ("motors", "comma", 801, 100)
+    again = client.get(f"/api/recordings/{made.json()['recording']['id']}/samples.csv").text
+    assert table(again) == pytest.approx(table(answer.text), abs=1e-4)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_file_of_poses_becomes_the_motor_angles_of_its_side(
+    client: TestClient, patient: dict[str, Any], side: Any
+) -> None:
+    made = sent(client, patient, poses_csv(), side).json()
+    recording, told = made["recording"], made["understood"]
+    assert (recording["teaching_id"], recording["parent_id"], recording["take"]) == (None, None, None)
+    assert recording["done"] == ["imported from a CSV file"]
+    assert (recording["name"], recording["side"], recording["samples"]) == ("From home", side, 401)
+    assert told["layout"] == "poses"
+    assert told["duration_s"] == pytest.approx(4.0)
+    assert client.get(f"/api/recordings/{recording['id']}").json()["ranges"] == told["ranges"]
+    kept = table(client.get(f"/api/recordings/{recording['id']}/samples.csv").text)
+    times_s = np.arange(0, 4.005, 0.01)
+    assert kept[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
+
+
+def test_what_a_spreadsheet_makes_of_it_is_understood(client: TestClient, patient: dict[str, Any]) -> None:
+    text = "\ufeff" + poses_csv(separator=";", end="\r\n").replace("\r\n", ";ok\r\n").replace(";ok", ";remark", 1)
+    told = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()
+    assert (told["separator"], told["left_alone"], told["samples"]) == ("semicolon", ["remark"], 401)
+    assert sent(client, patient, poses_csv(separator="\t"), to="/preview").json()["separator"] == "tab"
+    assert client.get(f"/api/patients/{patient['id']}/recordings").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "what"),
+    [
+        ({(3, 4): "nan"}, "line 3, column shoulder_abduction", "'nan' is not a number"),
+        ({(3, 4): ""}, "line 3, column shoulder_abduction", "'' is not a number"),
+        ({(3, 4): "10 deg"}, "line 3, column shoulder_abduction", "'10 deg' is not a number"),
+        ({(3, 4): "1_0"}, "line 3, column shoulder_abduction", "'1_0' is not a number"),
+        ({(3, 4): "inf"}, "line 3, column shoulder_abduction", "'inf' is not a number"),
+        ({(3, 6): "0,oops"}, "line 3, column after external_rotation", "'oops' is more than the first line"),
+        ({(5, 1): "0.01"}, "line 5, column time_s", "time must increase, 0.01 follows 0.02"),
+        ({(5, 1): "0.02"}, "line 5, column time_s", "time must increase, 0.02 follows 0.02"),
+        ({(402, 1): "5.5"}, "line 402, column time_s", "nothing is known of the 1.5 s before"),
+        ({(402, 1): "4000"}, "line 402, column time_s", "the motion is longer than an hour"),
+        ({(9, 5): "195"}, "line 9, column shoulder_flexion", "195 deg is outside the apparatus' range of -20 to 190"),
+        ({(200, 4): "60"}, "line 200, column shoulder_abduction", "motor 3 would jerk at"),
+        ({(1, 5): "Shoulder_flexion (rad)"}, "line 1, column Shoulder_flexion (rad)", "the unit is not the one"),
+        ({(1, 1): "time_ms"}, "line 1, column time_ms", "the unit is not the one that is needed; time_s"),
+        ({(1, 5): "bending"}, "line 1, column shoulder_flexion", "this column is missing"),
+        ({(1, 6): "shoulder_flexion"}, "line 1, column external_rotation", "this column is missing"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told_with_line_and_column(
+    client: TestClient, patient: dict[str, Any], change: dict[tuple[int, int], str], where: str, what: str
+) -> None:
+    told = refused(client, patient, poses_csv(change=change))
+    first = told["errors"][0]
+    found_line, found_column = first["pointer"].split(", column ")
+    line, column = where.split(", column ")
+    assert found_column == column
+    # Where it is the spline that goes too fast, its worst place may be a line beside.
+    assert abs(int(found_line.removeprefix("line ")) - int(line.removeprefix("line "))) <= (1 if "jerk" in what else 0)
+    assert first["detail"].startswith(what)
+
+
+def test_every_line_that_is_wrong_is_told_up_to_twenty(client: TestClient, patient: dict[str, Any]) -> None:
+    told = refused(client, patient, poses_csv(change={(line, 3): "x" for line in range(10, 60)}))
+    assert [error["pointer"].split(",")[0] for error in told["errors"]] == [f"line {n}" for n in range(10, 30)]
+
+
+def test_radians_and_milliseconds_are_recognised_by_their_size(client: TestClient, patient: dict[str, Any]) -> None:
+    lines = [line.split(",") for line in poses_csv().splitlines()[1:]]
+    radians = [[cells[0], *(f"{np.radians(float(cell)):.6f}" for cell in cells[1:])] for cells in lines]
+    told = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in radians)]))
+    assert told["errors"][0]["pointer"] == "line 402, column shoulder_abduction"
+    assert "looks like radians" in told["detail"]
+    milliseconds = [[f"{1000 * float(cells[0]):.0f}", *cells[1:]] for cells in lines]
+    told = refused(client, patient, "\n".join([HEADER, *(",".join(cells) for cells in milliseconds)]))
+    assert told["errors"][0]["pointer"] == "line 3, column time_s"
+    assert "are these milliseconds?" in told["detail"]
+
+
+@pytest.mark.parametrize(
+    ("csv", "sentence"),
+    [
+        (b"\n", "the first line must name the columns time_s, "),
+        (HEADER.encode() + b"\n", "the motion is too short"),
+        (f"{HEADER}\n0,0,0,20,0,0\n0.1,0,0,20,0,0\n".encode(), "the motion is too short"),
+        ("時間,肩\n0,1\n".encode("cp932"), "line 1 is in Shift-JIS; save the file as CSV in UTF-8"),
+        (poses_csv().encode("utf-16"), "the file is in UTF-16"),
+        (b"\x89PNG\r\n\x1a\n\xff\x00\xfd\xa0", "line 1 is not text in UTF-8"),
+        (b'"' + poses_csv(40.0).encode(), "cannot be read as CSV"),
+    ],
+)
+def test_what_is_no_motion_at_all_is_said_to_be_none(
+    client: TestClient, patient: dict[str, Any], csv: bytes, sentence: str
+) -> None:
+    assert sentence in refused(client, patient, csv)["detail"]
+
+
+def test_what_the_station_may_not_play_is_refused_at_its_line(client: TestClient, patient: dict[str, Any]) -> None:
+    recording = taught(client, patient, lifted())
+    lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
+    quick = [lines[0], *(f"{float(line.split(',')[0]) / 10:.6f},{line.partition(',')[2]}" for line in lines[1:])]
+    told = problem(sent(client, patient, "\n".join(quick)), 422, "not_a_motion")
+    assert "motor 3 would move at " in told["detail"]
+    assert told["errors"][0]["pointer"].endswith("column motor_3_deg")
+
+
+def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: dict[str, Any]) -> None:
+    rows = "\n".join(f"{n / 100},0,0,{1e300 if n == 7 else 20},0,0" for n in range(100))
+    told = refused(client, patient, f"time_s,{','.join(f'motor_{motor}_deg' for motor in range(1, 6))}\n{rows}\n")
+    assert told["errors"] == [
+        {
+            "pointer": "line 9, column motor_3_deg",
+            "field": "line 9, column motor_3_deg",
+            "detail": "1e+300 deg is more than a whole turn",
+        }
+    ]
+
+
+def test_an_imported_motion_is_of_somebody_who_is_there(client: TestClient, patient: dict[str, Any]) -> None:
+    problem(sent(client, {"id": str(uuid4())}, poses_csv()), 404, "not_found")
+    client.patch(f"/api/patients/{patient['id']}", json={"archived": True})
+    problem(sent(client, patient, poses_csv()), 409, "archived")
+    client.patch(f"/api/patients/{patient['id']}", json={"archived": False})
+
+
+# -- Parquet, and runs ----------------------------------------------------------------------------------------------
+
+
+def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """A run of it, as if it had been: half a second on its way to the start, then the motion, 0.5 deg too high."""
+    app: Any = client.app
+    visit, key = uuid4(), uuid4()
+    now = datetime.now(UTC)
+    n = 200
+    approach = np.arange(n) < 50
+    angles = np.repeat(np.linspace(10, 20, n)[:, None], 5, axis=1)
+    columns = {
+        "time_s": np.arange(n) / 100,
+        "phase": np.where(approach, PHASE_APPROACHING, PHASE_PLAYING),
+        "path_s": np.where(approach, np.nan, np.arange(n) / 100 - 0.5),
+        "setpoint_deg": angles,
+        "measured_deg": angles + 0.5,
+        "torque_nm": angles / 10,
+    }
+    with app.state.database.write() as session:
+        session.add(SessionRow(id=visit, patient_id=UUID(patient["id"]), station="Room 2", started_at=now, note=""))
+        session.flush()
+        row = {"started_at": now, "ended_at": now, "outcome": "completed", "rate_hz": 100, "samples": 150}
+        session.add(RunRow(id=key, session_id=visit, recording_id=UUID(recording["id"]), **row))
+        session.add(RunRow(id=(empty := uuid4()), session_id=visit, recording_id=UUID(recording["id"]), **row))
+        session.flush()
+        session.add(RunSamplesRow(run_id=key, data=arrays.encode(columns, SAMPLE_COLUMNS)))
+    problem(client.get(f"/api/runs/{empty}/samples.csv"), 409, "nothing_played")
+    return str(key), columns
+
+
+def test_a_run_goes_out_as_csv_with_nothing_where_nothing_is_known(client: TestClient, patient: dict[str, Any]) -> None:
+    key, columns = played(client, patient, taught(client, patient, lifted()))
+    lines = client.get(f"/api/runs/{key}/samples.csv").text.splitlines()
+    header = lines[0].split(",")
+    assert header[:4] == ["time_s", "phase", "path_s", "motor_1_setpoint_deg"]
+    assert header[-1] == "motor_5_torque_nm"
+    assert lines[1].split(",")[:3] == ["0.0", "1", ""]
+    assert float(lines[51].split(",")[2]) == columns["path_s"][50]
+
+
+def test_a_run_as_parquet_is_read_by_others_with_its_units_and_where_it_comes_from(
+    client: TestClient, patient: dict[str, Any], tmp_path: Any
+) -> None:
+    key, columns = played(client, patient, taught(client, patient, lifted()))
+    answer = client.get(f"/api/runs/{key}/samples.parquet")
+    assert answer.headers["content-type"] == "application/vnd.apache.parquet"
+    file = tmp_path / "run.parquet"
+    file.write_bytes(answer.content)
+
+    read = read_parquet(file).read_all()
+    assert read["path_s"].null_count == 50
+    assert read.schema.field("motor_3_torque_nm").metadata[b"unit"] == b"Nm"
+
+    told = judge("parquet.mjs", str(file))
+    metadata = told["metadata"]
+    assert (metadata["schema"], metadata["patient_id"]) == ("kata-samples-table/1", patient["id"])
+    assert (metadata["station"], metadata["side"], metadata["rate_hz"]) == ("Room 2", "right", "100")
+    assert "monotonic clock" in metadata["clock"]
+    assert metadata["axis_order"].startswith("motors 1 to 5")
+    assert patient["name"] not in json.dumps(told)
+    rows = told["columns"]
+    assert rows["path_s"][:50] == [None] * 50
+    assert rows["path_s"][50:] == pytest.approx(columns["path_s"][50:], abs=1e-6)
+    for name, column in (("setpoint_deg", "setpoint"), ("measured_deg", "measured"), ("torque_nm", "torque")):
+        unit = name.rpartition("_")[2]
+        for motor in (1, 5):
+            values = rows[f"motor_{motor}_{column}_{unit}"]
+            # As finely as each is stored.
+            assert values == pytest.approx(columns[name][:, motor - 1], abs=1.1e-3 if column == "setpoint" else 1e-4)
+
+
+def test_a_recording_as_parquet_says_the_same_as_its_csv(
+    client: TestClient, patient: dict[str, Any], tmp_path: Any
+) -> None:
+    recording = taught(client, patient, lifted())
+    file = tmp_path / "recording.parquet"
+    file.write_bytes(client.get(f"/api/recordings/{recording['id']}/samples.parquet").content)
+    told = judge("parquet.mjs", str(file))
+    text = client.get(f"/api/recordings/{recording['id']}/samples.csv").text
+    assert list(told["columns"]) == text.splitlines()[0].split(",")
+    same = np.array(list(told["columns"].values())).T
+    assert same == pytest.approx(table(text), abs=1e-9)
+    assert told["columns"]["time_s"][-1] == LASTS_S
+
+
+def test_samples_that_are_damaged_or_not_there_are_said_to_be(client: TestClient, patient: dict[str, Any]) -> None:
+    recording = taught(client, patient, lifted())
+    app: Any = client.app
+    with app.state.database.write() as session:
+        session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
+    for kind in ("csv", "parquet"):
+        problem(client.get(f"/api/recordings/{recording['id']}/samples.{kind}"), 410, "unreadable_samples")
+        problem(client.get(f"/api/recordings/{uuid4()}/samples.{kind}"), 404, "not_found")
+        problem(client.get(f"/api/runs/{uuid4()}/samples.{kind}"), 404, "not_found")

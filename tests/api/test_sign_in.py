@@ -1,0 +1,177 @@
+"""Nobody is in who has not shown who they are; and signing out ends it."""
+
+from collections.abc import Iterator
+from datetime import timedelta
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.access import sign_in
+from kata.access.passwords import Passwords
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AccountRow
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.api.conftest import running
+from tests.signed_in import signed_in
+
+PASSWORD = "seven slow swans at dawn"
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """Without an apparatus."""
+    with running(tmp_path_factory.mktemp("sign-in"), simulate=False) as made:
+        yield made
+
+
+@pytest.fixture
+def stranger(client: TestClient) -> TestClient:
+    """A browser that nobody is signed in at."""
+    return TestClient(client.app, client=("127.0.0.1", 50_001))
+
+
+def database_of(client: TestClient) -> Database:
+    app: Any = client.app
+    database: Database = app.state.database
+    return database
+
+
+def with_password(client: TestClient, role: str = "therapist") -> str:
+    """A new account that signs in with PASSWORD: its user name."""
+    app: Any = client.app
+    passwords: Passwords = app.state.access.passwords
+    database = database_of(client)
+    cookie = signed_in(database, role)  # type: ignore[arg-type]
+    with database.write() as session:
+        actor = sign_in.actor_of(session, cookie, utc_now())
+        assert actor
+        row = session.get_one(AccountRow, actor.account_id)
+        row.password_hash = passwords.hash(PASSWORD)
+        row.totp_confirmed_at = None
+        return row.username
+
+
+def test_nobody_is_nobody(stranger: TestClient) -> None:
+    answer = stranger.get("/api/me")
+    assert answer.status_code == 401
+    assert answer.json()["code"] == "not_signed_in"
+    stranger.cookies.set(COOKIE, "made-up")
+    assert stranger.get("/api/me").status_code == 401
+
+
+def test_the_right_password_signs_in_and_signing_out_ends_it(client: TestClient, stranger: TestClient) -> None:
+    username = with_password(client)
+    answer = stranger.post("/api/sign-in", json={"username": username.upper(), "password": PASSWORD})
+    assert answer.status_code == 200, answer.text
+    cookie = answer.headers["set-cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=strict" in cookie
+    assert stranger.get("/api/me").json()["username"] == username
+    kept = stranger.cookies[COOKIE]
+    assert stranger.post("/api/sign-out").status_code == 204
+    stranger.cookies.set(COOKIE, kept)
+    assert stranger.get("/api/me").status_code == 401, "the cookie is worth nothing any more"
+
+
+@pytest.mark.parametrize("what", ["unknown", "wrong", "disabled"])
+def test_what_is_wrong_is_told_to_nobody(client: TestClient, stranger: TestClient, what: str) -> None:
+    username = with_password(client)
+    if what == "disabled":
+        with database_of(client).write() as session:
+            row = session.query(AccountRow).filter_by(username=username).one()
+            row.disabled_at = utc_now()
+    given = {"username": "nobody" if what == "unknown" else username, "password": PASSWORD}
+    if what == "wrong":
+        given["password"] += "!"
+    answer = stranger.post("/api/sign-in", json=given)
+    assert answer.status_code == 401
+    assert answer.json()["code"] == "wrong_password"
+    assert "set-cookie" not in answer.headers
+
+
+def test_a_cookie_over_https_is_this_hosts_alone(client: TestClient) -> None:
+    secure = TestClient(client.app, base_url="https://testserver")
+    answer = secure.post("/api/sign-in", json={"username": with_password(client), "password": PASSWORD})
+    told = answer.headers["set-cookie"]
+    assert told.startswith("__Host-kata_sign_in=")
+    assert "Secure" in told
+    assert "Path=/" in told
+    assert "Domain" not in told
+
+
+def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(client: TestClient) -> None:
+    database, limits = database_of(client), sign_in.Limits()
+    cookie, now = signed_in(database), utc_now()
+    with database.read() as session:
+        early = sign_in.actor_of(session, cookie, now + limits.idle - timedelta(seconds=5))
+        late = sign_in.actor_of(session, cookie, now + limits.idle)
+        over = sign_in.actor_of(session, cookie, now + limits.longest)
+        before = sign_in.actor_of(session, cookie, now - timedelta(hours=1))
+    assert early
+    assert not early.locked
+    assert late
+    assert late.locked
+    assert over is None
+    assert before is None, "the clock was set back"
+
+
+def test_a_sign_in_does_not_end_while_its_user_operates_an_arm_that_is_held(client: TestClient) -> None:
+    database, limits = database_of(client), sign_in.Limits()
+    cookie, other, now = signed_in(database), signed_in(database), utc_now()
+    with database.read() as session:
+        here = sign_in.actor_of(session, cookie, now)
+        elsewhere = sign_in.actor_of(session, other, now)
+        assert here
+        assert elsewhere
+        both, at_the_arm = {here.sign_in_id, elsewhere.sign_in_id}, here.sign_in_id
+
+        long_after = now + limits.longest + timedelta(minutes=59)
+        assert sign_in.actor_of(session, cookie, long_after, limits, at_the_arm)
+        assert sign_in.actor_of(session, other, long_after, limits, at_the_arm) is None
+        assert sign_in.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
+
+        too_long = now + limits.longest + limits.at_the_arm
+        assert sign_in.actor_of(session, cookie, too_long, limits, at_the_arm) is None
+        assert sign_in.still(session, both, too_long, limits, at_the_arm) == set()
+        assert sign_in.still(session, both, long_after, limits) == set()
+
+
+def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
+    with running(tmp_path) as client:
+        app: Any = client.app
+        for role, secret in app.state.access.links.secrets.items():
+            browser = TestClient(client.app)
+            assert browser.post("/api/sign-in/link", json={"secret": secret}).json()["role"] == role
+            assert browser.get("/api/me").json()["demonstration"] is True
+            again = TestClient(client.app).post("/api/sign-in/link", json={"secret": secret})
+            assert again.status_code == 401
+        kept = browser.cookies[COOKIE]
+    # Given: the same clinic, and an apparatus that is none of the demonstration's.
+    with running(tmp_path, simulate=False) as client:
+        assert not dict(client.app.state.access.links.secrets)  # type: ignore[attr-defined]
+        client.cookies.set(COOKIE, kept)
+        assert client.get("/api/me").status_code == 401
+
+
+@pytest.mark.parametrize(
+    "settings", [{"simulate": False}, {"host": "0.0.0.0"}, {"host": "192.168.1.7"}, {"host": "kata"}]
+)
+def test_off_loopback_or_with_an_apparatus_there_are_no_demonstration_links(
+    tmp_path: Any, settings: dict[str, Any]
+) -> None:
+    with running(tmp_path, **settings) as client:
+        app: Any = client.app
+        assert app.state.access.links.secrets == {}
+        assert client.post("/api/sign-in/link", json={"secret": ""}).status_code == 422
+        assert client.post("/api/sign-in/link", json={"secret": "None"}).status_code == 401
+
+
+def test_known_and_unknown_names_are_refused_alike(client: TestClient, stranger: TestClient) -> None:
+    told = []
+    for name in (with_password(client), "nobody-at-all"):
+        answers = [stranger.post("/api/sign-in", json={"username": name, "password": "wrong"}) for _ in range(6)]
+        told.append([(answer.status_code, answer.json()["code"]) for answer in answers])
+    assert told[0] == told[1]
+    assert told[0] == [(401, "wrong_password")] * 5 + [(429, "too_many_tries")]

@@ -1,0 +1,551 @@
+"""The main job over REST and WebSocket, with everything real but the apparatus."""
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from kata.motion.taught import Taught
+from kata.simulator.parameters import REST_DEG
+from kata.station import device_process
+from tests.api.conftest import running
+from tests.api.test_records import problem
+from tests.api.visits import go_through_checklist, still_open, teaching
+from tests.operating import operate
+
+
+def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
+    """Listen on the WebSocket until the live state fulfils the condition; returns that state."""
+    limit = time.monotonic() + within_s
+    live: dict[str, Any] = {}
+    with client.websocket_connect("/api/live") as socket:
+        while True:
+            live |= socket.receive_json().get("live", {})
+            if condition(live):
+                return live
+            assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
+
+
+def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
+    return until(client, lambda live: live["mode"] == mode, within_s)
+
+
+def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
+    answer = operate(client, command, body)
+    assert answer.status_code == 200, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def teach(
+    client: TestClient,
+    patient: dict[str, Any],
+    motion_id: str = "built-in-1",
+    side: str = "right",
+    fixtures: tuple[str, ...] = ("arm_fixer_1",),
+) -> dict[str, Any]:
+    """Teach by the simulated hand; the recording that came of it."""
+    until_mode(client, "idle")
+    told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
+    accepted(client, "teach", teaching(client, patient["id"], **told))
+    assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
+    until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
+    until(client, lambda live: not live["teaching"]["recording"])
+    with client.websocket_connect("/api/live") as socket:
+        accepted(client, "finish-teaching")
+        while (message := socket.receive_json())["kind"] != "saved":
+            pass
+    assert message["what"] == "recording"
+    client.post("/api/simulator/release")
+    recording: dict[str, Any] = client.get(f"/api/recordings/{message['id']}").json()
+    return recording
+
+
+def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    go_through_checklist(client, session["id"], recording["id"])
+    return accepted(
+        client, "load", {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], **settings}
+    )
+
+
+@pytest.fixture(scope="module")
+def recording(client: TestClient, taught_patient: dict[str, Any]) -> dict[str, Any]:
+    return teach(client, taught_patient)
+
+
+@pytest.fixture(scope="module")
+def taught_patient(client: TestClient) -> dict[str, Any]:
+    body = {"clinic_number": "S-1", "name": "Suzuki Aoi", "affected_side": "right"}
+    made: dict[str, Any] = client.post("/api/patients", json=body).json()
+    return made
+
+
+def test_the_first_message_is_a_snapshot_and_every_message_has_the_emergency_stop(client: TestClient) -> None:
+    until_mode(client, "idle")
+    with client.websocket_connect("/api/live") as socket:
+        messages = [socket.receive_json() for _ in range(30)]
+
+    assert messages[0]["kind"] == "snapshot"
+    assert messages[0]["station"]["simulated"] is True
+    assert len(messages[0]["live"]["axes"]) == 5
+    assert [message["sequence"] for message in messages] == list(range(1, 31))
+    assert {message["estop"] for message in messages} == {"closed"}
+    assert {message["mode"] for message in messages} == {"idle"}
+    changes = messages[1:]
+    assert {message["kind"] for message in changes} == {"change"}
+    # Only what changed: the arm stands, so never everything.
+    assert all(set(message["live"]) < set(messages[0]["live"]) for message in changes)
+
+
+def test_another_sites_page_cannot_listen(client: TestClient) -> None:
+    with (
+        pytest.raises(WebSocketDisconnect),
+        client.websocket_connect("/api/live", headers={"origin": "https://elsewhere.example"}),
+    ):
+        pass
+
+
+def test_a_taught_motion_is_a_recording_with_its_samples(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    assert recording["name"] == "Shrug"
+    assert recording["side"] == "right"
+    assert recording["taught_by"] == "Sato"
+    assert recording["fixtures"] == ["arm_fixer_1"]
+    assert recording["readable"] is True
+    assert recording["ranges"][0]["max_deg"] - recording["ranges"][0]["min_deg"] > 30
+    lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
+    assert lines[0] == "time_s,motor_1_deg,motor_2_deg,motor_3_deg,motor_4_deg,motor_5_deg"
+    assert len(lines) == recording["samples"] + 1
+    figure = client.get(f"/api/recordings/{recording['id']}/figure").json()
+    assert len(figure["data"]) == 5
+    motion = client.get(f"/api/recordings/{recording['id']}/motion").json()
+    assert (motion["side"], motion["times_s"][0]) == ("right", 0)
+    assert motion["times_s"][-1] == pytest.approx(recording["duration_s"], abs=0.01)
+    for axis, reach in enumerate(recording["ranges"]):
+        shown = [row[axis] for row in motion["angles_deg"]]
+        assert (min(shown), max(shown)) == pytest.approx((reach["min_deg"], reach["max_deg"]), abs=0.5)
+    listed = client.get(f"/api/patients/{taught_patient['id']}/recordings").json()["items"]
+    assert recording["id"] in {one["id"] for one in listed}
+    renamed = client.patch(f"/api/recordings/{recording['id']}", json={"name": "Raise", "note": "Slowly."}).json()
+    assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
+
+
+def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    wanted = teaching(client, taught_patient["id"], name="Left", side="left")
+    problem(client.post("/api/station/teach", json=wanted), 409, "other_side")
+    run = load(client, taught_patient, recording)
+    problem(client.post("/api/station/side", json={"side": "left"}), 409, "not_idle")
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+    accepted(client, "side", {"side": "left"})
+    live = until_mode(client, "idle")
+    assert live["side"] == "left"
+    # Another control program has connected: the emergency stop is tested again.
+    assert still_open(client, run["session_id"], recording["id"]) == ["estop"]
+    go_through_checklist(client, run["session_id"], recording["id"])
+    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
+    problem(client.post("/api/station/load", json=body), 409, "other_side")
+    assert client.post(f"/api/sessions/{run['session_id']}/end").status_code == 200
+    left = teach(client, taught_patient, side="left")
+    assert left["side"] == "left"
+    # The same shrug of the other shoulder: the body's angles are the same, and so is how far the motors go.
+    reach = [[motor["max_deg"] - motor["min_deg"] for motor in one["ranges"]] for one in (recording, left)]
+    assert reach[1][2:] == pytest.approx(reach[0][2:], abs=4.0)
+    accepted(client, "side", {"side": "right"})
+    assert until_mode(client, "idle")["side"] == "right"
+
+
+def test_play_stop_by_switch_reset_and_play_again(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    first = load(client, taught_patient, recording)
+    live = until_mode(client, "ready")
+    assert live["run"]["patient"]["name"] == "Suzuki Aoi"
+    assert live["refusals"]["play"]["code"] == "is_ready"
+    problem(operate(client, "play"), 409, "is_ready")
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+    client.post("/api/simulator/estop", json={"pressed": True})
+    live = until_mode(client, "stopped")
+    assert live["estop"] == "pressed"
+    assert live["stop"]["causes"][0]["code"] == "estop_pressed"
+    told = problem(operate(client, "acknowledge"), 409, "estop_pressed")
+    assert "release" in told["next_step"]
+
+    client.post("/api/simulator/estop", json={"pressed": False})
+    until(client, lambda live: live["estop"] == "released" and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+    second = load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning")
+    with client.websocket_connect("/api/live") as socket:
+        while (message := socket.receive_json())["kind"] != "saved":
+            pass
+    assert (message["what"], message["id"]) == ("run", second["id"])
+
+    runs = client.get(f"/api/sessions/{second['session_id']}").json()["runs"]
+    assert [(run["id"], run["outcome"]) for run in runs] == [(first["id"], "stopped"), (second["id"], "completed")]
+    assert runs[0]["stop"]["code"] == "estop_pressed"
+    errors = runs[1]["comparison"]["motors"]
+    assert [motor["motor"] for motor in errors] == [1, 2, 3, 4, 5]
+    assert all(abs(motor["start_deg"]) <= 1.0 for motor in errors)
+    assert all(abs(motor["peak_deg"]) <= 6.0 for motor in errors)
+    figures = client.get(f"/api/runs/{second['id']}/figures").json()["motors"]
+    assert [trace["name"] for trace in figures[0]["figure"]["data"]] == ["Teaching", "Playback", "Error"]
+
+
+def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    at_the_arm = client.app.state.access.endings.at_the_arm  # type: ignore[attr-defined]
+    assert at_the_arm() is not None
+    accepted(client, "stop")
+    live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
+    assert at_the_arm() is None
+    assert live["stop"]["causes"][0]["code"] == "operator_stop"
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+
+
+def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left_unread(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until(client, lambda live: live["torque"] == "on")
+    with client.websocket_connect("/api/live") as socket:
+        for nothing in ("", "stop", "[]", '{"kind": "play"}', '{"kind": "stop"}', '{"kind": "stop", "number": -1}'):
+            socket.send_text(nothing)
+        socket.send_bytes(b'{"kind": "stop", "number": 6}')
+        socket.send_json({"kind": "stop", "number": 7})
+        sequence = 0
+        live: dict[str, Any] = {"mode": ""}
+        answers: list[dict[str, Any]] = []
+        while not answers or live["mode"] != "stopped":
+            message = socket.receive_json()
+            assert message["sequence"] == sequence + 1
+            sequence, live = message["sequence"], live | message.get("live", {})
+            answers += [message] if message["kind"] == "stop_answer" else []
+    assert [(answer["number"], answer["refusal"]) for answer in answers] == [(7, None)]
+    until(client, lambda live: live["stop"] and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+
+
+def test_a_recording_of_somebody_else_is_not_played(
+    client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"]}
+    problem(client.post("/api/station/load", json=body), 409, "other_patient")
+    assert client.get(f"/api/sessions/{session['id']}").json()["runs"] == []
+
+
+def test_a_refused_load_leaves_no_run_behind(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    run = load(client, taught_patient, recording)
+    body = {"session_id": run["session_id"], "load_level": 25, "recording_id": recording["id"]}
+    before = len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"])
+    problem(client.post("/api/station/load", json=body), 409, "is_ready")
+    assert len(client.get(f"/api/sessions/{run['session_id']}").json()["runs"]) == before
+    problem(client.post(f"/api/sessions/{run['session_id']}/end"), 409, "run_not_ended")
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+@pytest.mark.parametrize("level", [0, 26, 8.5, "high", None])
+def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], level: object
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    body = {"session_id": session["id"], "recording_id": recording["id"], "load_level": level}
+    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == ["#/load_level"]
+    assert until_mode(client, "idle")["run"] is None
+
+
+@pytest.mark.parametrize(("settings", "level"), [({"load_level": 7}, 7), ({}, 25)])
+def test_the_load_level_reaches_the_device_and_stays_with_the_run(
+    client: TestClient,
+    taught_patient: dict[str, Any],
+    recording: dict[str, Any],
+    settings: dict[str, int],
+    level: int,
+) -> None:
+    run = load(client, taught_patient, recording, **settings)
+    live = until_mode(client, "ready")
+    assert live["run"]["load_level"] == level
+    assert (live["run"]["reversals"], live["run"]["reversing"], live["run"]["resistance"]) == (0, False, None)
+    accepted(client, "unload")
+    until_mode(client, "idle")
+    assert client.get(f"/api/runs/{run['id']}").json()["load_level"] == level
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("speed_percent", 9.9), ("speed_percent", 151), ("repetitions", 0), ("repetitions", 201), ("repetitions", 1.5),
+        ("pause_s", -1), ("pause_s", 121), ("range_percent", 9), ("range_percent", 101), ("range_percent", None),
+    ],
+)  # fmt: skip
+def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    body = {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], field: value}
+    told = problem(client.post("/api/station/load", json=body), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
+    assert until_mode(client, "idle")["run"] is None
+
+
+def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
+    go_through_checklist(client, session["id"], recording["id"])
+    before = len(client.get(f"/api/sessions/{session['id']}").json()["runs"])
+    body = {
+        "session_id": session["id"],
+        "load_level": 25,
+        "recording_id": recording["id"],
+        "speed_percent": 10,
+        "repetitions": 200,
+    }
+    told = problem(client.post("/api/station/load", json=body), 422, "unplayable")
+    assert "200 repetitions" in told["detail"]
+    assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before
+
+
+def test_a_run_is_played_as_it_was_asked_for_and_compared_with_that(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    settings = {"speed_percent": 150.0, "repetitions": 2, "pause_s": 0.5, "range_percent": 50.0}
+    run = load(client, taught_patient, recording, **settings)
+    live = until_mode(client, "ready")
+    assert live["run"]["changes"] == [
+        "50 % of the range",
+        "at 150 % speed",
+        "2 repetitions with 0.5 s of pause at each end",
+    ]
+    once_s = recording["duration_s"] / 1.5
+    assert live["run"]["duration_s"] == pytest.approx(2 * once_s + 1.0, abs=1.5)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning", within_s=2 * once_s + 30)
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["kind"] != "saved":
+            pass
+
+    played = client.get(f"/api/runs/{run['id']}").json()
+    assert played["outcome"] == "completed"
+    assert {name: played[name] for name in settings} == settings
+    first = played["comparison"]["motors"][0]
+    taught = recording["ranges"][0]
+    half = (taught["max_deg"] - taught["min_deg"]) / 2
+    assert first["taught_max_deg"] - first["taught_min_deg"] == pytest.approx(half, abs=0.01)
+    assert first["played_max_deg"] - first["played_min_deg"] == pytest.approx(half, abs=4.0)
+    # It was asked for half: a comparison with the recording itself would be off by a quarter of its range.
+    assert abs(first["peak_deg"]) <= 6.0
+    assert -50.0 <= first["lag_ms"] <= 200.0
+    assert first["taught_smoothness"] < -1.4
+    assert first["torque_peak_nm"] != 0.0
+    # The scapula was shrugged: motion 1 of Table 2.
+    assert [motion["motion"] for motion in played["comparison"]["motions"]] == [1]
+    assert played["comparison"]["motions"][0]["apparatus_max_deg"] == 20.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "method", "changes"),
+    [
+        ({}, "smooth", []),
+        ({"method": "paper"}, "paper", ["as in the paper, at 10 Hz"]),
+        ({"method": "learned"}, "learned", ["learned, with nothing to go by yet"]),
+    ],
+)
+def test_the_method_reaches_the_device_and_stays_with_the_run(
+    client: TestClient,
+    taught_patient: dict[str, Any],
+    recording: dict[str, Any],
+    settings: dict[str, str],
+    method: str,
+    changes: list[str],
+) -> None:
+    run = load(client, taught_patient, recording, **settings)
+    assert until_mode(client, "ready")["run"]["changes"] == changes
+    accepted(client, "unload")
+    until_mode(client, "idle")
+    assert client.get(f"/api/runs/{run['id']}").json()["method"] == method
+
+
+def test_what_a_playback_has_taught_is_played_by_the_next(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    """To the device and back: it refuses a correction that does not fit."""
+    settings: dict[str, Any] = {"method": "learned", "speed_percent": 150.0}
+    run = load(client, taught_patient, recording, **settings)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until_mode(client, "returning")
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["kind"] != "saved":
+            pass
+    assert client.get(f"/api/runs/{run['id']}").json()["outcome"] == "completed"
+
+    load(client, taught_patient, recording, **settings)
+    assert until_mode(client, "ready")["run"]["changes"] == ["at 150 % speed", "learned from earlier playbacks"]
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_somebody_supports_it(
+    client: TestClient, taught_patient: dict[str, Any]
+) -> None:
+    abduction = teach(client, taught_patient, "built-in-4")
+    load(client, taught_patient, abduction, load_level=8)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    with closing(client.app.state.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
+        jammed.fault("stuck", 3)
+        accepted(client, "play")
+        # A shaft that stays jammed could not be taken back at all.
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 1)
+        jammed.clear_faults()
+        live = until(client, lambda live: live["mode"] == "paused" and live["run"]["reversing"])
+        assert live["run"]["reversals"] == 1
+        assert "Motor 3 met resistance" in live["run"]["resistance"]
+        assert live["stop"] is None
+
+        jammed.fault("stuck", 3)
+        accepted(client, "play")
+        until(client, lambda live: live["run"] and live["run"]["reversals"] == 2)
+        jammed.clear_faults()
+        live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+        assert [(cause["code"], cause["category"]) for cause in live["stop"]["causes"]] == [("load_repeated", 2)]
+        assert live["stop"]["arm_held"] is True
+        assert live["torque"] == "on"
+        jammed.clear_faults()
+    accepted(client, "acknowledge")
+    until(client, lambda live: live["mode"] == "idle" and live["torque"] == "off")
+
+
+def test_when_service_and_device_mean_different_runs_the_arm_is_stopped(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    station = client.app.state.station  # type: ignore[attr-defined]
+    station._occupation = replace(station._occupation, id="another")
+    live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+    assert live["stop"]["causes"][0]["code"] == "other_run"
+    assert live["stop"]["arm_held"] is False
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+
+
+def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion: Taught) -> None:
+    def upload(text: str) -> Any:
+        headers = {"content-type": "text/csv"}
+        return client.post("/api/simulator/motions", params={"name": "mine"}, content=text, headers=headers)
+
+    header = "time_s,scapula_abduction,scapula_upward_rotation,shoulder_abduction,shoulder_flexion,external_rotation\n"
+    told = problem(upload(header + "0,0,0,0,0,0\n1,0,0,a lot,0,0\n"), 422, "not_a_motion")
+    assert "line 3, column shoulder_abduction" in told["detail"]
+    good = upload(header + "0,0,0,10,0,0\n1,0,0,20,0,0\n")
+    assert good.status_code == 201
+    listed = client.get("/api/simulator").json()["motions"]
+    assert (good.json()["id"], "uploaded") in {(one["id"], one["source"]) for one in listed}
+    problem(client.post("/api/simulator/guide", json={"motion_id": "none"}), 404, "not_found")
+
+
+def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path: Path) -> None:
+    station = tmp_path / "station.toml"
+    station.write_text(f'port = "{tmp_path}/no-such-adapter"\n')
+    with running(tmp_path, simulate=False, station=station) as client:
+        live = until(client, lambda live: live["device"] == "running")
+        assert live["mode"] == "offline"
+        assert live["estop"] == "unknown"
+        assert "no-such-adapter" in live["refusals"]["teach"]["message"]
+        assert client.get("/api/station").json()["station"]["simulated"] is False
+        problem(client.post("/api/simulator/estop", json={"pressed": True}), 404, "not_simulating")
+
+
+def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(device_process, "_RESTART_S", (3.0,))
+    with running(tmp_path) as client:
+        body = {"clinic_number": "1", "name": "N", "affected_side": "right"}
+        who = client.post("/api/patients", json=body).json()
+        recorded = teach(client, who)
+        run = load(client, who, recorded)
+        accepted(client, "approach")
+        until_mode(client, "paused")
+        accepted(client, "play")
+        until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+        os.kill(client.app.state.station._process._child.pid, signal.SIGKILL)  # type: ignore[attr-defined]
+
+        live = until(client, lambda live: live["device"] == "restarting")
+        assert (live["mode"], live["estop"], live["torque"]) == ("offline", "unknown", "unknown")
+        problem(operate(client, "play"), 503, "device_offline")
+        # The drives' watchdogs have stopped the arm, and hold it.
+        live = until_mode(client, "stopped")
+        assert {cause["code"] for cause in live["stop"]["causes"]} == {"torque_found"}
+        assert (live["run"], live["torque"], live["stop"]["arm_held"]) == (None, "on", True)
+        with closing(client.app.state.simulation.process.client()) as hand:  # type: ignore[attr-defined]
+            assert all(axis.torque_on for axis in hand.state().axes)
+            problem(operate(client, "acknowledge"), 409, "torque_found")
+            accepted(client, "release-torque")
+            until(client, lambda live: live["torque"] == "off" and "acknowledge" not in live["refusals"])
+            assert not any(axis.torque_on for axis in hand.state().axes)
+        accepted(client, "acknowledge")
+        until_mode(client, "idle")
+        kept = client.get(f"/api/runs/{run['id']}").json()
+        assert kept["outcome"] == "interrupted"
+        assert kept["comparison"]["samples"] > 20
+
+
+def test_a_refused_load_does_not_change_whose_run_is_shown(
+    client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
+) -> None:
+    load(client, taught_patient, recording)
+    problem(client.post("/api/station/teach", json=teaching(client, patient["id"])), 409, "is_ready")
+    live = until(client, lambda live: live["mode"] == "ready")
+    assert live["run"]["patient"]["name"] == "Suzuki Aoi"
+    accepted(client, "unload")
+    until_mode(client, "idle")
+
+
+def test_an_apparatus_that_was_turned_stays_turned_when_the_service_starts_again(tmp_path: Path) -> None:
+    with running(tmp_path) as client:
+        until_mode(client, "idle")
+        accepted(client, "side", {"side": "left"})
+        until_mode(client, "idle")
+    with running(tmp_path) as client:
+        live = until_mode(client, "idle")
+        assert live["side"] == "left"
+        # The arm rests a little abducted: apparatus and drives are turned both, or this would have the other sign.
+        assert live["axes"][2]["measured_deg"] == pytest.approx(REST_DEG[2], abs=3.0)
+        assert REST_DEG[2] > 5.0

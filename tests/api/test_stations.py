@@ -1,0 +1,269 @@
+"""The overview of all stations: two services' on one PostgreSQL, and what of it whom is told."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any, Final
+from uuid import UUID, uuid4
+
+import psycopg
+import pytest
+from fastapi.testclient import TestClient
+from sqlalchemy import text, update
+
+from kata.access.actor import Role
+from kata.access.sign_in import COOKIE
+from kata.api.overview import Overview
+from kata.clinic.patients.tables import PatientRow
+from kata.database.engine import Database
+from kata.device.config import StationConfig
+from kata.station.overview import StationShown, state_of
+from kata.station.schemas import Live, PatientRef
+from kata.station.station import Station
+from tests.api.conftest import running
+from tests.signed_in import signed_in
+
+_LIMIT_S: Final = 60.0
+
+
+class Acted(Station):
+    """A station without an apparatus, which does what the test says."""
+
+    def __init__(self, name: str) -> None:
+        nowhere = Path("/nowhere")
+        super().__init__(
+            StationConfig(name=name), nowhere, nowhere, simulated=True, real_time=False, on_journal=lambda path: None
+        )
+        self._acted = super().live().model_copy(update={"device": "running", "mode": "idle", "estop": "closed"})
+
+    def live(self) -> Live:
+        return self._acted
+
+    def act(self, **changes: Any) -> None:
+        self._acted = self._acted.model_copy(update=changes)
+        self._changed()
+
+
+def overview_of(name: str, database: Database) -> tuple[Acted, Overview]:
+    station = Acted(name)
+    return station, Overview(station, database, list)
+
+
+async def until(overview: Overview, wanted: Callable[[dict[str, StationShown]], object]) -> dict[str, StationShown]:
+    """The stations by name, once they are as wanted."""
+    async with asyncio.timeout(_LIMIT_S):
+        while True:
+            shown = {one.name: one for one in overview.shown()}
+            if wanted(shown):
+                return shown
+            await overview.changed(0.1)
+
+
+def known(shown: dict[str, StationShown], *names: str) -> bool:
+    return all(name in shown and shown[name].state for name in names)
+
+
+@asynccontextmanager
+async def two(url: str) -> AsyncIterator[tuple[Overview, Acted, Overview]]:
+    """Two services on one database, each hearing the other: the first's overview, and the second's apparatus and overview."""
+    databases = Database(url), Database(url)
+    _, first = overview_of("Station 1", databases[0])
+    station, second = overview_of("Station 2", databases[1])
+    try:
+        async with first.going_on(), second.going_on():
+            for overview in (first, second):
+                await until(overview, lambda shown: known(shown, "Station 1", "Station 2"))
+            yield first, station, second
+    finally:
+        for database in databases:
+            database.close()
+
+
+def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> None:
+    async def look() -> None:
+        async with two(postgresql_url) as (first, _, second):
+            assert [(one.name, one.here) for one in first.shown()] == [("Station 1", True), ("Station 2", False)]
+            assert [(one.name, one.here) for one in second.shown()] == [("Station 2", True), ("Station 1", False)]
+
+    asyncio.run(look())
+
+
+def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) -> None:
+    async def look() -> None:
+        async with two(postgresql_url) as (first, station, _):
+            station.act(estop="pressed", mode="stopped")
+
+            def pressed(shown: dict[str, StationShown]) -> object:
+                state = shown["Station 2"].state
+                return state and (state.estop, state.mode) == ("pressed", "stopped")
+
+            shown = await until(first, pressed)
+            assert shown["Station 1"].state
+            assert shown["Station 1"].state.estop == "closed"
+
+    asyncio.run(look())
+
+
+def test_a_connection_that_is_lost_is_made_anew_and_the_own_station_is_known_meanwhile(postgresql_url: str) -> None:
+    ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
+
+    async def look() -> None:
+        async with two(postgresql_url) as (first, station, _):
+            with first.database.read() as session:
+                assert session.execute(text(ended)).scalar_one() == 4, "each service tells on one and listens on one"
+            station.act(estop="pressed")
+            assert known({one.name: one for one in first.shown()}, "Station 1")
+            await until(
+                first,
+                lambda shown: known(shown, "Station 2") and shown["Station 2"].state.estop == "pressed",  # type: ignore[union-attr]
+            )
+
+    asyncio.run(look())
+
+
+def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> None:
+    async def look() -> None:
+        databases = Database(postgresql_url), Database(postgresql_url)
+        _, first = overview_of("Station 1", databases[0])
+        _, second = overview_of("Station 2", databases[1])
+        async with first.going_on():
+            async with second.going_on():
+                await until(first, lambda shown: known(shown, "Station 2"))
+            shown = await until(first, lambda shown: shown["Station 2"].silent)
+            assert (shown["Station 2"].state, shown["Station 2"].heard_at is None) == (None, False)
+            assert shown["Station 1"].silent is False
+        for database in databases:
+            database.close()
+
+    asyncio.run(look())
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_a_listener_can_be_stopped_while_something_is_just_being_said(turns: int, tmp_path: Path) -> None:
+    """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
+
+    async def listen(overview: Overview) -> None:
+        while True:
+            await overview.changed(_LIMIT_S)
+
+    async def look() -> None:
+        station, overview = overview_of("Station 1", Database(f"sqlite:///{tmp_path / 'kata.db'}"))
+        listening = asyncio.create_task(listen(overview))
+        await asyncio.sleep(0.01)
+        overview.take(state_of(station.info, station.live(), overview.service))
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        listening.cancel()
+        done, _ = await asyncio.wait({listening}, timeout=5.0)
+        overview.database.close()
+        assert done
+        assert listening.cancelled()
+
+    asyncio.run(look())
+
+
+@pytest.mark.parametrize("turns", range(6))
+def test_a_service_ends_while_its_connection_is_just_being_made(
+    turns: int, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever turn of the event loop it is in: an end that is overheard is one that never comes."""
+
+    async def look() -> None:
+        database = Database(postgresql_url)
+        made = asyncio.Event()
+        connect = psycopg.AsyncConnection.connect
+
+        async def connect_then(*given: Any, **named: Any) -> Any:
+            connection = await connect(*given, **named)
+            try:
+                await made.wait()
+            except asyncio.CancelledError:
+                # As the library's own does: nobody else knows of it.
+                await connection.close()
+                raise
+            return connection
+
+        monkeypatch.setattr(psycopg.AsyncConnection, "connect", connect_then)
+        _, overview = overview_of("Station 1", database)
+        async with asyncio.timeout(_LIMIT_S):
+            async with overview.going_on():
+                await until(overview, lambda shown: known(shown, "Station 1"))
+                await connected(database, 2)
+                made.set()
+                for _ in range(turns):
+                    await asyncio.sleep(0)
+            await connected(database, 0)
+        database.close()
+
+    asyncio.run(look())
+
+
+async def connected(database: Database, wanted: int) -> None:
+    """Until the server counts so many connections of overviews."""
+    count = "SELECT count(*) FROM pg_stat_activity WHERE application_name = 'kata overview' AND state IS NOT NULL"
+    while True:
+        with database.read() as session:
+            if session.execute(text(count)).scalar_one() == wanted:
+                return
+        await asyncio.sleep(0.01)
+
+
+# -- what a browser is told -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """On SQLite, without an apparatus."""
+    with running(tmp_path_factory.mktemp("stations"), simulate=False) as client:
+        yield client
+
+
+def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
+    """The stations as the WebSocket tells this role of them; the list says the same."""
+    app: Any = service.app
+    browser = TestClient(service.app)
+    browser.cookies.set(COOKIE, signed_in(app.state.database, role))
+    listed = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
+    with browser.websocket_connect("/api/stations/live") as socket:
+        told = {one["name"]: one for one in socket.receive_json()["stations"]}
+    assert told.keys() == listed.keys()
+    for name, one in told.items():
+        assert (one["state"] or {}).get("patient") == (listed[name]["state"] or {}).get("patient")
+    return told
+
+
+def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestClient) -> None:
+    (one,) = service.get("/api/stations").json()["items"]
+    assert (one["shown"]["name"], one["shown"]["here"], one["version"]) == ("Station 1", True, 1)
+    (version,) = service.get("/api/station-versions", params={"station": "Station 1"}).json()["items"]
+    assert 'name = "Station 1"' in version["config"]
+    assert service.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404
+
+
+def test_a_patient_at_another_station_is_named_to_whom_the_record_is_open(service: TestClient) -> None:
+    app: Any = service.app
+    body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
+    patient_id = UUID(service.post("/api/patients", json=body).json()["id"])
+    elsewhere = Acted("Station 2")
+    told = state_of(elsewhere.info, elsewhere.live(), uuid4())
+    told = told.model_copy(
+        update={"patient": PatientRef(id=patient_id, name="Yamada Hanako"), "recording_name": "Hers", "mode": "ready"}
+    )
+
+    def named(role: Role) -> Any:
+        assert service.portal
+        service.portal.call(app.state.overview.take, told)
+        state = seen_by(service, role)["Station 2"]["state"]
+        assert state["mode"] == "ready"
+        return (state["patient"] and state["patient"]["name"]), state["recording_name"]
+
+    hers = ("Yamada Hanako", "Hers")
+    assert {role: named(role) for role in ("viewer", "therapist", "technician")} == {
+        "viewer": hers,
+        "therapist": hers,
+        "technician": (None, None),
+    }
+    with app.state.database.write() as session:
+        session.execute(update(PatientRow).values(restricted=True))
+    assert named("therapist") == (None, None)

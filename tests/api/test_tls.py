@@ -1,0 +1,174 @@
+"""Encryption where others can reach the service: by the clinic's certificate, or by one of its own."""
+
+import asyncio
+import http.client
+import re
+import socket
+import ssl
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+
+from kata.api.security_middleware import allowed_hosts
+from kata.api.tls import Certificate, TlsError, kept
+from kata.database.base import utc_now
+from kata.settings import Settings
+from tests.conftest import free_port
+
+
+def made(folder: Path, **settings: object) -> Certificate:
+    given = Settings(data=folder, host="192.0.2.7", **settings)  # type: ignore[arg-type]
+    return Certificate(given, allowed_hosts(given))
+
+
+def read(path: Path) -> x509.Certificate:
+    return x509.load_pem_x509_certificate(path.read_bytes())
+
+
+def test_a_certificate_of_its_own_names_where_the_service_is_reached(tmp_path: Path) -> None:
+    certificate = made(tmp_path, allowed_hosts="kata.clinic.example")
+    found = read(certificate.file)
+    names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    assert {"localhost", "127.0.0.1", "192.0.2.7", "kata.clinic.example"} <= {str(name.value) for name in names}
+    assert timedelta(days=390) < found.not_valid_after_utc - utc_now() <= timedelta(days=397)
+    assert not found.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
+
+
+def test_nobody_else_can_read_its_key(tmp_path: Path) -> None:
+    certificate = made(tmp_path)
+    assert certificate.file.with_name("key.pem").stat().st_mode & 0o777 == 0o600
+    assert certificate.file.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_it_stays_until_it_is_due_and_is_made_anew_then(tmp_path: Path) -> None:
+    first = made(tmp_path).fingerprint
+    again = made(tmp_path)
+    assert again.fingerprint == first
+    assert not again.refresh(utc_now() + timedelta(days=366))
+    assert again.refresh(utc_now() + timedelta(days=368))
+    assert again.fingerprint != first
+
+
+def test_it_is_made_anew_for_another_name_and_where_certificate_and_key_do_not_belong_together(tmp_path: Path) -> None:
+    first = made(tmp_path).fingerprint
+    second = made(tmp_path, allowed_hosts="kata.clinic.example").fingerprint
+    assert second != first
+    other = made(tmp_path / "other")
+    (tmp_path / "tls" / "key.pem").write_bytes(other.file.with_name("key.pem").read_bytes())
+    assert made(tmp_path, allowed_hosts="kata.clinic.example").fingerprint not in (first, second)
+
+
+def clinics(folder: Path) -> tuple[Path, Path]:
+    """A certificate and key as a clinic would hand them over."""
+    there = made(folder).file
+    return there, there.with_name("key.pem")
+
+
+def test_the_clinics_certificate_is_taken_and_taken_anew_when_it_is_replaced(tmp_path: Path) -> None:
+    file, key = clinics(tmp_path / "clinic")
+    certificate = made(tmp_path / "kata", tls_certificate=file, tls_key=key)
+    assert certificate.fingerprint == read(file).fingerprint(hashes.SHA256()).hex(":").upper()
+    assert not (tmp_path / "kata").exists(), "no certificate of its own is made"
+    assert not certificate.refresh(utc_now() + timedelta(days=1000)), "the clinic's is the clinic's to renew"
+    newer, newer_key = clinics(tmp_path / "newer")
+    file.write_bytes(newer.read_bytes())
+    key.write_bytes(newer_key.read_bytes())
+    assert certificate.refresh(utc_now())
+
+
+def test_a_clinics_key_that_others_can_read_or_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    file, key = clinics(tmp_path)
+    key.chmod(0o604)
+    with pytest.raises(TlsError, match="Others on this computer can read the key"):
+        made(tmp_path, tls_certificate=file, tls_key=key)
+    key.chmod(0o600)
+    plain = serialization.load_pem_private_key(key.read_bytes(), None)
+    locked = plain.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.BestAvailableEncryption(b"a password"),
+    )
+    key.write_bytes(locked)
+    with pytest.raises(TlsError, match="has a password"):
+        made(tmp_path, tls_certificate=file, tls_key=key)
+    key.write_bytes(b"no key")
+    with pytest.raises(TlsError, match="cannot be used"):
+        made(tmp_path, tls_certificate=file, tls_key=key)
+    with pytest.raises(TlsError, match="cannot be used"):
+        made(tmp_path, tls_certificate=file, tls_key=tmp_path / "none.pem")
+
+
+def test_looking_after_it_ends_with_the_service(tmp_path: Path) -> None:
+    async def whole() -> int:
+        async with kept(made(tmp_path)):
+            during = len(asyncio.all_tasks())
+        return during - len(asyncio.all_tasks())
+
+    assert asyncio.run(whole()) == 1
+
+
+@pytest.fixture(scope="module")
+def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[int, ssl.SSLContext, Path]]:
+    """`kata serve` where others can reach it: port, what a browser that knows the certificate trusts, and what was printed."""
+    folder, port = tmp_path_factory.mktemp("kata"), free_port()
+    told = folder / "service.log"
+    command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(folder), "--host", "0.0.0.0"]
+    with told.open("wb") as log, subprocess.Popen([*command, "--port", str(port)], stderr=log) as service:
+        limit = time.monotonic() + 60
+        while "Kata is ready" not in told.read_text():
+            assert service.poll() is None, told.read_text()
+            assert time.monotonic() < limit, told.read_text()
+            time.sleep(0.1)
+        context = ssl.create_default_context(cafile=str(folder / "tls" / "certificate.pem"))
+        yield port, context, told
+        service.terminate()
+        service.wait(20)
+
+
+def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
+    port, context, told = on_the_network
+    asking = http.client.HTTPSConnection("localhost", port, context=context, timeout=20)
+    asking.request("GET", "/health/live")
+    answer = asking.getresponse()
+    assert answer.status == 200
+    assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
+    assert answer.headers["server"] is None
+    assert isinstance(asking.sock, ssl.SSLSocket) and asking.sock.version() in ("TLSv1.2", "TLSv1.3")
+    asking.close()
+    plain = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    plain.request("GET", "/health/live")
+    with pytest.raises((http.client.HTTPException, OSError)):
+        plain.getresponse()
+    assert re.search(rf"https://localhost:{port}\b", told.read_text())
+    assert "fingerprint" in told.read_text()
+
+
+def test_where_others_can_reach_it_nobody_gets_a_link_to_the_demonstration(
+    on_the_network: tuple[int, ssl.SSLContext, Path],
+) -> None:
+    _, _, told = on_the_network
+    assert "link=" not in re.sub(r"\S*set-up\S*", "", told.read_text())
+
+
+@pytest.mark.parametrize("ciphers", ["ECDHE+AES:!AESGCM:!AESCCM", "AES128-GCM-SHA256"])
+def test_ciphers_without_authentication_or_forward_secrecy_are_refused(
+    on_the_network: tuple[int, ssl.SSLContext, Path], ciphers: str
+) -> None:
+    old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
+    old.maximum_version = ssl.TLSVersion.TLSv1_2
+    old.set_ciphers(ciphers)
+    connection = socket.create_connection(("127.0.0.1", on_the_network[0]), timeout=20)
+    with connection, pytest.raises((ssl.SSLError, ConnectionError)):
+        old.wrap_socket(connection)
+
+
+def test_a_context_of_ours_speaks_nothing_older_than_tls_1_2(tmp_path: Path) -> None:
+    assert made(tmp_path).context.minimum_version == ssl.TLSVersion.TLSv1_2

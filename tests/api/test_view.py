@@ -1,0 +1,109 @@
+"""Who is on the apparatus is told to those whose patient it is, and what the apparatus does to everybody who sees it."""
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+
+from kata.access import sign_in
+from kata.access.actor import ACTING, Actor, Role
+from kata.access.tables import CareTeamRow
+from kata.api.redaction import View
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.sessions.schemas import CheckTick, SessionSign
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.signed_in import signed_in
+from tests.upgraded import upgraded_file
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Database]:
+    made = Database(upgraded_file(tmp_path / "kata.db"))
+    yield made
+    made.close()
+
+
+def patient(database: Database, *, restricted: bool = False, team: tuple[UUID, ...] = ()) -> UUID:
+    with database.write() as session:
+        wanted = PatientCreate(clinic_number=uuid4().hex[:8], name="Yamada Hanako", affected_side="left")
+        row = patients.create(session, wanted)
+        row.restricted = restricted
+        session.flush()
+        session.add_all(CareTeamRow(patient_id=row.id, account_id=one) for one in team)
+        return row.id
+
+
+def actor(database: Database, role: Role) -> Actor:
+    cookie = signed_in(database, role)
+    with database.read() as session:
+        found = sign_in.actor_of(session, cookie, utc_now())
+    assert found
+    return found
+
+
+def playing(patient_id: UUID) -> dict[str, Any]:
+    """What of the live state has to do with a patient, and something that has not."""
+    whose = {"id": str(patient_id), "name": "Yamada Hanako"}
+    run = {
+        "run_id": str(uuid4()),
+        "patient": whose,
+        "recording_name": "Hanako's",
+        "session_id": str(uuid4()),
+        "left_s": 2.5,
+    }
+    return {"mode": "playing", "run": run, "teaching": {"patient": whose, "takes": 1}}
+
+
+def shown(database: Database, role: Role, patient_id: UUID) -> dict[str, Any]:
+    return asyncio.run(View(actor(database, role), database).of(playing(patient_id)))
+
+
+@pytest.mark.parametrize("role", ["viewer", "therapist", "administrator"])
+def test_whoever_reads_records_sees_who_is_on_the_apparatus(clinic: Database, role: Role) -> None:
+    told = shown(clinic, role, patient(clinic))
+    assert told["run"]["patient"]["name"] == told["teaching"]["patient"]["name"] == "Yamada Hanako"
+
+
+def test_a_technician_sees_what_the_apparatus_does_and_nobodys_name(clinic: Database) -> None:
+    told = shown(clinic, "technician", patient(clinic))
+    assert "Hanako" not in str(told)
+    assert (told["mode"], told["run"]["left_s"], told["teaching"]["takes"]) == ("playing", 2.5, 1)
+    assert told["run"]["session_id"] is None
+
+
+@pytest.mark.parametrize("role", ["viewer", "therapist", "administrator", "technician"])
+def test_a_patient_whose_record_is_restricted_stays_unnamed(clinic: Database, role: Role) -> None:
+    assert "Hanako" not in str(shown(clinic, role, patient(clinic, restricted=True)))
+
+
+def test_the_care_team_sees_its_patient(clinic: Database) -> None:
+    member = actor(clinic, "therapist")
+    whose = patient(clinic, restricted=True, team=(member.account_id,))
+    told = asyncio.run(View(member, clinic).of(playing(whose)))
+    assert told["run"]["patient"]["name"] == "Yamada Hanako"
+
+
+def test_only_those_whose_patient_it_is_hear_that_something_was_saved(clinic: Database) -> None:
+    everybodys, restricted = patient(clinic), patient(clinic, restricted=True)
+
+    def hears(role: Role, of: UUID) -> bool:
+        return asyncio.run(View(actor(clinic, role), clinic).may_hear_of(of))
+
+    assert [hears(role, everybodys) for role in ("viewer", "therapist", "technician")] == [True, True, False]
+    assert [hears(role, restricted) for role in ("viewer", "therapist", "technician")] == [False, False, False]
+
+
+def test_what_nobody_is_named_for_was_done_by_whoever_asks(clinic: Database) -> None:
+    before = ACTING.set(actor(clinic, "therapist"))
+    try:
+        assert CheckTick().checked_by == "Test therapist"
+        assert SessionSign(signed_by=" ", note="Went well.").signed_by == "Test therapist"
+        assert CheckTick(checked_by="Ito Mai").checked_by == "Ito Mai"
+    finally:
+        ACTING.reset(before)
+    assert CheckTick().checked_by == ""

@@ -1,0 +1,254 @@
+"""A visit from its checklist to its addendum, over HTTP, with everything real but the apparatus."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+from uuid import UUID, uuid4
+
+import pytest
+from fastapi.testclient import TestClient
+
+from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
+from kata.database.base import utc_now
+from tests.api.test_records import problem
+from tests.api.test_station import accepted, teach, until, until_mode
+from tests.api.visits import WHO, go_through_checklist, still_open, teaching
+
+LIMIT_S = 30.0
+
+
+def programme(client: TestClient, patient: dict[str, Any], *recording_ids: str) -> str:
+    """A version with these recordings, twice each, at 150 % speed."""
+    version_id = uuid4()
+    episode_id = episode_of(client, patient)
+    now = utc_now()
+    with client.app.state.database.write() as session:  # type: ignore[attr-defined]
+        row = ProgrammeRow(id=uuid4(), episode_id=episode_id, name="Weeks 3 to 6", created_at=now, updated_at=now)
+        version = ProgrammeVersionRow(id=version_id, number=1, made_at=now, made_by=WHO, note="")
+        row.versions = [version]
+        session.add(row)
+        session.flush()
+        for position, recording_id in enumerate(recording_ids, start=1):
+            session.add(
+                ProgrammeItemRow(
+                    version_id=version_id, position=position, recording_id=UUID(recording_id), speed_percent=150.0,
+                    repetitions=2, pause_s=0.5, range_percent=100.0, load_level=25, method="smooth",
+                )
+            )  # fmt: skip
+    return str(version_id)
+
+
+def episode_of(client: TestClient, patient: dict[str, Any]) -> UUID:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"], "therapist": WHO}).json()
+    return UUID(session["episode_id"])
+
+
+def eventually(look: Callable[[], Any]) -> Any:
+    """What is written down by a thread or an importer."""
+    limit = time.monotonic() + LIMIT_S
+    while not (found := look()):
+        assert time.monotonic() < limit
+    return found
+
+
+@pytest.fixture(scope="module")
+def patient(client: TestClient) -> dict[str, Any]:
+    body = {"clinic_number": "V-1", "name": "Yamada Hanako", "affected_side": "right"}
+    made: dict[str, Any] = client.post("/api/patients", json=body).json()
+    return made
+
+
+@pytest.fixture(scope="module")
+def shrug(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
+    return teach(client, patient)
+
+
+@pytest.fixture(scope="module")
+def rotation(client: TestClient, patient: dict[str, Any], shrug: dict[str, Any]) -> dict[str, Any]:
+    return teach(client, patient, "built-in-6", fixtures=("arm_fixer_2", "elbow_fixer_1"))
+
+
+def play(client: TestClient, body: dict[str, Any], meanwhile: Callable[[], None] = lambda: None) -> dict[str, Any]:
+    run = accepted(client, "load", body)
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    meanwhile()
+    until_mode(client, "idle", within_s=60)
+    eventually(lambda: one_ended(client, run["id"]))
+    ended: dict[str, Any] = client.get(f"/api/runs/{run['id']}").json()
+    return ended
+
+
+def one_ended(client: TestClient, run_id: str) -> bool:
+    return client.get(f"/api/runs/{run_id}").json()["ended_at"] is not None
+
+
+def test_a_visit_goes_from_its_programme_to_its_addendum(
+    client: TestClient, patient: dict[str, Any], shrug: dict[str, Any], rotation: dict[str, Any]
+) -> None:
+    version_id = programme(client, patient, shrug["id"], shrug["id"])
+    wanted = {"patient_id": patient["id"], "therapist": WHO, "programme_version_id": version_id}
+    session = client.post("/api/sessions", json=wanted).json()
+    url = f"/api/sessions/{session['id']}"
+    assert (session["side"], session["therapist"], session["station"]) == ("right", WHO, "Station 1")
+    assert [item["position"] for item in session["programme"]["items"]] == [1, 2]
+    assert session["programme"]["items"][0]["repetitions"] == 2
+
+    # The checklist: nothing is played before it, and what the apparatus tells itself nobody ticks.
+    item = {
+        "session_id": session["id"], "load_level": 25, "recording_id": shrug["id"], "programme_position": 1, "speed_percent": 150,
+        "repetitions": 2, "pause_s": 0.5,
+    }  # fmt: skip
+    assert still_open(client, session["id"], shrug["id"]) == ["side", "fixtures", "belt"]
+    told = problem(client.post("/api/station/load", json=item), 409, "checklist_open")
+    assert "The arm lies in arm fixer 1, closed" in told["detail"]
+    # That was tried before the arm was taught anything.
+    assert "emergency stop" not in told["detail"]
+    assert client.get(url).json()["runs"] == []
+    tick = {"checked_by": WHO, "recording_id": shrug["id"]}
+    problem(client.put(f"{url}/checklist/estop", json=tick), 409, "detected")
+    problem(client.put(f"{url}/checklist/fixtures", json={"checked_by": WHO}), 409, "no_recording")
+    for check in ("side", "fixtures", "belt"):
+        assert client.put(f"{url}/checklist/{check}", json=tick).status_code == 200
+    checklist = client.get(f"{url}/checklist", params={"recording_id": shrug["id"]}).json()
+    assert checklist["complete"] is True
+    assert {one["check"]: one["checked_by"] for one in checklist["checks"]} == {
+        "side": WHO, "fixtures": WHO, "belt": WHO, "pedal": None, "estop": None,
+    }  # fmt: skip
+    # Another motion needs other fixtures, and only they are asked for.
+    assert still_open(client, session["id"], rotation["id"]) == ["fixtures"]
+
+    assert client.patch(url, json={"pain_before": 4}).json()["pain_before"] == 4
+    problem(client.post("/api/station/load", json=item | {"programme_position": 3}), 409, "not_planned")
+
+    def less() -> None:
+        until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+        accepted(client, "less")
+
+    first = play(client, item, less)
+    assert (first["outcome"], first["programme_position"], first["repetitions_done"]) == ("completed", 1, 2)
+    assert first["reversals"] == 0
+    assert 80 <= first["least_range_percent"] < 100
+
+    stopped = accepted(client, "load", item | {"programme_position": 2})
+    problem(client.post(f"{url}/end"), 409, "run_not_ended")
+    accepted(client, "approach")
+    until_mode(client, "paused")
+    accepted(client, "play")
+    until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
+    accepted(client, "stop")
+    until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
+    accepted(client, "acknowledge")
+    until_mode(client, "idle")
+    eventually(lambda: one_ended(client, stopped["id"]))
+
+    # What stopped it is an alarm of this run, and over.
+    alarm = eventually(
+        lambda: [
+            one
+            for one in client.get("/api/events", params={"session_id": session["id"], "kind": "alarm"}).json()["items"]
+            if one["ended_at"]
+        ]
+    )[0]
+    assert (alarm["code"], alarm["run_id"], alarm["patient_id"]) == ("operator_stop", stopped["id"], patient["id"])
+    page = client.get("/api/events", params={"session_id": session["id"], "limit": 1}).json()
+    following = client.get("/api/events", params={"session_id": session["id"], "after": page["next"]}).json()
+    assert following["items"][0]["at"] <= page["items"][0]["at"]
+    problem(client.get("/api/events", params={"after": "nowhere"}), 422, "damaged_cursor")
+
+    # Pain after, the end, the note.
+    problem(client.post(f"{url}/sign", json={"signed_by": WHO, "note": "Done."}), 409, "session_open")
+    assert client.patch(url, json={"pain_during": 5, "pain_after": 3}).status_code == 200
+    draft = client.get(f"{url}/draft").json()
+    assert draft["end_reason"] == "stopped"
+    for part in (
+        "Right shoulder, programme Weeks 3 to 6 (version 1).",
+        "(150 % speed, 0.5 s of pause): 2 of 2 repetitions.",
+        "(150 % speed, 0.5 s of pause): 0 of 2 repetitions.",
+        "Reached: abduction / adduction of the scapula ",
+        "Less range was asked for in Shrug",
+        "Shrug was stopped: Stopped by the operator.",
+        "Pain (0 to 10): 4 before, 5 during, 3 after.",
+    ):
+        assert part in draft["text"]
+    ended = client.post(f"{url}/end", json={"reason": "patient_request"}).json()
+    assert (ended["end_reason"], bool(ended["ended_at"])) == ("patient_request", True)
+    problem(client.put(f"{url}/checklist/belt", json=tick), 409, "session_ended")
+
+    # Somebody else has changed it: nobody signs what they have not seen.
+    seen = ended["updated_at"]
+    note = client.patch(url, json={"note": draft["text"], "updated_at": seen}).json()
+    problem(client.patch(url, json={"note": "Other.", "updated_at": seen}), 409, "edited_meanwhile")
+    signing = {"signed_by": WHO, "note": f"{draft['text']} Did well."}
+    problem(client.post(f"{url}/sign", json=signing | {"updated_at": seen}), 409, "edited_meanwhile")
+    problem(client.post(f"{url}/addenda", json={"written_by": WHO, "text": "Too early."}), 409, "not_signed")
+    signed = client.post(f"{url}/sign", json=signing | {"updated_at": note["updated_at"]}).json()
+    assert (signed["signed_by"], signed["note"]) == (WHO, signing["note"])
+
+    # From now on it stays as it is.
+    for answer in (
+        client.patch(url, json={"note": "Changed."}),
+        client.patch(url, json={"pain_after": 0}),
+        client.post(f"{url}/end"),
+        client.post(f"{url}/sign", json=signing),
+        client.put(f"{url}/checklist/belt", json=tick),
+    ):
+        problem(answer, 409, "signed")
+    added = client.post(f"{url}/addenda", json={"written_by": WHO, "text": "Slept well."}).json()
+    assert [(one["written_by"], one["text"]) for one in added["addenda"]] == [(WHO, "Slept well.")]
+    assert client.get(url).json() == added
+    assert added["note"] == signing["note"]
+    assert [one["check"] for one in added["checks"]] == ["side", "fixtures", "belt", "pedal", "estop"]
+
+
+def test_a_programme_of_somebody_else_is_not_for_this_patient(client: TestClient, patient: dict[str, Any]) -> None:
+    body = {"clinic_number": "V-2", "name": "Suzuki Aoi", "affected_side": "left"}
+    other = client.post("/api/patients", json=body).json()
+    version_id = programme(client, patient)
+    wanted = {"patient_id": other["id"], "programme_version_id": version_id}
+    problem(client.post("/api/sessions", json=wanted), 409, "other_episode")
+    problem(client.post("/api/sessions", json=wanted | {"programme_version_id": str(uuid4())}), 404, "not_found")
+    session = client.post("/api/sessions", json={"patient_id": other["id"]}).json()
+    # Nobody is named: it is whoever asks.
+    assert (session["programme"], session["therapist"]) == (None, "Test administrator")
+    url = f"/api/sessions/{session['id']}"
+    problem(client.patch(url, json={"programme_version_id": version_id}), 409, "other_episode")
+
+
+def test_a_programme_can_be_chosen_later_and_given_up_again(client: TestClient, patient: dict[str, Any]) -> None:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    url = f"/api/sessions/{session['id']}"
+    version_id = programme(client, patient)
+    assert client.patch(url, json={"programme_version_id": version_id}).json()["programme"]["number"] == 1
+    assert client.patch(url, json={"programme_version_id": None}).json()["programme"] is None
+    again = client.post("/api/sessions", json={"patient_id": patient["id"], "therapist": "Sato Jun"}).json()
+    assert (again["id"], again["therapist"]) == (session["id"], session["therapist"])
+
+
+@pytest.mark.parametrize("field", ["pain_before", "pain_during", "pain_after"])
+@pytest.mark.parametrize("value", [-1, 11, 2.5, "bad"])
+def test_pain_goes_from_0_to_10(client: TestClient, patient: dict[str, Any], field: str, value: object) -> None:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    told = problem(client.patch(f"/api/sessions/{session['id']}", json={field: value}), 422, "invalid")
+    assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
+    assert client.patch(f"/api/sessions/{session['id']}", json={field: None}).json()[field] is None
+
+
+def test_what_a_teaching_was_told_of_stays_with_it(client: TestClient, patient: dict[str, Any]) -> None:
+    wanted = teaching(client, patient["id"], side="right", taught_by=WHO, fixtures=["arm_fixer_2", "elbow_fixer_1"])
+    until_mode(client, "idle")
+    accepted(client, "teach", wanted)
+    accepted(client, "finish-teaching")
+    until_mode(client, "idle")
+    problem(client.post("/api/station/teach", json=wanted | {"fixtures": ["tape"]}), 422, "invalid")
+
+
+def test_the_switch_tried_today_is_known_to_the_next_session(
+    client: TestClient, patient: dict[str, Any], shrug: dict[str, Any]
+) -> None:
+    first = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    go_through_checklist(client, first["id"], shrug["id"])
+    assert client.post(f"/api/sessions/{first['id']}/end").status_code == 200
+    second = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    assert still_open(client, second["id"], shrug["id"]) == ["side", "fixtures", "belt"]

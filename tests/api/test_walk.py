@@ -1,0 +1,450 @@
+"""Every route and the WebSocket, asked by everybody there is, of records that are open to them and of one that is not."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import date, timedelta
+from typing import Any, Final
+from uuid import UUID, uuid4
+
+import pytest
+from fastapi import Depends, FastAPI
+from fastapi.testclient import TestClient
+from sqlalchemy import select, update
+from starlette.websockets import WebSocketDisconnect
+
+from kata.access.actor import Role
+from kata.access.permissions import RULES
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow, SignInRow
+from kata.api import authorization
+from kata.clinic import tables
+from kata.clinic.patients.tables import ErasureRow
+from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.api.conftest import running
+from tests.clinic.treated import Texts, treat
+from tests.signed_in import signed_in
+
+_EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
+_READ: Final[frozenset[Role]] = frozenset({"viewer", "therapist", "administrator"})
+_WRITE: Final[frozenset[Role]] = frozenset({"therapist", "administrator"})
+_DEVICE: Final[frozenset[Role]] = frozenset({"technician", "therapist", "administrator"})
+_ADMINISTER: Final[frozenset[Role]] = frozenset({"administrator"})
+
+# What the clinic was promised, by kind of route and not by rule; a route in none of these fails.
+PUBLIC: Final = {
+    "get_health_live", "get_health_ready", "sign_in_by_password", "sign_in_by_link", "set_up_clinic", "set_password_by_code", "sign_out",
+    "get_ways_in", "begin_openid", "sign_in_by_openid", "confirm_openid",
+}  # fmt: skip
+ENROLLING: Final = {"get_me", "lock_screen", "unlock_screen", "begin_second_factor", "confirm_second_factor"}
+OWN: Final = ENROLLING | {
+    "remove_second_factor", "change_password", "choose_language", "list_own_sign_ins", "end_own_sign_in",
+}  # fmt: skip
+LEAVES_LESS: Final = {"lock_screen", "remove_second_factor"}
+"""Whoever is let through to it may do less from then on; tests/api/test_accounts.py asks for them."""
+STATION: Final = {"get_station", "list_stations", "list_events", "stop"}
+BEHIND_A_LOCK: Final = {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
+DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
+OPERATE: Final = {
+    "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest",
+    "release_torque", "acknowledge", "take_lease", "release_lease",
+}  # fmt: skip
+ADMINISTER: Final = {
+    "refuse_erasure", "erase_patient", "change_record_access", "list_broken_glass", "review_broken_glass", "list_audit",
+    "list_accounts", "create_account", "update_account", "reset_account", "list_backups", "make_backup",
+}  # fmt: skip
+OPERATION: Final = {"get_metrics", "list_station_versions"}
+"""How the service is doing: nothing of anybody."""
+AT_ONES_STATION: Final = DEVICE - {"get_simulator"} | OPERATE | {"create_session", "tick_check", "list_ready"}
+WITHOUT_THE_GLASS: Final = {"get_record_access", "change_record_access", "break_glass", "list_audit"}
+LOOKS_BY_POST: Final = {"break_glass"}
+"""Changes nothing of a record: whoever reads may."""
+
+
+@dataclass(frozen=True)
+class Asker:
+    """Somebody at a browser."""
+
+    name: str
+    role: Role | None = None
+    here: bool = True
+    gone: str = ""
+    """Why the sign-in is none any more."""
+    locked: bool = False
+    enrolling: bool = False
+
+
+ASKERS: Final = (
+    Asker("nobody"),
+    Asker("with a made-up cookie", gone="made up"),
+    *(Asker(f"disabled {role}", role, gone="disabled") for role in sorted(_EVERYBODY)),
+    Asker("signed-out administrator", "administrator", gone="ended"),
+    Asker("administrator of yesterday", "administrator", gone="old"),
+    *(Asker(role, role) for role in sorted(_EVERYBODY)),
+    *(Asker(f"{role} of another station", role, here=False) for role in sorted(_EVERYBODY)),
+    *(Asker(f"{role} behind a locked screen", role, locked=True) for role in sorted(_EVERYBODY)),
+    Asker("administrator without a second factor", "administrator", enrolling=True),
+)
+
+
+@dataclass(frozen=True)
+class Operation:
+    """A route, and the ids that it can be given."""
+
+    name: str
+    method: str
+    path: str
+    ids: tuple[str, ...]
+    """In path, query and body."""
+    query: tuple[str, ...]
+    body: tuple[str, ...]
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
+    """Without an apparatus: what is let through to it is answered with 503."""
+    with running(tmp_path_factory.mktemp("walk"), simulate=False) as client:
+        yield client
+
+
+def _state(client: TestClient) -> Any:
+    app: Any = client.app
+    return app.state
+
+
+def _database(client: TestClient) -> Database:
+    database: Database = _state(client).database
+    return database
+
+
+def _document(client: TestClient) -> Any:
+    app: Any = client.app
+    return app.openapi()
+
+
+def _ids_in(schema: Any, schemas: Any, name: str = "") -> Iterator[str]:
+    """Names of the fields of a schema that are ids, however deep."""
+    if "$ref" in schema:
+        yield from _ids_in(schemas[schema["$ref"].rpartition("/")[2]], schemas, name)
+    if schema.get("format") == "uuid":
+        yield name
+    for one, field in schema.get("properties", {}).items():
+        yield from _ids_in(field, schemas, one)
+    for variant in (
+        *schema.get("anyOf", ()),
+        *schema.get("oneOf", ()),
+        *([schema["items"]] if "items" in schema else ()),
+    ):
+        yield from _ids_in(variant, schemas, name)
+
+
+def operations(document: Any) -> Iterator[Operation]:
+    """All that the document knows."""
+    for path, methods in document["paths"].items():
+        for method, told in methods.items():
+            given = [(one["in"], one["name"], one["schema"]) for one in told.get("parameters", ())]
+            ids = [(place, name) for place, name, schema in given if [*_ids_in(schema, {}, name)]]
+            body = [
+                one
+                for content in told.get("requestBody", {}).get("content", {}).values()
+                for one in _ids_in(content["schema"], document["components"]["schemas"])
+            ]
+            query = tuple(name for place, name in ids if place == "query")
+            names = (*(name for _, name in ids), *body)
+            yield Operation(told["operationId"], method.upper(), path, names, query, tuple(body))
+
+
+@pytest.fixture(scope="module")
+def records(service: TestClient) -> dict[str, dict[str, UUID]]:
+    """The ids of a patient whose record is open, and of one whose record is restricted to a team of nobody here."""
+    found = {}
+    kinds: dict[str, Any] = {
+        "episode_id": tables.EpisodeRow,
+        "stage_id": tables.StageRow,
+        "recording_id": tables.RecordingRow,
+        "session_id": tables.SessionRow,
+        "run_id": tables.RunRow,
+        "programme_id": tables.ProgrammeRow,
+        "programme_version_id": tables.ProgrammeVersionRow,
+        "assessment_id": tables.AssessmentRow,
+    }
+    database = _database(service)
+    seen: dict[str, set[UUID]] = {name: set() for name in kinds}
+    for whose in ("open", "restricted"):
+        with database.write() as session:
+            made = treat(session, Texts(name=f"Patient {whose}"), sessions=1, runs=1)
+            patient = session.get_one(tables.EpisodeRow, made.episode_id).patient_id
+            session.get_one(tables.PatientRow, patient).restricted = whose == "restricted"
+            erasure = ErasureRow(id=uuid4(), patient_id=patient, asked_at=utc_now(), reason="", noted_by="N")
+            session.add(erasure)
+            session.add(
+                tables.StageRow(
+                    id=uuid4(), episode_id=made.episode_id, stage="frozen", since=date(2026, 1, 1), noted_at=utc_now()
+                )
+            )
+            session.flush()
+            ids = {"patient_id": patient, "erasure_id": erasure.id}
+            for name, row in kinds.items():
+                ids[name] = next(one for one in session.scalars(select(row.id)) if one not in seen[name])
+                seen[name].update(session.scalars(select(row.id)))
+        found[whose] = ids
+    return found
+
+
+def sign_in_as(client: TestClient, asker: Asker) -> str:
+    """The cookie of such a browser."""
+    if asker.role is None:
+        return "made-up" if asker.gone else ""
+    database = _database(client)
+    cookie = signed_in(database, asker.role, stations=() if asker.here else ("Elsewhere",))
+    with database.write() as session:
+        row = session.scalars(select(SignInRow).order_by(SignInRow.began_at.desc())).first()
+        assert row
+        if asker.gone == "disabled":
+            session.execute(update(AccountRow).where(AccountRow.id == row.account_id).values(disabled_at=utc_now()))
+        elif asker.gone == "ended":
+            row.ended_at = utc_now()
+        elif asker.gone == "old":
+            row.began_at -= timedelta(days=1)
+        if asker.locked:
+            row.locked_at = utc_now()
+        if asker.enrolling:
+            session.execute(update(AccountRow).where(AccountRow.id == row.account_id).values(totp_confirmed_at=None))
+    return cookie
+
+
+def roles_of(operation: Operation) -> frozenset[Role]:
+    """Who was promised it."""
+    if operation.name in ADMINISTER:
+        return _ADMINISTER
+    if operation.name in OPERATION:
+        return frozenset({"technician", "administrator"})
+    if operation.name in OWN | STATION:
+        return _EVERYBODY
+    if operation.name in DEVICE:
+        return _DEVICE
+    if operation.method == "GET" or operation.name in LOOKS_BY_POST:
+        return _READ
+    return _WRITE
+
+
+def expected(operation: Operation, asker: Asker, whose: str) -> tuple[int, str] | None:
+    """How it is refused; None: it is not."""
+    if operation.name in PUBLIC:
+        return None
+    if asker.role is None or asker.gone:
+        return 401, "not_signed_in"
+    if asker.locked and operation.name not in BEHIND_A_LOCK:
+        return 423, "locked"
+    if asker.enrolling and operation.name not in ENROLLING:
+        return 403, "second_factor_needed"
+    if asker.role not in roles_of(operation) or (whose and asker.role == "technician"):
+        return 403, "not_allowed"
+    if not asker.here and operation.name in AT_ONES_STATION:
+        return 403, "other_station"
+    if whose == "restricted" and operation.name not in WITHOUT_THE_GLASS:
+        return 403, "restricted"
+    return None
+
+
+def ask(client: TestClient, operation: Operation, cookie: str, ids: dict[str, UUID]) -> Any:
+    """Ask for it; with nothing in the body but the ids, so that what is let through mostly ends at 422."""
+    known = {name: str(value) for name, value in ids.items()} | {
+        "check": "side",
+        "chart": "rom",
+        "glass_id": str(uuid4()),
+    }
+    path = operation.path.format_map(_OrAnything(known))
+    query = {name: known[name] for name in operation.query if name in known}
+    body: Any = {name: known[name] for name in operation.body if name in known}
+    client.cookies.clear()
+    if cookie:
+        client.cookies.set(COOKIE, cookie)
+    if operation.method == "GET":
+        return client.get(path, params=query)
+    return client.request(operation.method, path, params=query, json=body)
+
+
+class _OrAnything(dict[str, str]):
+    def __missing__(self, key: str) -> str:
+        return str(uuid4())
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
+def test_nobody_gets_further_than_they_may(
+    service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
+) -> None:
+    app: Any = service.app
+    # What is let through and fails there is another test's.
+    client = TestClient(app, raise_server_exceptions=False)
+    wrong, cells = [], 0
+    cookie = sign_in_as(service, asker)
+    for operation in operations(_document(service)):
+        of_a_patient = any(name in OF_A_PATIENT for name in operation.ids)
+        for whose in ("open", "restricted") if of_a_patient else ("",):
+            refusal = expected(operation, asker, whose)
+            if refusal is None and operation.name in PUBLIC | {"get_whole_patient"} | LEAVES_LESS | _SLOW:
+                continue
+            answer = ask(client, operation, cookie, records[whose or "open"])
+            code = answer.json().get("code") if answer.status_code >= 400 else None
+            got = (answer.status_code, code) if answer.status_code in (401, 403, 423) else None
+            cells += 1
+            if got != refusal:
+                wrong.append((operation.name, whose, refusal, answer.status_code, code))
+    assert wrong == []
+    assert cells > 100
+
+
+_SLOW: Final = {"get_session_pdf", "get_episode_pdf", "make_backup"}
+"""Let through, they take seconds; tests/api/test_reports.py and test_backups.py ask for them."""
+
+
+@pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
+def test_nobody_hears_more_of_the_station_than_they_may(service: TestClient, asker: Asker) -> None:
+    client = TestClient(service.app)
+    cookie = sign_in_as(service, asker)
+    if cookie:
+        client.cookies.set(COOKIE, cookie)
+    if asker.role is None or asker.gone or asker.enrolling:
+        for path in ("/api/live", "/api/stations/live"):
+            with pytest.raises(WebSocketDisconnect), client.websocket_connect(path):
+                pass
+    else:
+        with client.websocket_connect("/api/stations/live") as socket:
+            assert [one["here"] for one in socket.receive_json()["stations"]] == [True]
+        with client.websocket_connect("/api/live") as socket:
+            assert socket.receive_json()["kind"] == "snapshot"
+
+
+def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> None:
+    client = TestClient(service.app)
+    for body in (b"{", b"\xff\xfe", b'{"a": ' * 2000):
+        answer = client.post("/api/patients", content=body, headers={"content-type": "application/json"})
+        assert (answer.status_code, answer.json()["code"]) == (401, "not_signed_in")
+
+
+def test_every_id_in_a_request_leads_to_a_patient_or_to_nobody(service: TestClient) -> None:
+    named = {name for operation in operations(_document(service)) for name in operation.ids}
+    assert named <= set(OF_A_PATIENT) | OF_NOBODY
+    assert set(OF_A_PATIENT) <= named
+
+
+def test_there_is_a_rule_for_every_route_and_a_route_for_every_rule(service: TestClient) -> None:
+    outside_the_document = {"page", "openapi", "live", "live_stations"}
+    assert {operation.name for operation in operations(_document(service))} | outside_the_document == set(RULES)
+
+
+def test_a_service_with_a_route_without_a_rule_does_not_start() -> None:
+    app = FastAPI(dependencies=[Depends(authorization.allowed)], openapi_url=None, docs_url=None, redoc_url=None)
+
+    @app.get("/api/secret")
+    def secret() -> None:
+        """Nobody has thought about who may."""
+
+    with pytest.raises(LookupError, match="secret"):
+        authorization.install(app)
+
+
+def test_a_stop_needs_no_database_of_whoever_was_here_within_the_hour(service: TestClient) -> None:
+    client = TestClient(service.app)
+    client.cookies.set(COOKIE, signed_in(_database(service), "viewer"))
+    assert client.get("/api/station").status_code == 200
+    app, database = _state(service), _database(service)
+    app.database = None
+    try:
+        assert client.post("/api/station/stop").status_code in (200, 503)
+    finally:
+        app.database = database
+
+
+# -- restricted records ---------------------------------------------------------------------------------------------
+
+
+def _as(service: TestClient, role: Role) -> tuple[TestClient, UUID]:
+    """A browser, and whose account is signed in at it."""
+    client = TestClient(service.app)
+    client.cookies.set(COOKIE, signed_in(_database(service), role))
+    return client, UUID(client.get("/api/me").json()["account_id"])
+
+
+REASON: Final = {"reason": "Acute pain, her therapist is away."}
+
+
+def test_lists_leave_out_what_is_not_for_whoever_asks(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+    hidden = str(records["restricted"]["patient_id"])
+    therapist, _ = _as(service, "therapist")
+    paths = ("/api/patients?limit=200", "/api/sessions?limit=200", "/api/erasures", "/api/events?limit=200")
+    assert not [path for path in paths if hidden in therapist.get(path).text]
+    assert all(str(records["open"]["patient_id"]) in therapist.get(path).text for path in paths[:3])
+
+
+def test_a_restricted_record_is_found_by_its_whole_number_and_tells_who_it_is(
+    service: TestClient, records: dict[str, dict[str, UUID]]
+) -> None:
+    patient_id = records["restricted"]["patient_id"]
+    with _database(service).read() as session:
+        number = session.get_one(tables.PatientRow, patient_id).clinic_number
+    therapist, _ = _as(service, "therapist")
+    items = therapist.get("/api/patients", params={"search": number}).json()["items"]
+    assert [one["id"] for one in items] == [str(patient_id)]
+    told = {name: value for name, value in items[0].items() if value not in (None, "", "unknown")}
+    assert set(told) == {"id", "clinic_number", "name", "created_at", "updated_at", "restricted"}
+    assert therapist.get("/api/patients", params={"search": number[:-1]}).json()["items"] == []
+
+
+def test_the_glass_is_broken_with_a_reason_for_four_hours_and_an_administrator_looks_at_it(
+    service: TestClient, records: dict[str, dict[str, UUID]]
+) -> None:
+    patient_id = records["restricted"]["patient_id"]
+    path = f"/api/patients/{patient_id}"
+    therapist, account_id = _as(service, "therapist")
+    assert therapist.post(f"{path}/break-glass", json={"reason": "because"}).status_code == 422
+    before = therapist.get(f"{path}/access").json()
+    assert (before["restricted"], before["open_to_you"], before["glass_until"]) == (True, False, None)
+
+    told = therapist.post(f"{path}/break-glass", json=REASON).json()
+    assert (told["open_to_you"], told["glass_until"] is not None) == (True, True)
+    assert therapist.get(path).status_code == 200
+    assert therapist.post(f"{path}/break-glass", json=REASON).json()["code"] == "not_restricted"
+    assert _as(service, "therapist")[0].get(path).json()["code"] == "restricted"
+
+    administrator, _ = _as(service, "administrator")
+    first = administrator.get("/api/broken-glass").json()["items"][0]
+    assert (first["account_id"], first["reason"], first["reviewed_at"]) == (str(account_id), REASON["reason"], None)
+    reviewed = administrator.post(f"/api/broken-glass/{first['id']}/review").json()
+    assert reviewed["reviewed_by"] == "Test administrator"
+    assert administrator.post(f"/api/broken-glass/{first['id']}/review").json()["code"] == "reviewed"
+
+    with _database(service).write() as session:
+        session.execute(update(BrokenGlassRow).values(until=utc_now()))
+    assert therapist.get(path).json()["code"] == "restricted"
+
+
+def test_nobody_reviews_what_they_did_themselves(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+    administrator, account_id = _as(service, "administrator")
+    path = f"/api/patients/{records['restricted']['patient_id']}/break-glass"
+    assert administrator.post(path, json=REASON).status_code == 200
+    own = next(
+        one for one in administrator.get("/api/broken-glass").json()["items"] if one["account_id"] == str(account_id)
+    )
+    assert administrator.post(f"/api/broken-glass/{own['id']}/review").json()["code"] == "own_glass"
+
+
+def test_an_administrator_restricts_a_record_to_a_team(service: TestClient) -> None:
+    administrator, _ = _as(service, "administrator")
+    member, member_id = _as(service, "therapist")
+    body = {"clinic_number": "T-1", "name": "N", "affected_side": "left"}
+    path = f"/api/patients/{member.post('/api/patients', json=body).json()['id']}"
+    unknown = administrator.put(f"{path}/access", json={"restricted": True, "account_ids": [str(uuid4())]})
+    assert (unknown.status_code, unknown.json()["code"]) == (422, "no_account")
+    told = administrator.put(f"{path}/access", json={"restricted": True, "account_ids": [str(member_id)]}).json()
+    assert [one["account_id"] for one in told["team"]] == [str(member_id)]
+    assert told["open_to_you"] is False
+    assert member.get(path).json()["restricted"] is True
+    assert _as(service, "therapist")[0].get(path).status_code == 403
+    administrator.put(f"{path}/access", json={"restricted": False})
+    assert _as(service, "viewer")[0].get(path).status_code == 200
+    with _database(service).read() as session:
+        assert session.scalars(select(CareTeamRow)).all() == []

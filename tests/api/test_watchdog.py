@@ -1,0 +1,34 @@
+"""systemd hears that the service is there, that its event loop turns, and that it ends."""
+
+import asyncio
+import socket
+from pathlib import Path
+
+from kata.api.watchdog import watched
+
+
+def test_systemd_is_told_the_beginning_the_end_and_signs_of_life_between(tmp_path: Path) -> None:
+    async def look() -> list[bytes]:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
+            heard.bind(str(tmp_path / "notify"))
+            heard.setblocking(False)
+            loop = asyncio.get_running_loop()
+            given = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "2000"}
+            words = []
+            async with watched(given), asyncio.timeout(30):
+                words += [await loop.sock_recv(heard, 64) for _ in range(4)]
+            while words[-1] != b"STOPPING=1":
+                words.append(await loop.sock_recv(heard, 64))
+            return words
+
+    words = asyncio.run(look())
+    assert words[:4] == [b"READY=1", b"WATCHDOG=1", b"WATCHDOG=1", b"WATCHDOG=1"]
+    assert words[-1] == b"STOPPING=1"
+
+
+def test_without_systemd_nobody_is_told() -> None:
+    async def look() -> None:
+        async with watched({}):
+            pass
+
+    asyncio.run(look())
