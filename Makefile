@@ -32,17 +32,17 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # included. Journeys that move an arm go one by one: two at once, on a computer with other work, have had drives that seemed
 # silent. A journey's browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
-TIMED := tests/whole $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
-DESK := $(addprefix tests/journeys/test_,accessible.py assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
+TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
+DESK := $(addprefix tests/e2e/test_,accessible.py assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent
 	@$(TWO_BY_TWO) tests/device --cov
-	@$(TWO_BY_TWO) $(addprefix --ignore=,tests/device tests/journeys $(MEASURED) $(TIMED))
+	@$(TWO_BY_TWO) $(addprefix --ignore=,tests/device tests/e2e $(MEASURED) $(TIMED))
 	@$(TWO_BY_TWO) $(MEASURED)
 	@$(TWO_BY_TWO) $(TIMED)
 	@$(TWO_BY_TWO) $(DESK)
-	@$(BIN)/python -m pytest tests/journeys $(addprefix --ignore=,$(DESK))
+	@$(BIN)/python -m pytest tests/e2e $(addprefix --ignore=,$(DESK))
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
@@ -51,8 +51,8 @@ dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is a
 
 campaign: $(PACKAGES) $(PAGE) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## the long campaigns: new examples, ten thousand sequences, two hundred kills, mutations (hours)
 	@$(BIN)/python -m pytest --hypothesis-profile exploring tests/device tests/motion tests/simulator
-	@$(BIN)/python -m pytest -m campaign --log-cli-level info --ignore tests/journeys
-	@$(BIN)/python -m pytest -m campaign --log-cli-level info tests/journeys
+	@$(BIN)/python -m pytest -m campaign --log-cli-level info --ignore tests/e2e
+	@$(BIN)/python -m pytest -m campaign --log-cli-level info tests/e2e
 	@$(BIN)/python -m tests.mutation
 	@$(BIN)/python -m tests.campaign.reverts
 
@@ -64,7 +64,7 @@ check: $(PACKAGES) $(NODE_MODULES) ## formatting, lint, types and import rules, 
 	cd frontend && npm run lint --silent
 	cd frontend && npm run types --silent
 
-# Asks the advisory databases, and so needs a network; tests/house/lowest_safe.toml is what holds without one.
+# Asks the advisory databases, and so needs a network; tests/repo_checks/lowest_safe.toml is what holds without one.
 audit: $(PACKAGES) $(NODE_MODULES) ## known holes in what we build on (needs a network)
 	$(BIN)/uv tool run --from pip-audit==2.* pip-audit --strict --require-hashes --disable-pip --requirement requirements.txt
 	$(BIN)/uv tool run --from pip-audit==2.* pip-audit --strict --require-hashes --disable-pip --requirement requirements-dev.txt
@@ -98,9 +98,9 @@ $(BROWSER): $(PACKAGES) tests/browser/package-lock.json tests/browser/unpack.mjs
 	@node tests/browser/unpack.mjs $(@D)
 	@touch $@
 
-$(JUDGES): $(PACKAGES) tests/judges/package-lock.json
+$(JUDGES): $(PACKAGES) tests/fhir_validators/package-lock.json
 	@echo "Fetching what judges our FHIR and Parquet (once) ..."
-	@cd tests/judges && npm ci --ignore-scripts --loglevel error
+	@cd tests/fhir_validators && npm ci --ignore-scripts --loglevel error
 	@mkdir -p $(@D) && touch $@
 
 # Locks are made from nothing: npm drops what belongs to other platforms when it adds to one.
@@ -114,8 +114,8 @@ lock: $(PACKAGES) ## new pins, after pyproject.toml has changed
 	env -u UV_FIND_LINKS -u PIP_FIND_LINKS $(COMPILE) pyproject.toml --group dev -c requirements.txt -o requirements-dev.txt
 	cd frontend && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 	cd tests/browser && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
-	cd tests/judges && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
+	cd tests/fhir_validators && rm -rf node_modules package-lock.json && npm install --ignore-scripts --package-lock-only
 
 clean: ## take away everything that was made, but for the clinic's data in .data
-	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules tests/judges/node_modules \
+	rm -rf $(VENV) .cache artefacts frontend/node_modules frontend/dist tests/browser/node_modules tests/fhir_validators/node_modules \
 		.mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

@@ -51,11 +51,13 @@ def browser_type_launch_args() -> dict[str, Any]:
 
 
 def judge(script: str, *arguments: str, given: str | None = None) -> Any:
-    """What somebody else's library makes of something of ours: a script of tests/judges, and the JSON that it prints."""
-    folder = ROOT / "tests/judges"
+    """What somebody else's library makes of something of ours: a script of tests/fhir_validators, and the JSON that it prints."""
+    folder = ROOT / "tests/fhir_validators"
     node = Path(sys.executable).with_name("node")
     if not (folder / "node_modules").is_dir() or not node.exists():
-        pytest.fail("The judges are not there: `make test` fetches them (npm ci --ignore-scripts in tests/judges).")
+        pytest.fail(
+            "The judges are not there: `make test` fetches them (npm ci --ignore-scripts in tests/fhir_validators)."
+        )
     done = subprocess.run(
         [node, folder / script, *arguments], input=given, capture_output=True, text=True, timeout=120, check=False
     )

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from kata.access.sign_in import COOKIE
-from tests.journeys.conftest import Clinic
+from tests.e2e.conftest import Clinic
 
 _CASES: Final = 1000
 _PLACES: Final = (

@@ -1,0 +1,250 @@
+"""Who is let in, and what is shown to whom, in a real browser."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyotp
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from tests.e2e.conftest import LONG_MS, Clinic
+from tests.e2e.keyboard import choose, press, write
+from tests.e2e.test_main_job import sign_up, teach
+
+PASSWORD = "seven slow swans at dawn"
+OTHER_PASSWORD = "eleven quiet herons by noon"
+
+
+@pytest.fixture
+def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
+    """A second browser, at which nobody is signed in."""
+    context = browser.new_context(**browser_context_args)
+    yield context
+    context.close()
+
+
+def made(page: Page, name: str, username: str, role: str) -> str:
+    """A new account, by the administrator's page: its one-time code."""
+    page.get_by_role("link", name="Administration").click()
+    page.get_by_role("button", name="New account").click()
+    dialog = page.get_by_role("dialog", name="New account")
+    dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
+    dialog.get_by_label("User name").fill(username)
+    dialog.get_by_role("radio", name=role).check()
+    dialog.get_by_role("button", name="Make the account").click()
+    code = page.get_by_test_id("code").inner_text()
+    page.get_by_role("button", name="I have handed it over").click()
+    return code
+
+
+def first_password(page: Page, clinic: Clinic, username: str, code: str, password: str = PASSWORD) -> None:
+    """Set by the one-time code, which signs in."""
+    page.goto(clinic.url)
+    page.get_by_role("link", name="I have a one-time code").click()
+    page.get_by_label("User name").fill(username)
+    page.get_by_label("One-time code").fill(code)
+    page.get_by_label("New password", exact=True).fill(password)
+    page.get_by_label("New password again").fill(password)
+    page.get_by_role("button", name="Set the password").click()
+
+
+def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
+    page.get_by_label("User name").fill(username)
+    page.get_by_role("textbox", name="Password").fill(password)
+    page.get_by_role("button", name="Sign in", exact=True).click()
+
+
+def menu(page: Page, item: str) -> None:
+    page.get_by_role("button", name=re.compile("^Signed in as")).click()
+    page.get_by_role("menuitem", name=item).click()
+
+
+def test_an_account_is_made_used_locked_and_closed(
+    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+) -> None:
+    sign_up(page, "Yamada Hanako")
+    record = page.url
+    code = made(page, "Ito Mai", "ito", "Therapist")
+    page.screenshot(path=artefacts / "accounts.png")
+
+    # She chooses a password that nobody else knows, and is in.
+    hers = another.new_page()
+    first_password(hers, clinic, "ito", code)
+    expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+    expect(hers.get_by_role("link", name="Administration")).to_have_count(0)
+    hers.goto(record)
+    expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
+
+    # Locked: nothing of the patient, in sight or out of it, but the apparatus' state and Stop.
+    menu(hers, "Lock the screen")
+    expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
+    assert "Yamada" not in hers.content()
+    assert "Yamada" not in hers.title()
+    expect(hers.get_by_test_id("mode")).to_have_text("Idle, torque off")
+    expect(hers.get_by_test_id("estop")).to_have_attribute("data-state", "closed")
+    hers.screenshot(path=artefacts / "locked.png")
+    hers.get_by_role("button", name="Stop", exact=True).click()
+    expect(hers.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+    # A reload does not help, and a wrong password neither; the right one leads back to where she was.
+    hers.reload()
+    expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
+    hers.get_by_label("Password of Ito Mai").fill("not hers")
+    hers.get_by_role("button", name="Unlock").click()
+    expect(hers.get_by_role("alert").filter(has_text="not your password")).to_be_visible()
+    hers.get_by_label("Password of Ito Mai").fill(PASSWORD)
+    hers.get_by_role("button", name="Unlock").click()
+    expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
+
+    # Signed out in one tab, the other one forgets, too; after signing in one is where one was.
+    tab = another.new_page()
+    tab.goto(f"{clinic.url}/patients")
+    expect(tab.get_by_role("link", name="Yamada Hanako")).to_be_visible()
+    menu(hers, "Sign out")
+    expect(hers.get_by_text("You are signed out.")).to_be_visible()
+    expect(tab.get_by_role("heading", name="Sign in")).to_be_visible()
+    for left in (hers, tab):
+        assert "Yamada" not in left.content()
+    sign_in(hers, "ito", "wrong wrong wrong")
+    expect(hers.get_by_role("alert").filter(has_text="User name or password is wrong.")).to_be_visible()
+    sign_in(hers, "ito")
+    expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
+
+    # Disabled by the administrator, she is out at once, without touching anything.
+    page.get_by_role("button", name="Disable Ito Mai").click()
+    expect(hers.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
+    assert "Yamada" not in hers.content()
+    sign_in(hers, "ito")
+    expect(hers.get_by_role("alert").filter(has_text="User name or password is wrong.")).to_be_visible()
+
+    # And all of that is in the trail.
+    page.get_by_role("link", name="Audit trail").click()
+    trail = page.get_by_role("region", name="Audit trail")
+    expect(trail.get_by_role("row").filter(has_text="Ito Mai").first).to_be_visible()
+    expect(trail.get_by_role("row").filter(has_text="Screen locked").first).to_contain_text("Ito Mai")
+    page.screenshot(path=artefacts / "audit.png")
+
+
+def test_an_administrator_has_to_have_a_second_factor(
+    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+) -> None:
+    code = made(page, "Mori Sakura", "mori", "Administrator")
+    hers = another.new_page()
+    first_password(hers, clinic, "mori", code)
+    expect(hers.get_by_role("heading", name="A second factor is needed")).to_be_visible(timeout=LONG_MS)
+    hers.get_by_role("button", name="Set up a second factor").click()
+    expect(hers.get_by_role("img", name="QR code")).to_be_visible()
+    width = hers.get_by_role("img", name="QR code").evaluate("image => image.naturalWidth")
+    assert width > 0, "the picture is drawn"
+    hers.screenshot(path=artefacts / "second-factor.png", full_page=True)
+    app = pyotp.TOTP(hers.get_by_test_id("secret").inner_text())
+    hers.get_by_label("The six digits that it shows now").fill(app.now())
+    hers.get_by_role("button", name="Confirm").click()
+    shown = hers.get_by_test_id("recovery-codes").get_by_role("listitem")
+    expect(shown).to_have_count(10)
+    codes = shown.all_inner_texts()
+    hers.screenshot(path=artefacts / "recovery-codes.png", full_page=True)
+    hers.get_by_role("button", name="I have kept them").click()
+    expect(hers.get_by_role("link", name="Administration")).to_be_visible()
+
+    # Her password alone is not enough any more. A recovery code stands in for the phone, once.
+    menu(hers, "Sign out")
+    sign_in(hers, "mori")
+    hers.get_by_label("Code").fill(codes[0])
+    hers.screenshot(path=artefacts / "sign-in-code.png")
+    hers.get_by_role("button", name="Sign in", exact=True).click()
+    expect(hers.get_by_role("button", name="Signed in as Mori Sakura")).to_be_visible()
+    menu(hers, "Sign out")
+    sign_in(hers, "mori")
+    hers.get_by_label("Code").fill(codes[0])
+    hers.get_by_role("button", name="Sign in", exact=True).click()
+    expect(hers.get_by_role("alert").filter(has_text="wrong, or was used before")).to_be_visible()
+
+
+def test_each_role_sees_what_is_for_it(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
+    sign_up(page, "Yamada Hanako")
+    record = page.url
+    hers = another.new_page()
+    first_password(hers, clinic, "abe", made(page, "Abe Rin", "abe", "Viewer"))
+    expect(hers.get_by_role("button", name="Signed in as Abe Rin")).to_be_visible(timeout=LONG_MS)
+    hers.goto(record)
+    expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
+    for name in ("Edit", "Archive", "Change", "New assessment", "Close episode"):
+        expect(hers.get_by_role("button", name=name, exact=True)).to_have_count(0)
+    hers.screenshot(path=artefacts / "viewer-patient.png", full_page=True)
+    menu(hers, "Sign out")
+
+    first_password(hers, clinic, "oda", made(page, "Oda Ken", "oda", "Technician"))
+    expect(hers.get_by_role("button", name="Signed in as Oda Ken")).to_be_visible(timeout=LONG_MS)
+    expect(hers.get_by_role("link", name="Patients")).to_have_count(0)
+    expect(hers.get_by_role("region", name="Simulated apparatus")).to_be_visible()
+    hers.goto(record)
+    expect(hers.get_by_role("alert")).to_contain_text("role does not allow")
+    assert "Yamada" not in hers.content()
+
+
+def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
+    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+) -> None:
+    sign_up(page, "Yamada Hanako")
+    record = page.url
+    code = made(page, "Ito Mai", "ito", "Therapist")
+    # All of it by keyboard alone.
+    page.goto(record)
+    press(page, page.get_by_role("button", name="Restrict to a care team"))
+    dialog = page.get_by_role("dialog", name="Who sees this record")
+    choose(page, dialog.get_by_role("combobox", name="Care team"), "Test administrator", several=True)
+    press(page, dialog.get_by_role("button", name="Save"))
+    expect(page.get_by_test_id("record-access")).to_contain_text("Test administrator")
+
+    hers = another.new_page()
+    first_password(hers, clinic, "ito", code)
+    expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+    hers.goto(record)
+    expect(hers.get_by_role("heading", name="This record is restricted")).to_be_visible()
+    write(hers, hers.get_by_label("Why it has to be opened now"), "Acute pain, her therapist is away.")
+    hers.screenshot(path=artefacts / "break-glass.png")
+    press(hers, hers.get_by_role("button", name="Open it in an emergency"))
+    expect(hers.get_by_role("heading", name="Yamada Hanako")).to_be_visible()
+    expect(hers.get_by_test_id("glass")).to_contain_text("in an emergency")
+    hers.screenshot(path=artefacts / "glass.png")
+
+    press(page, page.get_by_role("link", name="Administration"))
+    press(page, page.get_by_role("link", name="Emergency access"))
+    opened = page.get_by_test_id("opened")
+    expect(opened).to_contain_text("Acute pain, her therapist is away.")
+    press(page, opened.get_by_role("button", name="I have looked at it"))
+    expect(opened).to_contain_text("Looked at by Test administrator")
+    page.screenshot(path=artefacts / "emergency-access.png")
+
+
+def test_one_operates_and_the_other_watches_until_taking_over(
+    page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
+) -> None:
+    code = made(page, "Ito Mai", "ito", "Therapist")
+    sign_up(page, "Yamada Hanako")
+    teach(page, "1 Abduction / adduction of the scapula")
+    expect(page.get_by_test_id("lease")).to_contain_text("You operate the apparatus")
+    hers = another.new_page()
+    first_password(hers, clinic, "ito", code)
+    lease = hers.get_by_test_id("lease")
+    expect(lease).to_contain_text("Test administrator operates the apparatus at another browser", timeout=LONG_MS)
+    hers.screenshot(path=artefacts / "watching.png")
+    lease.get_by_role("button", name="Take over").click()
+    hers.get_by_role("dialog").get_by_role("button", name="Take over").click()
+    expect(lease).to_contain_text("You took over from Test administrator")
+    expect(page.get_by_test_id("lease")).to_contain_text("Ito Mai operates the apparatus at another browser")
+    # Whoever watches commands nothing, and may stop it.
+    expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+
+
+def test_a_backup_is_made_by_keyboard_and_its_trial_told(page: Page, artefacts: Path) -> None:
+    press(page, page.get_by_role("link", name="Administration"))
+    press(page, page.get_by_role("link", name="Backups"))
+    expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")
+    press(page, page.get_by_role("button", name="Back up now"))
+    expect(page.get_by_test_id("last-good")).to_contain_text("came back whole and equal", timeout=LONG_MS)
+    page.screenshot(path=artefacts / "backups.png")

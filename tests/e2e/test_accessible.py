@@ -1,0 +1,131 @@
+"""Every page in both schemes, over the invented clinic, judged by axe-core: WCAG 2.2 AA."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kata.access.sign_in import COOKIE
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.seed import fill
+from tests.conftest import ROOT
+from tests.e2e.conftest import LONG_MS, START_LIMIT_S, Clinic
+
+AXE = ROOT / "tests/fhir_validators/node_modules/axe-core/axe.min.js"
+TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]
+"""Besides: what a screen reader finds its way by."""
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """With invented patients."""
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    fill(database, 1, utc_now(), 2)
+    database.close()
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
+def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
+    """Of every page, by name."""
+
+    def ask(path: str) -> Any:
+        return page.request.get(f"{clinic.url}/api{path}").json()
+
+    patient = next(one for one in ask("/patients")["items"] if one["clinic_number"] == "DEMO-001")["id"]
+    visit = ask(f"/patients/{patient}/sessions")["items"][0]["id"]
+    recording = ask(f"/patients/{patient}/recordings")["items"][0]["id"]
+    episode = ask(f"/patients/{patient}/episodes")["items"][0]["id"]
+    programme = ask(f"/patients/{patient}/programmes")["items"][0]["id"]
+    return {
+        "station": "/",
+        "station-patient": f"/?patient={patient}",
+        "stations": "/stations",
+        "patients": "/patients",
+        "patient": f"/patients/{patient}",
+        "progress": f"/episodes/{episode}/progress?patient={patient}",
+        "programme": f"/programmes/{programme}",
+        "new-programme": f"/patients/{patient}/programmes/new",
+        "recording": f"/recordings/{recording}",
+        "sessions": "/sessions",
+        "session": f"/sessions/{visit}",
+        "account": "/account",
+        "accounts": "/administration/accounts",
+        "audit": "/administration/audit",
+        "emergency-access": "/administration/emergency-access",
+        "backups": "/administration/backups",
+        "nowhere": "/nowhere",
+    }
+
+
+def wrong(page: Page) -> list[str]:
+    """What axe-core finds."""
+    page.evaluate(AXE.read_text())
+    found = page.evaluate(
+        """async ([tags, rules]) => {
+            const kinds = Object.fromEntries(axe.getRules(tags).map((one) => [one.ruleId, {enabled: true}]));
+            for (const rule of rules) kinds[rule] = {enabled: true};
+            const told = await axe.run(document, {
+                runOnly: {type: 'rule', values: Object.keys(kinds)}, resultTypes: ['violations'],
+            });
+            return told.violations.flatMap((one) => one.nodes.map(
+                (node) => `${one.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
+        }""",
+        [TAGS, RULES],
+    )
+    return [str(one) for one in found]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nobody_is_shut_out_of_any_page(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    found: dict[str, list[str]] = {}
+    for name, address in addresses(page, clinic).items():
+        page.goto(clinic.url + address)
+        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
+        expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=START_LIMIT_S * 1000)
+        if name in ("station", "station-patient"):
+            expect(page.get_by_role("region", name="Simulated apparatus")).to_be_visible(timeout=LONG_MS)
+        page.wait_for_load_state("networkidle")
+        expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
+        if violations := wrong(page):
+            found[name] = violations
+        page.screenshot(path=artefacts / f"page-{name}-{scheme}.png", full_page=True)
+    assert found == {}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_alarms_and_the_door_can_be_read_by_everybody(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
+    page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+    found: dict[str, list[str]] = {}
+
+    def look(name: str) -> None:
+        if violations := wrong(page):
+            found[name] = violations
+        page.screenshot(path=artefacts / f"page-{name}-{scheme}.png", full_page=True)
+
+    page.get_by_role("button", name="Press the e-stop switch").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "pressed")
+    expect(page.get_by_test_id("stop-banner")).to_be_visible()
+    look("stopped")
+    page.get_by_role("link", name="Patients").click()
+    expect(page.get_by_role("heading", name="Patients")).to_be_visible()
+    look("stopped-elsewhere")
+    page.get_by_role("link", name="Station", exact=True).click()
+    page.get_by_role("button", name="Release the e-stop switch").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
+    look("released")
+    page.get_by_role("button", name="Acknowledge").click()
+    expect(page.get_by_test_id("stop-banner")).to_be_hidden()
+    page.context.clear_cookies(name=COOKIE)
+    page.goto(clinic.url)
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    look("door")
+    assert found == {}

@@ -1,0 +1,81 @@
+"""How a shoulder is assessed, and what has become of it a week later, in a real browser."""
+
+import re
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.conftest import LONG_MS
+from tests.e2e.test_main_job import sign_up
+
+FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
+
+
+def picture(page: Page, file: Path) -> None:
+    """The whole page, from its top."""
+    page.evaluate("scrollTo(0, 0)")
+    page.screenshot(path=file, full_page=True)
+
+
+def assess(page: Page, day: datetime, angles: tuple[int, ...], pain: int, answer: int) -> Locator:
+    """Angles by the keyboard alone, down the first column; pain and SPADI by touch. Not saved yet."""
+    page.get_by_role("button", name="New assessment").click()
+    form = page.get_by_role("region", name="New assessment")
+    form.get_by_label("When").fill(day.strftime("%Y-%m-%dT%H:%M"))
+    form.get_by_role("textbox", name="Flexion, left, active", exact=True).focus()
+    for angle in angles:
+        page.keyboard.type(str(angle))
+        page.keyboard.press("Enter")
+    form.get_by_role("textbox", name="Flexion, right, active", exact=True).fill("175")
+    form.get_by_role("tab", name="Pain").click()
+    for context in ("At rest", "Average of the last week"):
+        form.get_by_role("group", name=context).get_by_role("button", name=str(pain), exact=True).click()
+    form.get_by_role("tab", name="SPADI").click()
+    for item in range(1, 14):
+        group = form.get_by_role("group", name=re.compile(rf"^{item}\. "))
+        group.get_by_role("button", name=str(answer if item > 5 else answer + 2), exact=True).click()
+    expect(form.get_by_role("status")).to_contain_text(f"SPADI {10 * answer + 10} of 100")
+    return form
+
+
+def test_two_assessments_a_week_apart_become_progress(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    sign_up(page, "Mori Sakura")
+    section = page.get_by_role("region", name="Assessments")
+    expect(section).to_contain_text("Nothing has been assessed yet.")
+
+    form = assess(page, FIRST_DAY, (95, 25, 80, 10), pain=6, answer=6)
+    form.get_by_label("Assessed by").fill("Kimura Jun")
+    form.get_by_role("button", name="Save assessment").click()
+    newest = page.get_by_test_id("newest-assessment")
+    expect(newest).to_contain_text("Flexion: 95° active")
+
+    # It is whoever is signed in, unless somebody else is named; and what was found last time stands in the fields.
+    form = assess(page, FIRST_DAY + timedelta(days=7), (120, 30, 105, 22), pain=3, answer=4)
+    expect(form.get_by_label("Assessed by")).to_have_value("Test administrator")
+    picture(page, artefacts / "assessment-spadi.png")
+    form.get_by_role("tab", name="Range of motion").click()
+    expect(form.get_by_role("textbox", name="Flexion, right, active", exact=True)).to_have_attribute(
+        "placeholder", "175"
+    )
+    picture(page, artefacts / "assessment-form.png")
+    form.get_by_role("button", name="Save assessment").click()
+    expect(newest).to_contain_text("Flexion: 120° active (25 more)")
+    expect(newest).to_contain_text("SPADI 50 of 100 (20 less)")
+    expect(newest).to_contain_text("An important improvement")
+    page.get_by_role("button", name="All assessments").click()
+    picture(page, artefacts / "assessments.png")
+
+    section.get_by_role("link", name="Progress").click()
+    motion = page.get_by_role("region", name="Range of motion")
+    expect(motion.locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
+    expect(motion.locator(".legendtext").filter(has_text="Reference")).to_be_visible()
+    expect(page.get_by_role("region", name="SPADI").locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
+    motion.get_by_role("button", name="Show the numbers").click()
+    expect(motion.get_by_role("row").filter(has_text="Flexion").last).to_contain_text("120")
+    picture(page, artefacts / "progress.png")
+    page.get_by_role("link", name="Mori Sakura").click()
+    expect(page.get_by_role("heading", name="Mori Sakura")).to_be_visible()
+    assert wrong == []

@@ -1,0 +1,51 @@
+"""What a therapist does to a motion, in a real browser."""
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import LONG_MS
+from tests.e2e.test_main_job import sign_up, teach
+
+
+def test_a_recording_is_made_into_another_and_looked_at_first(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    sign_up(page, "Mori Sakura")
+    teach(page, "1 Abduction / adduction of the scapula")
+    page.get_by_test_id("saved").get_by_role("link").click()
+    page.get_by_role("button", name="Edit", exact=True).click()
+    panel = page.get_by_role("region", name="Edit")
+    keep = panel.get_by_role("button", name="Keep as a new recording")
+
+    # More than there is to take away: said so, and nothing is kept.
+    panel.get_by_role("combobox", name="What to do").click()
+    page.get_by_role("option", name="Warm-up").click()
+    panel.get_by_label("Begin with less by", exact=True).and_(panel.get_by_role("textbox")).fill("180")
+    panel.get_by_role("button", name="Preview").click()
+    expect(panel.get_by_role("alert")).to_contain_text("180 deg less: the motion goes through", timeout=LONG_MS)
+    expect(keep).to_be_hidden()
+
+    panel.get_by_role("combobox", name="What to do").click()
+    page.get_by_role("option", name="Some motors only").click()
+    for motor in (2, 3, 4, 5):
+        panel.get_by_role("button", name=f"Motor {motor}").click()
+    for control in (panel.get_by_role("button", name="Motor 1"), panel.get_by_role("button", name="Preview")):
+        box = control.bounding_box()
+        assert box is not None
+        assert min(box["width"], box["height"]) >= 44
+    panel.get_by_role("button", name="Preview").click()
+    figure = panel.locator("[data-drawn=true]")
+    expect(figure.locator(".legendtext")).to_have_text(["Before", "After"], timeout=LONG_MS)
+    page.screenshot(path=artefacts / "edit.png", full_page=True)
+    keep.click()
+
+    expect(page.get_by_role("heading", name="Raise the arm, motor 1 only")).to_be_visible()
+    made_of = page.get_by_test_id("made-of")
+    expect(made_of).to_contain_text("Made of Raise the arm. Done to what was taught: motor 1 only.")
+    page.get_by_role("link", name="Mori Sakura").click()
+    expect(page.get_by_role("row", name="Raise the arm, motor 1 only")).to_contain_text(
+        "Made of Raise the arm: motor 1 only"
+    )
+    page.screenshot(path=artefacts / "recordings.png", full_page=True)
+    assert wrong == []

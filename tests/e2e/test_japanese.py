@@ -1,0 +1,220 @@
+"""A browser that prefers Japanese: every page speaks it, to eyes and to screen readers, and can be switched back."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, Response, expect
+
+from kata.access.sign_in import COOKIE
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.seed import fill
+from tests.e2e.conftest import LONG_MS, START_LIMIT_S, Clinic
+from tests.e2e.test_accessible import addresses, wrong
+
+IDLE: Final = "待機中・トルク切"
+OURS: Final = frozenset(
+    {
+        "Kata",
+        "English",
+        "Esc",
+        "CSV",
+        "Parquet",
+        "ZIP",
+        "PDF",
+        "FHIR",
+        "JSON",
+        "UTF",
+        "SPADI",
+        "RMSE",
+        "RMS",
+        "OpenID",
+        "URL",
+    }
+    | {"PNG", "audit", "verify", "HL7", "TOTP", "kata", "DEMO"}
+)
+"""What is called so in Japanese, too."""
+RECORDED: Final = frozenset(
+    {"name", "kana", "notes", "note", "text", "diagnosis", "contraindications", "closing_note", "therapist", "station"}
+    | {"username", "recording_name", "recording", "made_by", "taught_by", "assessed_by", "signed_by", "limits_by", "by"}
+    | {
+        "role",
+        "subject",
+        "action",
+        "outcome",
+        "reason",
+        "agent",
+        "file",
+        "who",
+        "openid",
+        "checked_by",
+        "clinic_number",
+        "programme",
+        "version",
+        "address",
+    }
+)
+"""What somebody has written, in the language they wrote it in, and what the program is called by."""
+
+SEEN: Final = """() => {
+    const told = [];
+    const walker = document.createTreeWalker(document.documentElement, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+        const within = walker.currentNode.parentElement;
+        if (within.closest('script, style, noscript')) continue;
+        if (within.checkVisibility({visibilityProperty: true})) told.push(walker.currentNode.textContent);
+    }
+    for (const one of document.querySelectorAll('[aria-label], [title], [placeholder], [alt]')) {
+        if (one.closest('[aria-hidden=true]')) continue;
+        for (const name of ['aria-label', 'title', 'placeholder', 'alt']) told.push(one.getAttribute(name) ?? '');
+    }
+    for (const one of document.querySelectorAll('input')) if (one.checkVisibility()) told.push(one.value);
+    return told.filter((text) => text.trim() !== '');
+}"""
+
+
+@pytest.fixture(scope="session")
+def browser_context_args(browser_context_args: dict[str, Any]) -> dict[str, Any]:
+    return {**browser_context_args, "locale": "ja-JP"}
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """With invented patients."""
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    fill(database, 1, utc_now(), 2)
+    database.close()
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
+@pytest.fixture
+def page(context: BrowserContext, clinic: Clinic) -> Page:
+    """On the station page, signed in as administrator, the apparatus idle."""
+    page = context.new_page()
+    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    page.goto(clinic.url)
+    expect(page.get_by_test_id("mode")).to_have_text(IDLE, timeout=START_LIMIT_S * 1000)
+    return page
+
+
+def written(told: Any) -> Iterator[str]:
+    """What somebody has written, anywhere in an answer of the service."""
+    if isinstance(told, dict):
+        for name, value in told.items():
+            if name in RECORDED and isinstance(value, str):
+                yield value
+            yield from written(value)
+    elif isinstance(told, list):
+        for one in told:
+            yield from (one,) if isinstance(one, str) else written(one)
+
+
+def english_on(page: Page, records: set[str]) -> list[str]:
+    """Texts with a word of three Latin letters or more that nobody has written and that is not called so in Japanese."""
+    found = []
+    for text in page.evaluate(SEEN):
+        # A file's place, and what the audit trail keeps as JSON.
+        left = re.sub(r'/[\w./-]+|\w+: \{".*\}', "", text)
+        for record in sorted(records, key=len, reverse=True):
+            left = left.replace(record, "")
+        words = set(re.findall(r"[A-Za-z_]{3,}", left)) - OURS
+        if any("_" not in word for word in words):
+            found.append(text)
+    return found
+
+
+@pytest.mark.timeout(900)
+def test_every_page_speaks_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
+    heard: list[Response] = []
+    page.on("response", lambda answer: heard.append(answer))
+    english: dict[str, list[str]] = {}
+    barred: dict[str, list[str]] = {}
+    for name, address in addresses(page, clinic).items():
+        heard.clear()
+        page.goto(clinic.url + address)
+        expect(page.get_by_test_id("mode")).to_have_text(IDLE, timeout=START_LIMIT_S * 1000)
+        if name in ("station", "station-patient"):
+            expect(page.get_by_role("region", name="模擬装置")).to_be_visible(timeout=LONG_MS)
+        page.wait_for_load_state("networkidle")
+        expect(page.locator(".mantine-Skeleton-root")).to_have_count(0, timeout=LONG_MS)
+        expect(page.locator("html")).to_have_attribute("lang", "ja")
+        asked = {one.url for one in heard if one.ok and "json" in one.headers.get("content-type", "")}
+        # Its own name a page hears over its WebSocket.
+        asked.add(f"{clinic.url}/api/station")
+        answers = [page.request.get(url).json() for url in sorted(asked)]
+        records = {record for answer in answers for record in written(answer) if len(record) > 2}
+        if found := english_on(page, records):
+            english[name] = found
+        if violations := wrong(page):
+            barred[name] = violations
+        page.screenshot(path=artefacts / f"page-{name}-ja.png", full_page=True)
+    told = "\n".join(f"{name}: {sorted(set(texts))}" for name, texts in (english | barred).items())
+    assert not told, told
+
+
+def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefacts: Path) -> None:
+    records = set(written(page.request.get(f"{clinic.url}/api/station").json()))
+    records |= set(written(page.request.get(f"{clinic.url}/api/me").json()))
+    records |= set(written(page.request.get(f"{clinic.url}/api/simulator").json()))
+    found: dict[str, list[str]] = {}
+
+    def look(name: str) -> None:
+        if texts := english_on(page, records):
+            found[name] = texts
+        if violations := wrong(page):
+            found[f"{name}, barred"] = violations
+        page.screenshot(path=artefacts / f"page-{name}-ja.png", full_page=True)
+
+    page.get_by_role("button", name="非常停止スイッチを押す").click()
+    expect(page.get_by_test_id("stop-banner")).to_contain_text("非常停止が押されました。")
+    look("stopped")
+    page.get_by_role("button", name="非常停止スイッチを解除する").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
+    page.get_by_role("button", name="確認", exact=True).click()
+    expect(page.get_by_test_id("stop-banner")).to_be_hidden()
+    page.get_by_role("button", name="停止", exact=True).click()
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("装置が確認")
+    look("after-stop")
+    page.context.clear_cookies(name=COOKIE)
+    page.goto(clinic.url)
+    expect(page.get_by_role("heading", name="サインイン")).to_be_visible(timeout=LONG_MS)
+    expect(page.locator("html")).to_have_attribute("lang", "ja")
+    look("door")
+    page.get_by_role("textbox", name="ユーザー名").fill("nobody")
+    page.get_by_role("textbox", name="パスワード").fill("wrong wrong wrong")
+    page.get_by_role("button", name="サインイン", exact=True).click()
+    expect(page.get_by_role("alert").first).to_contain_text("ユーザー名またはパスワードが違います。")
+    assert found == {}
+
+
+def test_the_page_speaks_what_somebody_chooses_wherever_they_sign_in(page: Page, clinic: Clinic) -> None:
+    page.goto(f"{clinic.url}/account")
+    expect(page.get_by_role("heading", name="表示言語")).to_be_visible(timeout=LONG_MS)
+    page.get_by_text("English", exact=True).click()
+    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)
+    expect(page.locator("html")).to_have_attribute("lang", "en")
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
+    # Another browser that prefers Japanese: as soon as it knows who is there, it speaks English, too.
+    browser = page.context.browser
+    assert browser
+    other = browser.new_context(locale="ja-JP")
+    other.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    elsewhere = other.new_page()
+    elsewhere.goto(clinic.url)
+    expect(elsewhere.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    # Before a sign-in, at the door, it is the browser's alone.
+    other.clear_cookies(name=COOKIE)
+    elsewhere.goto(clinic.url)
+    expect(elsewhere.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
+    elsewhere.get_by_text("日本語", exact=True).click()
+    expect(elsewhere.get_by_role("heading", name="サインイン")).to_be_visible(timeout=LONG_MS)
+    other.close()
+    page.reload()
+    expect(page.get_by_role("heading", name="Language")).to_be_visible(timeout=LONG_MS)

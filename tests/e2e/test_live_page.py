@@ -1,0 +1,55 @@
+"""An hour of the live page, its apparatus in three dimensions and its arm being moved: what it holds, and what it keeps busy."""
+
+import logging
+import os
+import statistics
+import time
+from typing import Final
+
+import pytest
+from playwright.sync_api import CDPSession, Page, expect
+
+from tests.e2e.conftest import Clinic
+
+log = logging.getLogger(__name__)
+MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
+LOOKS: Final = 30
+GROWTH: Final = 0.1
+MOTION: Final = "5 Flexion / extension of the shoulder"
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(7200)
+def test_an_hour_of_the_live_page_keeps_its_memory_flat(page: Page, clinic: Clinic) -> None:
+    page.get_by_role("button", name="Show in three dimensions").click()
+    expect(page.locator("canvas").first).to_be_visible()
+    motion = page.get_by_role("combobox", name="Motion that the hand follows")
+    motion.fill(MOTION)
+    page.get_by_role("option", name=MOTION).first.click()
+    guide = page.get_by_role("button", name="Guide the arm")
+    browser = page.context.new_cdp_session(page)
+    browser.send("Performance.enable")
+
+    held, busy = [], []
+    for look in range(LOOKS):
+        before, since = figure(browser, "TaskDuration"), time.monotonic()
+        while time.monotonic() - since < 60 * MINUTES / LOOKS:
+            if guide.is_enabled():
+                guide.click()
+            page.wait_for_timeout(1000)
+        busy.append((figure(browser, "TaskDuration") - before) / (time.monotonic() - since))
+        browser.send("HeapProfiler.collectGarbage")
+        held.append(figure(browser, "JSHeapUsedSize") / 1e6)
+        log.info("%d of %d: main thread %.0f %%, %.1f MB", look + 1, LOOKS, 100 * busy[-1], held[-1])
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
+    # What is fetched and cached in the beginning is no growth.
+    early, late = statistics.median(held[3:8]), statistics.median(held[-5:])
+    log.info(
+        "%.0f minutes: main thread busy %.0f %% of the time (median), %.1f MB after a tenth, %.1f MB at the end",
+        MINUTES, 100 * statistics.median(busy), early, late,
+    )  # fmt: skip
+    assert abs(late - early) <= GROWTH * early
+
+
+def figure(browser: CDPSession, name: str) -> float:
+    return float(next(one["value"] for one in browser.send("Performance.getMetrics")["metrics"] if one["name"] == name))

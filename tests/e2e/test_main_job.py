@@ -1,0 +1,321 @@
+"""What a therapist does, in a real browser."""
+
+import os
+import re
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.conftest import LONG_MS, Clinic
+
+LOST_LIMIT_S = 2.0
+HOLD_MS = 1500
+"""The apparatus is asked to move the arm by holding the button for a second."""
+
+
+Press = Callable[[Page, Locator], None]
+
+
+def click(page: Page, target: Locator) -> None:
+    target.click()
+
+
+def sign_up(page: Page, name: str) -> None:
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("button", name="New patient").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Name", exact=False).first.fill(name)
+    dialog.get_by_label("Clinic number").fill("K-0042")
+    dialog.get_by_text("Left", exact=True).click()
+    dialog.get_by_role("button", name="Sign up").click()
+    expect(page.get_by_role("heading", name=name)).to_be_visible()
+
+
+def stand_for_left(page: Page, press: Press = click) -> None:
+    """The patient's side is the left one, and the apparatus comes for the right."""
+    expect(page.get_by_text("The apparatus stands for the right shoulder", exact=True)).to_be_visible()
+    press(page, page.get_by_role("button", name="Turned to the left shoulder"))
+    press(page, page.get_by_role("button", name="It stands for the left shoulder"))
+    expect(page.get_by_role("dialog")).to_be_hidden(timeout=LONG_MS)
+    expect(page.get_by_text("The apparatus stands for the left shoulder", exact=True)).to_be_visible()
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+
+
+def teach(page: Page, motion: str) -> None:
+    page.get_by_role("link", name="To the station").click()
+    stand_for_left(page)
+    before = page.get_by_role("region", name="Before teaching")
+    start = page.get_by_role("button", name="I have looked at all 3: start teaching")
+    expect(before.get_by_test_id("check-estop")).to_contain_text("Not seen yet")
+    expect(start).to_be_disabled()
+    try_estop(page)
+    expect(before.get_by_test_id("check-estop")).to_be_hidden(timeout=LONG_MS)
+    page.get_by_label("Name of the motion").fill("Raise the arm")
+    start.click()
+    expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque off")
+    hand = page.get_by_role("combobox", name="Motion that the hand follows")
+    hand.fill(motion)
+    expect(page.get_by_role("option", name=motion).first).to_be_visible()
+    # By its keys: the list hangs on a page whose panels change while teaching begins.
+    hand.press("ArrowDown")
+    hand.press("Enter")
+    expect(hand).to_have_value(re.compile(re.escape(motion)))
+    page.get_by_role("button", name="Guide the arm").click()
+    expect(page.get_by_test_id("pedal")).to_contain_text("Recording", timeout=LONG_MS)
+    expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record", timeout=LONG_MS)
+    page.get_by_role("button", name="Finish teaching").click()
+    expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
+
+
+def try_estop(page: Page, press: Press = click) -> None:
+    """Press the switch, release it, acknowledge."""
+    press(page, page.get_by_role("button", name="Press the e-stop switch"))
+    banner = page.get_by_test_id("stop-banner")
+    expect(banner).to_be_visible()
+    press(page, page.get_by_role("button", name="Release the e-stop switch"))
+    press(page, banner.get_by_role("button", name="Acknowledge"))
+    expect(banner).to_be_hidden()
+
+
+def begin_session(page: Page) -> None:
+    """From begin to pain before: what comes before anything is played."""
+    visit = page.get_by_role("region", name="Session")
+    visit.get_by_role("button", name="Begin the session").click()
+    # It was tried before the arm was taught anything.
+    expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+    for check in ("side", "fixtures"):
+        line = visit.get_by_test_id(f"check-{check}")
+        line.get_by_role("button").click()
+        expect(line).to_contain_text("Test administrator")
+    # The last answer of a step goes on to the next one.
+    visit.get_by_test_id("check-belt").get_by_role("button").click()
+    visit.get_by_role("button", name="Pain before: 4").click()
+
+
+def choose_level(page: Page, key: str = "End") -> None:
+    """Choose the resistance level with the slider's keys, where none is offered."""
+    if page.get_by_test_id("level").inner_text() == "Choose a level":
+        page.get_by_role("slider").first.press(key)
+
+
+def load_and_play(page: Page) -> None:
+    choose_level(page)
+    page.get_by_role("button", name="Load").click()
+    page.get_by_role("button", name="Move to the start").click(timeout=LONG_MS, delay=HOLD_MS)
+    play = page.get_by_role("button", name="Play", exact=True)
+    expect(play).to_be_enabled(timeout=LONG_MS)
+    expect(page.get_by_test_id("torque")).to_have_text("Torque on")
+    play.click(delay=HOLD_MS)
+    expect(page.get_by_test_id("mode")).to_have_text("Playing")
+
+
+def test_teach_stop_reset_play_again_and_read_the_errors(
+    page: Page, clinic: Clinic, taught_name: str, artefacts: Path
+) -> None:
+    hosts: set[str] = set()
+    wrong: list[str] = []
+    page.on("request", lambda request: hosts.add(urlsplit(request.url).netloc))
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+
+    # Whoever is here for the first time is told what comes next.
+    first = page.get_by_role("region", name="First steps")
+    expect(first).to_contain_text("1 of 6")
+    sign_up(page, "Yamada Hanako")
+    page.get_by_role("link", name="Station", exact=True).click()
+    expect(first).to_contain_text("2 of 6")
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("link", name="Yamada Hanako").click()
+    teach(page, taught_name)
+    expect(first).to_contain_text("4 of 6")
+    begin_session(page)
+    expect(first).to_contain_text("5 of 6")
+    load_and_play(page)
+    page.get_by_role("button", name="Press the e-stop switch").click()
+    banner = page.get_by_test_id("stop-banner")
+    expect(banner).to_contain_text("The emergency stop was pressed.")
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "pressed")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque off")
+    acknowledge = banner.get_by_role("button", name="Acknowledge")
+    expect(acknowledge).to_be_disabled()
+    # It stands in place of the work, until it is acknowledged.
+    expect(page.get_by_role("button", name="Load")).to_be_hidden()
+    page.screenshot(path=artefacts / "emergency-stop.png")
+    # It stands on every page.
+    page.get_by_role("link", name="Sessions").click()
+    expect(banner).to_be_visible()
+    page.get_by_role("link", name="Yamada Hanako").click()
+    page.get_by_role("link", name="To the station").click()
+
+    page.get_by_role("button", name="Release the e-stop switch").click()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "released")
+    acknowledge.click()
+    expect(banner).to_be_hidden()
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "closed")
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off")
+
+    load_and_play(page)
+    expect(page.get_by_test_id("left")).to_contain_text("left")
+    page.screenshot(path=artefacts / "playing.png")
+    expect(first).to_contain_text("6 of 6")
+    first.get_by_role("button", name="Hide this").click()
+    expect(first).to_be_hidden()
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    page.get_by_role("link", name="Look at teaching against playback").click()
+
+    runs = page.get_by_role("region", name=re.compile("Playback"))
+    expect(runs).to_have_count(2)
+    expect(runs.nth(0)).to_contain_text("The emergency stop was pressed.")
+    expect(runs.nth(1)).to_contain_text("Played to its end")
+    rows = runs.nth(1).get_by_test_id("errors").locator("tbody tr")
+    expect(rows).to_have_count(5)
+    for row in rows.all():
+        cells = [text.replace("−", "-") for text in row.locator("td").all_inner_texts()]
+        motor, peak, _, rmse, start, *_ = cells
+        assert abs(float(start)) <= 1.0
+        assert float(rmse) <= abs(float(peak))
+        assert int(motor) == 5 or abs(float(peak)) <= 6.0
+    figures = runs.nth(1).locator("[data-drawn=true]")
+    expect(figures).to_have_count(5, timeout=LONG_MS)
+    for figure in figures.all():
+        expect(figure.locator(".legendtext")).to_have_text(["Teaching", "Playback", "Error"])
+        expect(figure.locator(".ytitle")).to_have_text("Angle, deg")
+        expect(figure.locator(".y2title")).to_have_text("Error, deg")
+    page.screenshot(path=artefacts / "session.png", full_page=True)
+
+    assert hosts == {urlsplit(clinic.url).netloc}, "the page asked a foreign host"
+    assert wrong == []
+
+
+def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(page: Page, artefacts: Path) -> None:
+    sign_up(page, "Tanaka Ren")
+    teach(page, "5 Flexion / extension of the shoulder")
+    begin_session(page)
+    level = page.get_by_role("slider", name="Resistance level")
+    expect(page.get_by_test_id("level")).to_have_text("Choose a level")
+    expect(page.get_by_role("button", name="Load")).to_be_disabled()
+    for control in (level, page.get_by_role("button", name="One level lower")):
+        box = control.bounding_box()
+        assert box is not None
+        assert min(box["width"], box["height"]) >= 44
+    level.press("Home")
+    level.press("ArrowRight")
+    page.get_by_role("button", name="One level higher").click()
+    # Too low a level for this arm: its own weight is resistance.
+    expect(page.get_by_test_id("level")).to_have_text("3 of 25")
+    page.screenshot(path=artefacts / "resistance-level.png", full_page=True)
+
+    load_and_play(page)
+    taken_back = page.get_by_test_id("taken-back")
+    expect(taken_back).to_contain_text("Taken back once in this playback", timeout=LONG_MS)
+    expect(taken_back).to_contain_text("Motor 4 met resistance at")
+    play_on = page.get_by_role("button", name="Play on")
+    expect(play_on).to_be_enabled()
+    expect(taken_back).to_contain_text("Play on tries again from here")
+    expect(page.get_by_test_id("mode")).to_have_text("Holding the arm")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque on")
+    page.screenshot(path=artefacts / "taken-back.png", full_page=True)
+
+    play_on.click(delay=HOLD_MS)
+    banner = page.get_by_test_id("stop-banner")
+    expect(banner).to_contain_text("The motors still hold the arm", timeout=LONG_MS)
+    expect(banner).to_contain_text("Motor 4 met resistance twice in the same place.")
+    let_go = banner.get_by_role("button", name="Acknowledge and let the arm go")
+    expect(let_go).to_be_enabled()
+    expect(page.get_by_test_id("mode")).to_have_text("Stopped, holding the arm")
+    expect(page.get_by_test_id("torque")).to_have_text("Torque on")
+    page.screenshot(path=artefacts / "stopped-and-held.png", full_page=True)
+    let_go.click(delay=HOLD_MS)
+    expect(banner).to_be_hidden()
+    expect(page.get_by_test_id("torque")).to_have_text("Torque off")
+
+    # What fits this patient is not forgotten, by another computer neither.
+    page.reload()
+    expect(page.get_by_test_id("level")).to_have_text("3 of 25, as last time")
+    page.get_by_role("link", name="Sessions").click()
+    page.get_by_role("row", name=re.compile("Tanaka Ren")).get_by_role("link").first.click()
+    expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 3 of 25")
+
+
+def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(page: Page) -> None:
+    sign_up(page, "Suzuki Aoi")
+    teach(page, "1 Abduction / adduction of the scapula")
+    begin_session(page)
+    load_and_play(page)
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_label("Search").fill("abc")
+    page.keyboard.press("Escape")
+
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+    expect(page.get_by_test_id("stop-banner")).to_contain_text("Stopped by the operator.")
+    page.get_by_role("link", name="Station", exact=True).click()
+    expect(page.get_by_test_id("torque")).to_have_text("Torque off")
+
+
+def test_stop_stays_in_reach_above_a_dialog(page: Page) -> None:
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("button", name="New patient").click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+    stop = page.locator("button", has_text="Stop")
+    box = stop.bounding_box()
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 88
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
+
+
+def test_a_lost_connection_shows_within_two_seconds_and_nothing_stale_looks_alive(
+    page: Page, clinic: Clinic, artefacts: Path
+) -> None:
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
+    page.evaluate(
+        """() => new MutationObserver(() => {
+            const mark = document.querySelector('[data-testid=connection]');
+            if (mark?.dataset.connected === 'false' && !window.lostAt) window.lostAt = Date.now();
+        }).observe(document.body, {subtree: true, attributes: true, childList: true})"""
+    )
+    # As with a pulled cable: the connection stays open, nothing comes.
+    os.killpg(clinic.process.pid, signal.SIGSTOP)
+    silent_since = time.time()
+    try:
+        expect(page.get_by_test_id("lost")).to_contain_text("Connection lost")
+        assert page.evaluate("window.lostAt") / 1000 - silent_since <= LOST_LIMIT_S
+        expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "false")
+        expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "unknown")
+        expect(page.get_by_test_id("mode")).to_have_text("State unknown")
+        expect(page.get_by_test_id("torque")).to_have_text("Torque not known")
+        page.screenshot(path=artefacts / "connection-lost.png")
+    finally:
+        os.killpg(clinic.process.pid, signal.SIGCONT)
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true", timeout=LONG_MS)
+
+
+def test_bad_input_is_told_at_its_field_and_a_bad_file_by_its_line(page: Page, tmp_path: Path) -> None:
+    page.get_by_role("link", name="Patients").click()
+    page.get_by_role("button", name="New patient").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Sign up").click()
+    expect(dialog).to_contain_text("must not be empty")
+    expect(dialog).to_contain_text("Choose left or right.")
+    page.keyboard.press("Escape")
+    expect(dialog).to_be_hidden()
+
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time_s,elbow\n0,1\n")
+    page.get_by_role("link", name="Station", exact=True).click()
+    with page.expect_file_chooser() as choosing:
+        page.get_by_role("button", name="CSV").click()
+    choosing.value.set_files(bad)
+    expect(page.get_by_role("alert")).to_contain_text("missing: scapula_abduction")
+
+
+def test_pages_that_are_not_there_say_so(page: Page, clinic: Clinic) -> None:
+    page.goto(f"{clinic.url}/nowhere")
+    expect(page.get_by_role("heading", name="There is no such page")).to_be_visible()
+    expect(page.get_by_role("button", name="Stop")).to_be_enabled()
+    page.goto(f"{clinic.url}/patients/00000000-0000-0000-0000-000000000000")
+    expect(page.get_by_role("alert")).to_contain_text("There is no such patient.")

@@ -1,0 +1,140 @@
+"""What is done at a desk, in a real browser, by keyboard alone: assess, edit a motion, prescribe, look something up, administer."""
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kata.access.sign_in import COOKIE
+from tests.e2e.conftest import LONG_MS, Clinic
+from tests.e2e.keyboard import choose, press, reach, write
+
+PATIENT = "Ishii Nao"
+
+
+@pytest.fixture
+def page(page: Page, demonstration: Clinic) -> Page:
+    page.context.clear_cookies()
+    page.context.add_cookies([{"name": COOKIE, "value": demonstration.cookie, "url": demonstration.url}])
+    page.goto(demonstration.url)
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    return page
+
+
+@pytest.fixture
+def clinic(demonstration: Clinic) -> Clinic:
+    return demonstration
+
+
+def test_the_work_at_a_desk_is_done_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+
+    # Find the patient.
+    press(page, page.get_by_role("link", name="Patients"))
+    write(page, page.get_by_role("textbox", name=re.compile("^Search")), "Ishii")
+    expect(page.get_by_role("row")).to_have_count(2, timeout=LONG_MS)
+    press(page, page.get_by_role("link", name=PATIENT))
+    expect(page.get_by_role("heading", name=PATIENT)).to_be_visible(timeout=LONG_MS)
+
+    # Assess.
+    press(page, page.get_by_role("button", name="New assessment"))
+    form = page.get_by_role("region", name="New assessment")
+    write(page, form.get_by_role("textbox", name="Flexion, right, active", exact=True), "131")
+    press(page, form.get_by_role("tab", name="Range of motion"), "ArrowRight")
+    press(page, form.get_by_role("group", name="At rest").get_by_role("button", name="1", exact=True))
+    press(page, form.get_by_role("tab", name="Pain"), "ArrowRight")
+    for item in range(1, 14):
+        group = form.get_by_role("group", name=re.compile(rf"^{item}\. "))
+        press(page, group.get_by_role("button", name="3", exact=True))
+    expect(form.get_by_role("status")).to_contain_text("SPADI 30 of 100")
+    press(page, form.get_by_role("button", name="Save assessment"))
+    expect(page.get_by_test_id("newest-assessment")).to_contain_text("Flexion: 131° active", timeout=LONG_MS)
+
+    # Make a motion of another.
+    press(page, page.get_by_role("link", name="Abduction / adduction of the shoulder", exact=True).first)
+    press(page, page.get_by_role("button", name="Edit", exact=True))
+    panel = page.get_by_role("region", name="Edit")
+    choose(page, panel.get_by_role("combobox", name="What to do"), "Some motors only")
+    for motor in (1, 2, 5):
+        press(page, panel.get_by_role("button", name=f"Motor {motor}"))
+    press(page, panel.get_by_role("button", name="Preview"))
+    expect(panel.locator("[data-drawn=true]")).to_be_visible(timeout=LONG_MS)
+    press(page, panel.get_by_role("button", name="Keep as a new recording"))
+    expect(page.get_by_role("heading", name=re.compile("motors 3, 4 only"))).to_be_visible(timeout=LONG_MS)
+
+    # Prescribe it.
+    press(page, page.get_by_role("link", name=PATIENT).first)
+    press(page, page.get_by_role("link", name="New programme"))
+    write(page, page.get_by_label("Name of the programme"), "Evening")
+    choose(page, page.get_by_role("combobox", name="Add a recording"), "motors 3, 4 only")
+    dialog = page.get_by_role("dialog")
+    press(page, dialog.get_by_role("button", name="Repetitions: more"))
+    press(page, dialog.get_by_role("slider", name="Resistance level"), "End")
+    press(page, dialog.get_by_role("button", name="Done"))
+    expect(dialog).to_be_hidden()
+    write(page, page.get_by_label("Prescribed by"), "Aoki Rin")
+    press(page, page.get_by_role("button", name="Save the programme"))
+    expect(page.get_by_role("heading", name="Evening")).to_be_visible(timeout=LONG_MS)
+    page.screenshot(path=artefacts / "office-programme.png", full_page=True)
+
+    # Look up what was done, by whom and with which result.
+    press(page, page.get_by_role("link", name="Sessions", exact=True))
+    choose(page, page.get_by_role("combobox", name="Therapist"), "Sato Mai")
+    rows = page.get_by_role("row").filter(has_text="Sato Mai")
+    expect(rows.first).to_be_visible(timeout=LONG_MS)
+    press(page, rows.first.get_by_role("link").first)
+    expect(page.get_by_role("heading", name=re.compile("^Session of"))).to_be_visible(timeout=LONG_MS)
+
+    # A part of its figures, from a little later on, and all of them again.
+    part = page.get_by_role("group", name="Part that the figures show").first
+    with page.expect_response(lambda answer: "/figures?start_s=" in answer.url):
+        press(page, part.get_by_role("slider", name="From"), "ArrowRight")
+    expect(part.get_by_test_id("window")).not_to_contain_text("Shown: 0.0")
+    press(page, part.get_by_role("button", name="All of it"))
+    expect(part.get_by_test_id("window")).to_contain_text("Shown: 0.0")
+
+    beside = page.get_by_role("region", name="Beside another session")
+    choose(page, beside.get_by_role("combobox", name="Which session"), "2026")
+    expect(beside.get_by_test_id("beside")).to_contain_text("Resistance level", timeout=LONG_MS)
+    expect(beside.get_by_test_id("beside").get_by_role("row", name="RMSE, deg").first).to_be_visible()
+    page.screenshot(path=artefacts / "office-beside.png", full_page=True)
+
+    # Take the record along as a file, and have another one erased, which an administrator decides.
+    press(page, page.get_by_role("link", name=PATIENT).first)
+    with page.expect_download() as taken:
+        press(page, page.get_by_role("link", name="Everything (ZIP)"))
+    assert taken.value.suggested_filename.endswith(".zip")
+    press(page, page.get_by_role("button", name="Patient asks for erasure"))
+    asking = page.get_by_role("dialog")
+    write(page, asking.get_by_role("textbox", name="How and why it was asked for"), "By letter, has moved away.")
+    press(page, asking.get_by_role("button", name="Note the request"))
+    press(page, page.get_by_role("button", name="Decide on the erasure"))
+    deciding = page.get_by_role("dialog")
+    write(page, deciding.get_by_role("textbox", name="Explanation"), "Records are kept for five years.")
+    press(page, deciding.get_by_role("button", name="Refuse, keep the record"))
+    expect(page.get_by_test_id("erasure")).to_contain_text("Refused by", timeout=LONG_MS)
+
+    # Administer: an account, and who did all this.
+    press(page, page.get_by_role("link", name="Administration"))
+    press(page, page.get_by_role("button", name="New account"))
+    account = page.get_by_role("dialog", name="New account")
+    write(page, account.get_by_role("textbox", name="Name", exact=True), "Ito Mai")
+    write(page, account.get_by_label("User name"), "ito")
+    viewer = account.get_by_role("radio", name="Viewer")
+    reach(page, account.get_by_role("radio", checked=True))
+    for _ in range(4):
+        if not viewer.is_checked():
+            page.keyboard.press("ArrowDown")
+    expect(viewer).to_be_checked()
+    press(page, account.get_by_role("button", name="Make the account"))
+    expect(page.get_by_test_id("code")).to_be_visible(timeout=LONG_MS)
+    press(page, page.get_by_role("button", name="I have handed it over"))
+    expect(page.get_by_role("row", name="Ito Mai")).to_contain_text("Viewer")
+    press(page, page.get_by_role("link", name="Audit trail"))
+    expect(page.get_by_role("link", name="Administration")).to_have_attribute("aria-current", "page")
+    choose(page, page.get_by_role("combobox", name="Outcome"), "Done")
+    expect(page.get_by_role("row").nth(1)).to_be_visible(timeout=LONG_MS)
+    page.screenshot(path=artefacts / "office-audit.png")
+    assert wrong == []

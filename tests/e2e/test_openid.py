@@ -1,0 +1,71 @@
+"""Signing in by the clinic's own provider, in a real browser that is sent to another site and back."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
+
+from tests.api.provider import CLIENT, SECRET, Provider, provider
+from tests.e2e.conftest import START_LIMIT_S, Clinic
+from tests.e2e.test_access import another as another
+from tests.e2e.test_access import made, menu
+
+
+@pytest.fixture
+def theirs() -> Iterator[Provider]:
+    # Another site than the service's, which is at 127.0.0.1.
+    with provider("localhost") as made:
+        yield made
+
+
+@pytest.fixture
+def clinic(tmp_path: Path, theirs: Provider, monkeypatch: pytest.MonkeyPatch) -> Iterator[Clinic]:
+    secret = tmp_path / "openid-secret"
+    secret.write_text(SECRET)
+    secret.chmod(0o600)
+    for name, value in {
+        "ISSUER": theirs.issuer,
+        "CLIENT_ID": CLIENT,
+        "SECRET_FILE": str(secret),
+        "NAME": "Clinic ID",
+    }.items():
+        monkeypatch.setenv(f"KATA_OPENID_{name}", value)
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
+def test_whoever_is_linked_signs_in_by_the_provider_and_unlocks_by_it(
+    page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider, artefacts: Path
+) -> None:
+    made(page, "Ito Mai", "ito", "Therapist")
+    hers = another.new_page()
+    hers.goto(f"{clinic.url}/patients")
+    hers.screenshot(path=artefacts / "sign-in-openid.png")
+    hers.get_by_role("link", name="Sign in with Clinic ID").click()
+    expect(hers.get_by_role("alert")).to_contain_text("Nobody here is linked with this identity of Clinic ID")
+    expect(hers.get_by_role("alert")).to_contain_text(theirs.subject)
+    hers.screenshot(path=artefacts / "openid-not-linked.png")
+
+    page.get_by_role("button", name="Change Ito Mai").click()
+    page.get_by_label("Identity at Clinic ID").fill(theirs.subject)
+    page.get_by_role("button", name="Save").click()
+    expect(page.get_by_role("row").filter(has_text="Ito Mai")).to_contain_text("The clinic's own sign-in")
+    page.screenshot(path=artefacts / "accounts-openid.png")
+
+    hers.goto(f"{clinic.url}/patients")
+    hers.get_by_role("link", name="Sign in with Clinic ID").click()
+    expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=START_LIMIT_S * 1000)
+    expect(hers).to_have_url(f"{clinic.url}/patients")
+
+    # Locked, she goes there and back in a tab of its own; Stop stays where it is.
+    menu(hers, "Lock the screen")
+    expect(hers.get_by_role("heading", name="Locked")).to_be_visible()
+    hers.screenshot(path=artefacts / "locked-openid.png")
+    with another.expect_page() as opened:
+        hers.get_by_role("link", name="Sign in again with Clinic ID").click()
+    expect(hers.get_by_role("button", name="Stop", exact=True)).to_be_visible()
+    expect(opened.value.get_by_role("heading", name="You are back")).to_be_visible()
+    expect(hers.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
+    assert all("code=" not in one.url and "state=" not in one.url for one in another.pages)

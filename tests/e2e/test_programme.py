@@ -1,0 +1,111 @@
+"""What a therapist prescribes, in a real browser."""
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import LONG_MS
+from tests.e2e.test_main_job import begin_session, load_and_play, sign_up, teach
+
+
+def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    sign_up(page, "Mori Sakura")
+    patient = page.url
+    teach(page, "1 Abduction / adduction of the scapula")
+    page.get_by_test_id("saved").get_by_role("link").click()
+    expect(page.get_by_role("heading", name="Raise the arm")).to_be_visible()
+    service, recording = page.url.split("/recordings/")
+    less = {"do": "isolate", "motors": [1], "name": "A little less"}
+    assert page.request.post(f"{service}/api/recordings/{recording}/derived", data=less).ok
+
+    page.goto(patient)
+    page.get_by_role("link", name="New programme").click()
+    page.get_by_label("Name of the programme").fill("Morning")
+    for name, more in (("Raise the arm", 2), ("A little less", 1)):
+        page.get_by_role("combobox", name="Add a recording").click()
+        page.get_by_role("option", name=name).click()
+        dialog = page.get_by_role("dialog", name=name)
+        if name == "Raise the arm":
+            expect(page.get_by_test_id("whole")).to_have_text("Resistance level not chosen yet: Raise the arm")
+            dialog.get_by_role("slider", name="Resistance level").press("End")
+        for _ in range(more):
+            dialog.get_by_role("button", name="Repetitions: more").click()
+        dialog.get_by_role("button", name="Done").click()
+        expect(dialog).to_be_hidden()
+        # Where it was before: until then what is focused by somebody else would lose it again.
+        expect(page.get_by_role("combobox", name="Add a recording")).to_be_focused()
+    table = page.get_by_role("table", name="Recordings in their order")
+    expect(table.get_by_role("row", name="A little less")).to_contain_text("4 repetitions")
+    # By the keyboard: up, and the button stays in use where it has become the first.
+    up = page.get_by_role("button", name="A little less: up")
+    up.focus()
+    page.keyboard.press("Enter")
+    expect(table.get_by_role("row").nth(1)).to_contain_text("A little less")
+    expect(page.get_by_role("button", name="A little less: down")).to_be_focused()
+    for control in (up, page.get_by_role("button", name="Raise the arm: settings")):
+        box = control.bounding_box()
+        assert box is not None
+        assert min(box["width"], box["height"]) >= 42
+    for name in ("With timer", "With sessions a week"):
+        page.get_by_role("switch", name=name).press(" ")
+        expect(page.get_by_role("switch", name=name)).to_be_checked()
+    page.get_by_label("Prescribed by").fill("Aoki Rin")
+    expect(page.get_by_test_id("whole")).to_contain_text("of playing in all", timeout=LONG_MS)
+    page.screenshot(path=artefacts / "programme-new.png", full_page=True)
+    page.get_by_role("button", name="Save the programme").click()
+    expect(page.get_by_role("heading", name="Morning")).to_be_visible()
+    expect(page.get_by_role("table", name="Version 1").first).to_contain_text("Raise the arm")
+
+    page.get_by_role("button", name="Change").click()
+    page.get_by_role("button", name="Raise the arm: settings").click()
+    page.get_by_role("button", name="Speed: less").click()
+    page.get_by_role("button", name="Done").click()
+    page.get_by_role("button", name="A little less: take out").click()
+    page.get_by_label("Why").fill("It hurt at the end.")
+    page.get_by_role("button", name="Save as version 2").click()
+    changes = page.get_by_test_id("changes-2")
+    expect(changes.get_by_role("listitem")).to_have_text(
+        ["A little less is left out", "Raise the arm: speed 90 % instead of 100 %"]
+    )
+    versions = page.get_by_role("region", name="Versions")
+    versions.get_by_role("button", name="Show version 1").click()
+    expect(versions.get_by_role("table", name="Version 1")).to_contain_text("A little less")
+    page.screenshot(path=artefacts / "programme.png", full_page=True)
+
+    # Today's visit is for the newest programme, as it now stands.
+    page.get_by_role("link", name="Mori Sakura").click()
+    page.get_by_role("link", name="To the station").click()
+    visit = page.get_by_role("region", name="Session")
+    expect(visit.get_by_role("combobox", name="Programme")).to_have_value("Morning (version 2)")
+    expect(visit.get_by_text("1. Raise the arm: 90 % of the speed")).to_be_visible()
+    begin_session(page)
+    expect(visit.get_by_role("combobox", name="Recording")).to_have_value("1. Raise the arm")
+    load_and_play(page)
+    expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
+    page.get_by_role("link", name="Look at teaching against playback").click()
+    expect(page.get_by_test_id("planned").get_by_role("row", name="Raise the arm")).to_contain_text("3 of 3")
+
+    # On paper, in either language, and as a file.
+    reports = page.get_by_role("group", name="Report", exact=True)
+    with page.expect_popup() as opened:
+        reports.get_by_role("link", name="Report to print").click()
+    printed = opened.value
+    expect(printed.get_by_role("heading", name="Session report")).to_be_visible()
+    expect(printed.get_by_text("Not signed. This is a draft").first).to_be_visible()
+    expect(printed.locator("body")).to_contain_text("Mori Sakura")
+    printed.screenshot(path=artefacts / "report.png", full_page=True)
+    printed.close()
+    reports.get_by_text("日本語").click()
+    with page.expect_download() as saving:
+        reports.get_by_role("link", name="Report as PDF").click()
+    assert saving.value.path().read_bytes().startswith(b"%PDF-")
+
+    page.get_by_role("link", name="Mori Sakura").first.click()
+    section = page.get_by_role("region", name="Programmes")
+    expect(section.get_by_role("row", name="Morning")).to_contain_text("90 % of the speed")
+    expect(section.get_by_test_id("regularity")).to_contain_text(
+        "This week: 1 of 3 sessions, 3 of 3 planned repetitions"
+    )
+    assert wrong == []

@@ -1,0 +1,135 @@
+"""The screens stand where patients sit, and whoever leaves one leaves nothing on it: passwords, signing out, and what a browser keeps."""
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
+
+from kata.access.sign_in import COOKIE
+from tests.e2e.conftest import LONG_MS, Clinic
+from tests.e2e.test_access import PASSWORD, made, menu
+from tests.e2e.test_main_job import sign_up
+
+NAME: Final = "Yamada Hanako"
+NOBODYS: Final = {"kata-scheme", "kata.language", "kata.first-steps-hidden", "kata.report-language"}
+"""What a browser keeps of whoever used it: colours, languages, what was put away."""
+SCREENS: Final = (
+    "/", "/stations", "/patients", "/sessions", "/account", "/administration/accounts", "/administration/audit",
+    "/administration/emergency-access", "/administration/backups", "/nowhere",
+)  # fmt: skip
+
+
+@pytest.fixture
+def stranger(browser: Browser, browser_context_args: dict[str, Any], clinic: Clinic) -> Iterator[Page]:
+    """A browser that nobody is signed in at, whose clipboard a test may fill."""
+    context = browser.new_context(**browser_context_args)
+    context.grant_permissions(["clipboard-read", "clipboard-write"], origin=clinic.url)
+    yield context.new_page()
+    context.close()
+
+
+def pasted(page: Page, field: Locator, text: str) -> None:
+    """As a password manager's button or somebody's fingers do it; masked before and after."""
+    expect(field).to_have_attribute("type", "password")
+    assert field.get_attribute("autocomplete") in ("current-password", "new-password")
+    page.evaluate("text => navigator.clipboard.writeText(text)", text)
+    field.focus()
+    page.keyboard.press("Control+V")
+    expect(field).to_have_value(text)
+    expect(field).to_have_attribute("type", "password")
+
+
+def test_passwords_are_masked_pasted_and_filled_in(page: Page, clinic: Clinic, stranger: Page) -> None:
+    code = made(page, "Ito Mai", "ito", "Therapist")
+    # A new password, by the one-time code.
+    stranger.goto(clinic.url)
+    stranger.get_by_role("link", name="I have a one-time code").click()
+    stranger.get_by_label("User name").fill("ito")
+    expect(stranger.get_by_label("User name")).to_have_attribute("autocomplete", "username")
+    stranger.get_by_label("One-time code").fill(code)
+    pasted(stranger, stranger.get_by_label("New password", exact=True), PASSWORD)
+    pasted(stranger, stranger.get_by_label("New password again"), PASSWORD)
+    stranger.get_by_role("button", name="Set the password").click()
+    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible(timeout=LONG_MS)
+
+    # The account's page, the lock screen, signing in.
+    stranger.goto(f"{clinic.url}/account")
+    fields = stranger.locator("input[autocomplete$=password]")
+    expect(fields.first).to_be_visible()
+    assert fields.count() >= 3
+    for field in fields.all():
+        pasted(stranger, field, "pasted, and long enough to be one")
+    menu(stranger, "Lock the screen")
+    pasted(stranger, stranger.get_by_label("Password of Ito Mai"), PASSWORD)
+    stranger.get_by_role("button", name="Unlock").click()
+    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
+    menu(stranger, "Sign out")
+    stranger.get_by_label("User name").fill("ito")
+    expect(stranger.get_by_label("User name")).to_have_attribute("autocomplete", "username")
+    pasted(stranger, stranger.locator("input[autocomplete=current-password]"), PASSWORD)
+    stranger.get_by_role("button", name="Sign in", exact=True).click()
+    expect(stranger.get_by_role("button", name="Signed in as Ito Mai")).to_be_visible()
+
+
+def kept(page: Page) -> dict[str, Any]:
+    """Everything that a page can leave in a browser, and can read there."""
+    told: dict[str, Any] = page.evaluate(
+        """async () => ({
+            local: {...localStorage}, session: {...sessionStorage}, cookie: document.cookie,
+            databases: (await indexedDB.databases()).map((one) => one.name), caches: await caches.keys(),
+        })"""
+    )
+    return told
+
+
+@pytest.fixture
+def page(page: Page, clinic: Clinic) -> Page:
+    """With its cookie as the service sets it."""
+    page.context.clear_cookies()
+    page.context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url, "httpOnly": True}])
+    return page
+
+
+def assert_nobodys(page: Page, context: BrowserContext) -> None:
+    told = kept(page)
+    assert set(told["local"]) | set(told["session"]) <= NOBODYS, told
+    assert NAME not in str(told)
+    assert (told["cookie"], told["databases"], told["caches"]) == ("", [], [])
+    assert {(one.get("name"), one.get("httpOnly")) for one in context.cookies()} <= {(COOKIE, True)}
+
+
+def test_signing_out_is_in_sight_everywhere_and_leaves_nothing(page: Page, clinic: Clinic) -> None:
+    sign_up(page, NAME)
+    record = page.url
+    for screen in (*SCREENS, record.removeprefix(clinic.url), f"/?patient={record.rpartition('/')[2]}"):
+        page.goto(clinic.url + screen)
+        page.wait_for_load_state("networkidle")
+        button = page.get_by_role("button", name=re.compile("^Signed in as"))
+        expect(button).to_be_in_viewport()
+        button.click()
+        expect(page.get_by_role("menuitem", name="Sign out")).to_be_in_viewport()
+        page.keyboard.press("Escape")
+        assert_nobodys(page, page.context)
+    page.goto(record)
+    expect(page.get_by_role("heading", name=NAME)).to_be_visible()
+    menu(page, "Sign out")
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    ways: tuple[Callable[[], object], ...] = (page.content, page.go_back, page.reload, lambda: page.goto(record))
+    for way in ways:
+        way()
+        expect(page.get_by_role("heading", name="Sign in")).to_be_visible(timeout=LONG_MS)
+        assert NAME not in page.content()
+        assert NAME not in page.title()
+    assert_nobodys(page, page.context)
+
+
+def test_signing_out_without_a_service_leaves_nothing_either(page: Page, clinic: Clinic) -> None:
+    sign_up(page, NAME)
+    clinic.kill()
+    menu(page, "Sign out")
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    assert NAME not in page.content()
+    assert NAME not in page.title()
+    assert_nobodys(page, page.context)

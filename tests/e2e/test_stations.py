@@ -1,0 +1,111 @@
+"""All stations of a clinic on one page, in a real browser: what each does and for whom, and that one which fell silent is not known."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any, Final
+from uuid import UUID, uuid4
+
+import psycopg
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from kata.access.sign_in import COOKIE
+from kata.database.engine import Database
+from kata.station.overview import PlaybackProgress, StationTold, encoded
+from kata.station.schemas import PatientRef
+from tests.e2e.conftest import LONG_MS, Clinic
+from tests.signed_in import signed_in
+
+NAME: Final = "Yamada Hanako"
+SILENT: Final = "Silent: what it does is not known."
+
+
+@pytest.fixture
+def clinic(tmp_path: Path, services_url: str) -> Iterator[Clinic]:
+    """Its database is one that stations share."""
+    started = Clinic(tmp_path, database_url=services_url)
+    yield started
+    started.close()
+
+
+class Elsewhere:
+    """Another station, which plays for a patient: what its service would say to the others each second."""
+
+    def __init__(self, database_url: str, patient_id: str) -> None:
+        self._told = StationTold(
+            station="Station 2", service=uuid4(), simulated=False, device="running", mode="playing", torque="on",
+            estop="closed", causes=[], arm_held=False, operator="Sato Jun", patient=PatientRef(id=UUID(patient_id), name=NAME),
+            recording_name="Her flexion", take_s=None,
+            progress=PlaybackProgress(position_s=10, duration_s=40, left_s=30, reversing=False),
+        )  # fmt: skip
+        self._url = database_url.replace("postgresql+psycopg", "postgresql")
+        self._quiet = Event()
+        self._thread = Thread(target=self._speak)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Fall silent."""
+        self._quiet.set()
+        self._thread.join()
+
+    def _speak(self) -> None:
+        with psycopg.connect(self._url, autocommit=True) as connection:
+            while True:
+                connection.execute("SELECT pg_notify('kata_stations', %s)", (encoded(self._told),))
+                if self._quiet.wait(1.0):
+                    return
+
+
+def tile(page: Page, station: str) -> Locator:
+    return page.get_by_role("article", name=station)
+
+
+def test_each_station_is_seen_with_whom_it_treats_and_one_that_falls_silent_as_silent(
+    page: Page,
+    clinic: Clinic,
+    services_url: str,
+    browser: Browser,
+    browser_context_args: dict[str, Any],
+    artefacts: Path,
+) -> None:
+    patient = page.request.post(
+        f"{clinic.url}/api/patients", data={"clinic_number": "S-1", "name": NAME, "affected_side": "left"}
+    ).json()
+    with closing(Database(services_url)) as database:
+        cookie = signed_in(database, "technician")
+    context = browser.new_context(**browser_context_args)
+    context.add_cookies([{"name": COOKIE, "value": cookie, "url": clinic.url}])
+    technicians = context.new_page()
+
+    with closing(Elsewhere(services_url, patient["id"])):
+        for watcher in (page, technicians):
+            watcher.goto(f"{clinic.url}/stations")
+            other = tile(watcher, "Station 2")
+            for words in ("Playing", "E-stop ready", "0:30 left", "Operated by Sato Jun"):
+                expect(other.get_by_text(words, exact=True)).to_be_visible(timeout=LONG_MS)
+            expect(tile(watcher, "Station 1").get_by_text("Idle, torque off")).to_be_visible()
+        for words in (NAME, "Her flexion"):
+            expect(tile(page, "Station 2").get_by_text(words)).to_be_visible()
+            expect(technicians.get_by_text(words)).to_have_count(0)
+        # Named to nobody's technician, and not said to be empty either.
+        expect(tile(technicians, "Station 2").get_by_text("as far as you may see")).to_be_visible()
+
+        for pressed, words in ((True, "E-stop pressed"), (False, "E-stop released")):
+            page.request.post(f"{clinic.url}/api/simulator/estop", data={"pressed": pressed})
+            for watcher in (page, technicians):
+                expect(tile(watcher, "Station 1").get_by_text(words)).to_be_visible()
+        page.screenshot(path=artefacts / "stations.png")
+
+    for watcher in (page, technicians):
+        other = tile(watcher, "Station 2")
+        expect(other.get_by_text(SILENT)).to_be_visible(timeout=LONG_MS)
+        expect(other.get_by_text("Last heard")).to_be_visible()
+        for words in (NAME, "Playing", "E-stop", "left", "Sato Jun"):
+            expect(other.get_by_text(words)).to_have_count(0)
+        expect(tile(watcher, "Station 1").get_by_text(SILENT)).to_have_count(0)
+
+    with closing(Elsewhere(services_url, patient["id"])):
+        expect(tile(page, "Station 2").get_by_text("Playing")).to_be_visible(timeout=LONG_MS)
+    context.close()

@@ -1,0 +1,144 @@
+"""What is shown stays where it is while a page loads: nothing moves away under a finger that is on its way."""
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from kata.seed import fill
+from tests.e2e.conftest import LONG_MS, Clinic
+
+log = logging.getLogger(__name__)
+LIMIT: Final = 0.1
+"""Cumulative Layout Shift that web.dev calls good: how much of what is in sight moves, times how far."""
+SIZES: Final = {"phone": (412, 823), "tablet, upright": (800, 1280), "tablet": (1280, 800), "desktop": (1350, 940)}
+ATTEMPTS: Final = 20
+
+# As web.dev defines it: the worst five seconds of shifts that follow each other within one, without those that somebody asked for.
+NOTED: Final = """() => {
+    window.shifts = { worst: 0, sum: 0, first: 0, last: 0, moved: [], lost: false };
+    const note = (entries) => {
+        const it = window.shifts;
+        for (const { startTime, value, hadRecentInput, sources } of entries) {
+            if (hadRecentInput) continue;
+            if (startTime - it.last > 1000 || startTime - it.first > 5000) Object.assign(it, { sum: 0, first: startTime });
+            it.sum += value;
+            it.last = startTime;
+            it.worst = Math.max(it.worst, it.sum);
+            it.moved.push([value, ...sources.map(({ node }) => node?.textContent?.slice(0, 60))]);
+        }
+    };
+    const observer = new PerformanceObserver((list) => note(list.getEntries()));
+    observer.observe({ type: 'layout-shift', buffered: true });
+    new MutationObserver(() => {
+        if (document.querySelector('[data-testid=lost]')) window.shifts.lost = true;
+    }).observe(document, { subtree: true, childList: true });
+    window.untilNow = () => {
+        note(observer.takeRecords());
+        return window.shifts;
+    };
+}"""
+DRAWN: Final = "() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
+
+
+@dataclass(frozen=True)
+class Screen:
+    """A page, and what is the last to stand on it."""
+
+    path: str
+    whole: Callable[[Page], None]
+
+
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """With months of history."""
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
+    upgrade(database)
+    fill(database, 1, utc_now(), patients=2)
+    database.close()
+    started = Clinic(tmp_path)
+    yield started
+    started.close()
+
+
+def station_is_whole(page: Page) -> None:
+    expect(page.get_by_test_id("loop")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("lease")).to_be_visible()
+    expect(page.get_by_test_id("angles").locator("canvas")).to_have_count(5, timeout=LONG_MS)
+    expect(page.get_by_test_id("hand")).not_to_be_empty()
+    expect(page.get_by_role("region", name="First steps")).to_be_visible()
+
+
+def visit_is_whole(page: Page) -> None:
+    station_is_whole(page)
+    expect(page.get_by_role("region", name="Session").get_by_role("combobox")).to_be_visible()
+
+
+def table_is_whole(page: Page) -> None:
+    expect(page.get_by_role("row").nth(1)).to_be_visible(timeout=LONG_MS)
+
+
+def chart_is_whole(page: Page) -> None:
+    expect(page.get_by_test_id("newest-assessment")).to_be_visible(timeout=LONG_MS)
+    expect(page.get_by_test_id("record-access")).to_be_visible()
+    expect(page.get_by_role("table")).to_have_count(3)
+
+
+def session_is_whole(page: Page) -> None:
+    expect(page.get_by_test_id("note")).to_be_visible(timeout=LONG_MS)
+    runs = page.get_by_test_id("errors").count()
+    expect(page.locator("figure[data-drawn=true]")).to_have_count(5 * runs, timeout=LONG_MS)
+
+
+def stations_are_whole(page: Page) -> None:
+    expect(page.get_by_test_id("station")).to_be_visible(timeout=LONG_MS)
+
+
+def screens(page: Page, clinic: Clinic) -> dict[str, Screen]:
+    def first(path: str) -> str:
+        return str(page.request.get(f"{clinic.url}{path}").json()["items"][0]["id"])
+
+    patient = first("/api/patients")
+    session = first(f"/api/patients/{patient}/sessions")
+    return {
+        "station": Screen("/", station_is_whole),
+        "station with a patient": Screen(f"/?patient={patient}", visit_is_whole),
+        "patients": Screen("/patients", table_is_whole),
+        "chart": Screen(f"/patients/{patient}", chart_is_whole),
+        "sessions": Screen("/sessions", table_is_whole),
+        "session": Screen(f"/sessions/{session}", session_is_whole),
+        "stations": Screen("/stations", stations_are_whole),
+    }
+
+
+def loaded(page: Page, url: str, screen: Screen) -> dict[str, Any]:
+    """What has moved until the page was whole. A lost connection is told above everything, and may move it: then once more."""
+    for _ in range(ATTEMPTS):
+        page.goto(url + screen.path)
+        screen.whole(page)
+        page.evaluate(DRAWN)
+        shifts: dict[str, Any] = page.evaluate("window.untilNow()")
+        if not shifts["lost"]:
+            return shifts
+    pytest.fail(f"the connection was lost while {screen.path} was loaded, {ATTEMPTS} times")
+
+
+@pytest.mark.timeout(900)
+def test_what_is_shown_stays_where_it_is_while_a_page_loads(page: Page, clinic: Clinic) -> None:
+    page.add_init_script(f"({NOTED})()")
+    moved = {}
+    for name, screen in screens(page, clinic).items():
+        for size, (width, height) in SIZES.items():
+            page.set_viewport_size({"width": width, "height": height})
+            shifts = loaded(page, clinic.url, screen)
+            log.info("%s, %s: %.3f", name, size, shifts["worst"])
+            if shifts["worst"] > LIMIT:
+                moved[f"{name}, {size}"] = (shifts["worst"], shifts["moved"])
+    assert moved == {}

@@ -1,0 +1,31 @@
+"""The apparatus in three dimensions, which a worker draws beside the page."""
+
+from typing import Final
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import LONG_MS
+
+NEXT_PICTURE: Final = """async (before) => {
+    for (;;) {
+        await new Promise(requestAnimationFrame);
+        const seen = document.querySelector('[data-testid=apparatus-canvas] canvas');
+        if (!seen?.width) continue;
+        const copy = new OffscreenCanvas(seen.width, seen.height).getContext('2d');
+        copy.drawImage(seen, 0, 0);
+        const pixels = new Uint32Array(copy.getImageData(0, 0, seen.width, seen.height).data.buffer);
+        const sum = pixels.reduce((sum, one) => (sum * 31 + one) | 0, 0);
+        if (new Set(pixels).size > 100 && sum !== before) return sum;
+    }
+}"""
+"""What the canvas shows, as a number, once there is something on it and it is another picture."""
+
+
+def test_the_picture_is_drawn_and_drawn_anew_for_whoever_looks_from_elsewhere(page: Page) -> None:
+    page.get_by_role("button", name="Show in three dimensions").click()
+    corner = page.evaluate(NEXT_PICTURE)
+
+    page.get_by_role("radiogroup", name="View").get_by_text("Back", exact=True).click()
+
+    assert page.evaluate(NEXT_PICTURE, corner) != corner
+    expect(page.get_by_test_id("apparatus-canvas")).not_to_have_class("stale", timeout=LONG_MS)

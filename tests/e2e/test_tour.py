@@ -1,0 +1,82 @@
+"""The pictures of docs/tour.md, taken anew of a demonstration clinic: a session from the patient's page to its error plots."""
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from kata.access.sign_in import COOKIE
+from tests.conftest import ROOT
+from tests.e2e.conftest import LONG_MS, Clinic
+from tests.e2e.test_main_job import load_and_play, try_estop
+
+PICTURES = ROOT / "docs" / "tour"
+DRAWN_MS = 1000
+DESKTOP, TABLET = {"width": 1280, "height": 800}, {"width": 800, "height": 1180}
+
+
+def page_of(browser: Browser, clinic: Clinic, size: dict[str, int], scheme: str) -> Page:
+    context = browser.new_context(viewport=size, color_scheme=scheme)  # type: ignore[arg-type]
+    context.add_cookies([{"name": COOKIE, "value": clinic.cookie, "url": clinic.url}])
+    return context.new_page()
+
+
+def take(page: Page, name: str, top: Locator | None = None) -> None:
+    """What is seen once everything has been drawn; ``top`` is brought below the header."""
+    if top:
+        top.evaluate("one => window.scrollBy(0, one.getBoundingClientRect().top - 150)")
+    else:
+        page.evaluate("window.scrollTo(0, 0)")
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(DRAWN_MS)
+    page.screenshot(path=PICTURES / f"{name}.png")
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(600)
+def test_take_the_pictures_of_the_tour(browser: Browser, demonstration: Clinic) -> None:
+    clinic = demonstration
+    PICTURES.mkdir(exist_ok=True)
+    page = page_of(browser, clinic, DESKTOP, "light")
+    page.goto(f"{clinic.url}/patients")
+    page.get_by_role("link", name="Ishii Nao").click()
+    expect(page.get_by_role("heading", name="Programmes")).to_be_visible(timeout=LONG_MS)
+    take(page, "patient", page.get_by_role("heading", name="Ishii Nao"))
+    patient = page.url
+    page.get_by_role("link", name="Progress").click()
+    expect(page.locator(".js-plotly-plot").first).to_be_visible(timeout=LONG_MS)
+    take(page, "progress", page.get_by_role("heading", name="Range of motion"))
+
+    tablet = page_of(browser, clinic, TABLET, "light")
+    tablet.goto(patient)
+    tablet.get_by_role("link", name="To the station").click()
+    tablet.get_by_role("button", name="Hide this").click()
+    visit = tablet.get_by_role("region", name="Session")
+    visit.get_by_role("button", name="Begin the session").click()
+    expect(visit.get_by_role("heading", name="Checklist")).to_be_visible(timeout=LONG_MS)
+    take(tablet, "checklist", visit)
+    try_estop(tablet)
+    visit.get_by_role("button", name="I have looked at all 3").click()
+    visit.get_by_role("button", name="Pain before: 4").click()
+    expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
+    load_and_play(tablet)
+    expect(tablet.get_by_text("0:05 left")).to_be_visible(timeout=LONG_MS)
+    take(tablet, "playing")
+
+    watching = page_of(browser, clinic, DESKTOP, "dark")
+    watching.goto(f"{clinic.url}/stations")
+    expect(watching.get_by_text("Station 1").first).to_be_visible(timeout=LONG_MS)
+    take(watching, "stations")
+
+    tablet.get_by_role("button", name="Press the e-stop switch").click()
+    expect(tablet.get_by_test_id("stop-banner")).to_be_visible(timeout=LONG_MS)
+    take(tablet, "stopped")
+    tablet.get_by_role("button", name="Release the e-stop switch").click()
+    tablet.get_by_test_id("stop-banner").get_by_role("button", name="Acknowledge").click(timeout=LONG_MS)
+
+    # The last one of the demonstration; the newest is the one that has just been stopped.
+    page.goto(patient)
+    page.get_by_role("table").last.get_by_role("link").nth(1).click()
+    expect(page.locator(".js-plotly-plot").nth(2)).to_be_visible(timeout=LONG_MS)
+    take(page, "errors", page.get_by_text("Motor 3", exact=True).first)
+    watching.goto(f"{clinic.url}/administration/audit")
+    expect(watching.get_by_role("row").nth(5)).to_be_visible(timeout=LONG_MS)
+    take(watching, "audit", watching.get_by_role("heading", name="Audit trail"))

@@ -1,0 +1,49 @@
+"""What is shown is the device's confirmed state, or it does not look alive; in a real browser."""
+
+import logging
+import re
+import time
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import LONG_MS, Clinic
+
+log = logging.getLogger(__name__)
+LOST_LIMIT_S = 2.0
+
+
+def watch(page: Page) -> None:
+    """The page itself notes when it has said that the connection is lost, and when the values have come alive again."""
+    page.evaluate(
+        """() => {
+            window.noted = {};
+            const note = () => {
+                const lost = document.querySelector('[data-testid=lost]') !== null;
+                const alive = document.querySelector('[data-testid=angles]')?.dataset.alive === 'true';
+                if (lost && !alive) window.noted.lost ??= Date.now();
+                if (!lost && alive && window.noted.lost) window.noted.back ??= Date.now();
+            };
+            new MutationObserver(note).observe(document.body, {subtree: true, attributes: true, childList: true});
+        }"""
+    )
+
+
+def test_a_killed_service_is_told_within_two_seconds_and_its_return_is_seen_without_a_reload(
+    page: Page, clinic: Clinic
+) -> None:
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
+    expect(page.get_by_test_id("age")).to_have_text(re.compile(r"^\d\.\d s old$"))
+    watch(page)
+    clinic.kill()
+    killed_s = time.time()
+    expect(page.get_by_test_id("lost")).to_contain_text("Connection lost")
+    assert page.evaluate("window.noted.lost") / 1000 - killed_s <= LOST_LIMIT_S
+    expect(page.get_by_test_id("estop")).to_have_attribute("data-state", "unknown")
+    page.get_by_role("button", name="Stop", exact=True).click()
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("Use the emergency stop")
+    clinic.start()
+    returned_s = time.time()
+    expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true", timeout=LONG_MS)
+    expect(page.get_by_test_id("lost")).to_be_hidden()
+    back_s = page.evaluate("window.noted.back") / 1000 - returned_s
+    log.info("alive again %.2f s after the service's return, its device process included", back_s)

@@ -1,0 +1,153 @@
+"""A visit from sign-up to addendum, in a real browser, by keyboard alone."""
+
+import re
+from pathlib import Path
+
+from playwright.sync_api import Locator, Page, expect
+
+from tests.e2e.conftest import LONG_MS
+from tests.e2e.keyboard import held, press, reach, write
+from tests.e2e.test_main_job import stand_for_left, try_estop
+
+MOTION = "1 Abduction / adduction of the scapula"
+
+
+def sign_up(page: Page, name: str) -> None:
+    press(page, page.get_by_role("link", name="Patients"))
+    press(page, page.get_by_role("button", name="New patient"))
+    dialog = page.get_by_role("dialog")
+    write(page, dialog.get_by_label("Name", exact=False).first, name)
+    write(page, dialog.get_by_label("Clinic number"), "K-0042")
+    press(page, dialog.get_by_role("radio", name="Left"), "Space")
+    press(page, dialog.get_by_role("button", name="Sign up"))
+    expect(page.get_by_role("heading", name=name)).to_be_visible()
+
+
+def teach(page: Page, artefacts: Path) -> None:
+    press(page, page.get_by_role("link", name="To the station"))
+    stand_for_left(page, press)
+    # The checklist: somebody looks, and the apparatus sees for itself that its switch was tried.
+    before = page.get_by_role("region", name="Before teaching")
+    switch = before.get_by_test_id("check-estop")
+    expect(switch).to_contain_text("Not seen yet")
+    expect(before.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
+    expect(page.get_by_role("button", name="Start teaching")).to_be_disabled()
+    page.screenshot(path=artefacts / "before-teaching.png", full_page=True)
+    try_estop(page, press)
+    expect(switch).to_be_hidden(timeout=LONG_MS)
+    write(page, page.get_by_label("Name of the motion"), "Raise the arm")
+    press(page, page.get_by_role("button", name="I have looked at all 3: start teaching"))
+    expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
+    motion = page.get_by_role("combobox", name="Motion that the hand follows")
+    reach(page, motion)
+    page.keyboard.press("ControlOrMeta+A")
+    page.keyboard.type(MOTION)
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    expect(motion).to_have_value(re.compile(re.escape(MOTION)))
+    press(page, page.get_by_role("button", name="Guide the arm"))
+    expect(page.get_by_test_id("pedal")).to_contain_text("Recording", timeout=LONG_MS)
+    expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record", timeout=LONG_MS)
+    press(page, page.get_by_role("button", name="Finish teaching"))
+    expect(page.get_by_test_id("saved")).to_contain_text("Raise the arm")
+
+
+def at_least_44(target: Locator) -> None:
+    box = target.bounding_box()
+    assert box is not None
+    assert min(box["width"], box["height"]) >= 44
+
+
+def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    sign_up(page, "Yamada Hanako")
+    teach(page, artefacts)
+    visit = page.get_by_role("region", name="Session")
+    press(page, visit.get_by_role("button", name="Begin the session"))
+
+    # Once more for this session; what the apparatus has seen today it says itself.
+    line = visit.get_by_test_id("check-estop")
+    expect(line).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
+    expect(line.get_by_role("button")).to_have_count(0)
+    for check in ("side", "fixtures", "belt"):
+        at_least_44(visit.get_by_test_id(f"check-{check}").get_by_role("button"))
+    expect(visit.get_by_test_id("check-fixtures")).to_contain_text("arm fixer 1, closed")
+    press(page, visit.get_by_test_id("check-side").get_by_role("button"))
+    expect(visit.get_by_test_id("check-side")).to_contain_text("Test administrator")
+    page.screenshot(path=artefacts / "checklist.png", full_page=True)
+    # Nothing can be loaded before.
+    steps = visit.get_by_role("navigation", name="Steps of the session")
+    press(page, steps.get_by_role("button", name="Play"))
+    expect(visit.get_by_role("heading", name="Play")).to_be_focused()
+    expect(visit.get_by_role("button", name="Load")).to_be_disabled()
+    expect(visit.get_by_test_id("check-belt")).to_be_visible()
+    expect(visit.get_by_test_id("check-side")).to_be_hidden()
+    press(page, steps.get_by_role("button", name="Checklist"))
+    press(page, visit.get_by_role("button", name="I have looked at all 2: it is so"))
+    expect(visit.get_by_role("heading", name="Pain before")).to_be_focused()
+
+    # A reload loses nothing: the service knows where the session stands.
+    page.reload()
+    expect(visit.get_by_role("heading", name="Pain before")).to_be_visible()
+    # The press that answers goes on; back there, it can be answered anew.
+    press(page, visit.get_by_role("button", name="Pain before: 7"))
+    expect(visit.get_by_role("heading", name="Play")).to_be_focused()
+    press(page, steps.get_by_role("button", name="Pain before"))
+    expect(visit.get_by_role("button", name="Pain before: 7")).to_have_attribute("aria-pressed", "true")
+    page.screenshot(path=artefacts / "pain-before.png", full_page=True)
+    press(page, visit.get_by_role("button", name="Pain before: 4"))
+    # By keys alone: the level is chosen on its slider.
+    visit.get_by_role("slider", name="Resistance level").press("End")
+    press(page, visit.get_by_role("button", name="Load"))
+    # A key that is let go at once moves no arm.
+    move = visit.get_by_role("button", name="Move to the start")
+    expect(move).to_be_enabled(timeout=LONG_MS)
+    press(page, move)
+    expect(page.get_by_test_id("mode")).to_have_text("Recording loaded, torque off")
+    page.screenshot(path=artefacts / "hold-to-move.png", full_page=True)
+    with held(page, move):
+        expect(page.get_by_test_id("mode")).to_have_text("Moving to the start", timeout=LONG_MS)
+    play = visit.get_by_role("button", name="Play", exact=True)
+    expect(play).to_be_enabled(timeout=LONG_MS)
+    press(page, visit.get_by_role("button", name="Less", exact=True))
+    with held(page, play):
+        expect(page.get_by_test_id("mode")).to_have_text("Playing", timeout=LONG_MS)
+    expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
+    expect(page.get_by_text("The playback is saved.")).to_be_visible(timeout=LONG_MS)
+    press(page, visit.get_by_role("button", name="Enough played: on to pain after"))
+    press(page, visit.get_by_role("button", name="Worst pain during the session: 5"))
+    expect(visit.get_by_role("button", name="during the session: 5")).to_have_attribute("aria-pressed", "true")
+    press(page, visit.get_by_role("button", name="Pain after: 2"))
+
+    # The note is drafted, edited, signed.
+    note = visit.get_by_label("Note of this session")
+    for part in (
+        "Left shoulder, without a programme. Raise the arm: 1 of 1 repetition.",
+        "Less range was asked for in Raise the arm",
+        "Pain (0 to 10): 4 before, 5 during, 2 after.",
+    ):
+        expect(note).to_have_value(re.compile(re.escape(part)))
+    reach(page, note)
+    page.keyboard.press("ControlOrMeta+End")
+    page.keyboard.type(" Did well.")
+    expect(visit.get_by_text("Saved", exact=True)).to_be_visible(timeout=LONG_MS)
+    page.screenshot(path=artefacts / "note-drafted.png", full_page=True)
+    page.reload()
+    expect(note).to_have_value(re.compile(re.escape("2 after. Did well.")))
+    press(page, visit.get_by_role("button", name="End the session"))
+    press(page, visit.get_by_role("button", name="Sign as Test administrator"))
+    press(page, page.get_by_role("link", name="Look at it"))
+
+    # On its own page: what was answered and measured, signed; then only added to.
+    expect(page.get_by_test_id("signed")).to_contain_text("Signed by Test administrator")
+    expect(page.get_by_test_id("note")).to_contain_text("Did well.")
+    expect(page.get_by_test_id("pain")).to_have_text("Pain (0 to 10): 4 before, 5 during, 2 after")
+    expect(page.get_by_role("region", name="Checklist")).to_contain_text("Emergency stop tried: seen by the apparatus")
+    expect(page.get_by_test_id("end-reason")).to_have_text("Completed as planned")
+    expect(page.get_by_label("Note of this session")).to_have_count(0)
+    write(page, page.get_by_label("Addendum"), "Slept well.")
+    press(page, page.get_by_role("button", name="Add as Test administrator"))
+    expect(page.get_by_role("region", name="Note")).to_contain_text("Addendum by Test administrator")
+    page.screenshot(path=artefacts / "session-signed.png", full_page=True)
+    assert wrong == []

@@ -1,0 +1,81 @@
+"""The device process is killed, its service is killed, its disk is full: in real processes."""
+
+import resource
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kata.clinic.sessions import runs
+from kata.device import journal
+from kata.device.messages import Acknowledge
+from kata.device.movement import RAMP_S
+from tests.integration.kills import KeptClinic, hang_up_while_playing, kill_at_random, play
+from tests.integration.rig import Rig
+from tests.integration.service_kills import KilledClinic
+
+CYCLE_S = 0.01
+
+
+def test_a_killed_device_process_loses_one_sample_at_most_and_its_drives_stop(tmp_path: Path) -> None:
+    with closing(KeptClinic(tmp_path)) as clinic:
+        for seed in range(4):
+            kill_at_random(clinic, seed).judge()
+
+
+def test_a_killed_service_leaves_a_ramp_and_no_torque_within_300_ms(tmp_path: Path) -> None:
+    with closing(KeptClinic(tmp_path)) as clinic:
+        for after_s in (0.4, 1.1):
+            off_ms = hang_up_while_playing(clinic, after_s)
+            assert min(off_ms) >= 150.0
+            assert max(off_ms) <= 300.0
+
+
+def test_a_service_killed_while_it_writes_has_lost_nothing_that_it_acknowledged(tmp_path: Path) -> None:
+    clinic = KilledClinic(tmp_path)
+    for after_s in (0.05, 0.3):
+        assert clinic.kill(after_s).acknowledged > 0
+
+
+@pytest.mark.parametrize("room_comes_back", [True, False])
+def test_a_full_disk_stops_the_playback_and_what_was_measured_is_kept(tmp_path: Path, room_comes_back: bool) -> None:
+    """Full for this one file: the kernel refuses to let it grow, in the middle of a record."""
+    with closing(KeptClinic(tmp_path)) as clinic:
+        with closing(Rig(tmp_path)) as rig:
+            run_id = play(rig, clinic, 0.5)
+            path = rig.journals / f"run-{run_id}.journal"
+            room = path.stat().st_size + 1234
+            _, most = resource.prlimit(rig.device.pid, resource.RLIMIT_FSIZE)
+            resource.prlimit(rig.device.pid, resource.RLIMIT_FSIZE, (room, most))
+            rig.until_mode("stopped")
+            rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+            assert rig.snapshot.stop is not None
+            assert [cause.code for cause in rig.snapshot.stop.causes] == ["journal_fault"]
+            refusal = rig.send(Acknowledge())
+            assert refusal is not None
+            assert path.stat().st_size == room
+            if room_comes_back:
+                resource.prlimit(rig.device.pid, resource.RLIMIT_FSIZE, (most, most))
+                rig.until(lambda: rig.closed == [path])
+                rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
+                assert rig.send(Acknowledge()) is None
+                rig.until_mode("idle")
+            rig.hang_up()
+            assert rig.device.wait(10) == 0
+        kept = journal.read(path)
+        clinic.importer.run_at_start()
+        with clinic.database.read() as session:
+            run = runs.get(session, run_id)
+            assert run.outcome == ("stopped" if room_comes_back else "interrupted")
+            assert run.stop_code == ("journal_fault" if room_comes_back else None)
+            assert run.samples == np.sum(kept.phase == journal.PHASE_PLAYING) >= 50
+        assert kept.truncated != room_comes_back
+        stopping_s = kept.t_ns[kept.phase == journal.PHASE_STOPPING] / 1e9
+        if room_comes_back:
+            # From full pace to a stand, by the drives' own clock: a busy computer skips cycles, and the ramp lasts as long.
+            last_played_s = kept.t_ns[kept.phase == journal.PHASE_PLAYING][-1] / 1e9
+            assert stopping_s[-1] - last_played_s >= RAMP_S - 2 * CYCLE_S
+        else:
+            assert not len(stopping_s)

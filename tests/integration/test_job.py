@@ -1,0 +1,337 @@
+"""The whole job through the pseudo-terminal, in real time: the device process against the simulated apparatus."""
+
+import os
+import signal
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from kata.device import journal
+from kata.device.config import Inputs
+from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, ReleaseTorque, Teach
+from kata.motion.builtin import built_in_motions
+from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.taught import Taught
+from kata.motion.tracking import compare
+from tests.integration.rig import Rig
+
+ESTOP_LIMIT_MS = 20.0
+
+
+def teach(rig: Rig, motion: Taught) -> journal.Journal:
+    """Teach by the simulated hand and pedal."""
+    rig.until_mode("idle")
+    assert rig.send(Teach(teaching_id="teaching")) is None
+    rig.hand.guide(motion)
+    rig.until(lambda: rig.hand.state().hand.phase == "away", within_s=motion.duration_s + 30)
+    assert rig.send(FinishTeaching()) is None
+    rig.until(lambda: rig.closed)
+    return journal.read(rig.closed[-1])
+
+
+class Samples(NamedTuple):
+    """A recording, as a run is given it."""
+
+    times_s: Floats
+    angles_deg: Floats
+
+
+def recorded(taught: journal.Journal) -> Samples:
+    return Samples((taught.t_ns - taught.t_ns[0]) / 1e9, taught.measured_deg.astype(np.float64))
+
+
+def known(motion: Taught) -> Samples:
+    """As if it had been taught: what is about playing need not wait for a hand."""
+    return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))
+
+
+def apart_deg(taught: Samples, motion: Samples, beat_s: float) -> float:
+    """By how much the extremes of what was recorded differ from the hand's, at the moments that were recorded.
+
+    A motion may turn back within two tenths of a second: cycles that were missed just then hold nothing of it. When the pedal went
+    down is known to one beat of the loop.
+    """
+
+    def extremes(angles_deg: Floats) -> Floats:
+        return np.concatenate([angles_deg.min(axis=0), angles_deg.max(axis=0)])
+
+    def hand_deg(late_s: float) -> Floats:
+        times_s = taught.times_s + late_s
+        return np.column_stack([np.interp(times_s, motion.times_s, axis_deg) for axis_deg in motion.angles_deg.T])
+
+    beat = np.linspace(-beat_s, beat_s, 21)
+    return min(float(np.abs(extremes(taught.angles_deg) - extremes(hand_deg(late))).max()) for late in beat)
+
+
+def load(
+    rig: Rig,
+    recording: Samples,
+    run_id: str = "run",
+    load_level: int = LOAD_LEVELS,
+    until: tuple[str, ...] = ("paused",),
+) -> None:
+    """Load it, and move to its start."""
+    rig.until_mode("idle")
+    command = Load(
+        run_id=run_id,
+        recording_id="recording",
+        times_s=recording.times_s.astype("<f8").tobytes(),
+        angles_deg=recording.angles_deg.astype("<f8").tobytes(),
+        load_level=load_level,
+    )
+    assert rig.send(command) is None
+    assert rig.send(Approach()) is None
+    rig.until(lambda: rig.snapshot.mode in until, within_s=60.0)
+
+
+def play_once(rig: Rig, recording: Samples, run_id: str) -> bool:
+    """Whether it came to the way back, and was not stopped before."""
+    load(rig, recording, run_id, until=("paused", "stopped"))
+    if rig.snapshot.mode == "paused":
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.mode in ("returning", "stopped"), within_s=60.0)
+    return rig.snapshot.mode == "returning"
+
+
+DYNAMIXEL_10, DYNAMIXEL_100 = {"rate_hz": 10}, {"rate_hz": 100}
+MODBUS_AS_SLOW_AS_MOST = {
+    "protocol": "modbus",
+    "baud": 115_200,
+    "rate_hz": 25,
+    "cycle_hz": 25,
+    "inputs": Inputs(max_age_cycles=7, estop_second_port=3),
+}
+
+
+@pytest.mark.parametrize("station", [DYNAMIXEL_10, DYNAMIXEL_100, MODBUS_AS_SLOW_AS_MOST])
+def test_teach_play_back_and_compare(tmp_path: Path, motion: Taught, station: dict[str, Any]) -> None:
+    rate_hz = station["rate_hz"]
+    with closing(Rig(tmp_path, **station)) as rig:
+        taught = teach(rig, motion)
+
+        assert set(taught.take) == {1}
+        # A busy computer misses cycles, or answers too late to be believed, on a bus with little to spare most of all: never
+        # more samples are missing than the loop owns up to, and those that are there lie on its own beat.
+        missed = rig.snapshot.loop.overruns + rig.snapshot.loop.bus_errors
+        wanted = motion.duration_s * rate_hz
+        assert wanted * 0.9 - missed <= len(taught.t_ns) <= wanted * 1.1
+        beats = np.diff(taught.t_ns) * (rate_hz / 1e9)
+        assert np.median(beats[np.round(beats) == 1]) == pytest.approx(1, rel=0.02)
+        assert np.round(beats).sum() == pytest.approx(wanted, rel=0.1)
+        assert apart_deg(recorded(taught), known(motion), 1 / rate_hz) <= 1.5
+
+        # Where the simulator itself is kept waiting, its replies come too late, and the device stops as it should: again, then.
+        for attempt in range(8):
+            errors = rig.snapshot.loop.bus_errors
+            if play_once(rig, recorded(taught), f"run-{attempt}"):
+                break
+            assert rig.snapshot.loop.bus_errors > errors
+            rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
+            assert rig.send(Acknowledge()) is None
+            rig.until_mode("idle")
+        rig.until_mode("idle")
+        rig.until(lambda: rig.closed[-1].stem.endswith(f"run-{attempt}"))
+
+        run = journal.read(rig.closed[-1])
+        assert run.end is not None
+        assert run.end.reason == "completed"
+        played = run.phase == journal.PHASE_PLAYING
+        times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+        compared = compare(times_s, taught.measured_deg, run.path_s[played], run.measured_deg[played])
+        for motor in compared.motors:
+            assert abs(motor.start_deg) <= 1.0
+            assert abs(motor.peak_deg) <= 6.0
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+
+
+def press_and_measure_ms(rig: Rig) -> float:
+    """Press the emergency stop in playback; how long until all five are without torque, by the simulator's own clock."""
+    rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+    rig.hand.estop(pressed=True)
+    rig.until_mode("stopped")
+    rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+    pressed_ns = rig.happened("estop_pressed")[-1].t_ns
+    off = [event for event in rig.happened("torque_off") if event.t_ns >= pressed_ns]
+    assert {event.motor for event in off} == {1, 2, 3, 4, 5}
+    return max(event.t_ns - pressed_ns for event in off) / 1e6
+
+
+def release_and_acknowledge(rig: Rig) -> None:
+    """The two acts of a reset; neither starts anything."""
+    refusal = rig.send(Acknowledge())
+    assert refusal is not None
+    assert refusal.code == "estop_pressed"
+    rig.hand.estop(pressed=False)
+    rig.until(lambda: rig.snapshot.estop == "released" and "acknowledge" not in rig.snapshot.refusals)
+    assert not any(axis.torque_on for axis in rig.hand.state().axes)
+    assert rig.send(Acknowledge()) is None
+    rig.until_mode("idle")
+
+
+@pytest.mark.parametrize("rate_hz", [10, 100])
+def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: int) -> None:
+    """A press during which the computer itself stood still (the loop missed cycles) says nothing, and is repeated."""
+    with closing(Rig(tmp_path, rate_hz=rate_hz)) as rig:
+        recording = known(built_in_motions()[0])
+        for attempt in range(5):
+            load(rig, recording, f"run-{attempt}")
+            assert rig.send(Play()) is None
+            overruns = rig.snapshot.loop.overruns
+            lasted_ms = press_and_measure_ms(rig)
+            release_and_acknowledge(rig)
+            if rig.snapshot.loop.overruns == overruns:
+                assert lasted_ms <= ESTOP_LIMIT_MS
+                return
+        pytest.fail("the computer stood still in every attempt")
+
+
+def test_after_an_emergency_stop_everything_begins_anew(tmp_path: Path, motion: Taught) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        press_and_measure_ms(rig)
+        release_and_acknowledge(rig)
+
+        refusal = rig.send(Play())
+        assert refusal is not None
+        assert refusal.code == "is_idle"
+        load(rig, known(motion), "again")
+        assert rig.send(Play()) is None
+        rig.until_mode("idle", within_s=motion.duration_s + 30)
+
+
+def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        rig.heartbeats = False
+        rig.until_mode("stopped")
+
+        assert [cause.code for cause in rig.snapshot.stop.causes] == ["service_silent"] if rig.snapshot.stop else False
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+
+def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        rig.believed = "run"
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        assert rig.snapshot.mode == "playing"
+        rig.believed = "another"
+        rig.until_mode("stopped")
+
+        assert [cause.code for cause in rig.snapshot.stop.causes] == ["other_run"] if rig.snapshot.stop else False
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+
+
+def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped_and_held(tmp_path: Path) -> None:
+    flexion = built_in_motions()[4]
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(flexion), load_level=8)
+        # From the start: what is jammed further on cannot be taken back either, and that is another fault.
+        rig.hand.fault("stuck", 4)
+        assert rig.send(Play()) is None
+        # A shaft that stays jammed could not be taken back at all.
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.reversals == 1)
+        rig.hand.clear_faults()
+        rig.until_mode("paused")
+
+        run = rig.snapshot.run
+        assert run is not None
+        assert (run.reversals, run.reversing) == (1, True)
+        assert any(event.code == "load_reversal" and "Motor 4" in event.message for event in rig.events)
+        assert rig.snapshot.stop is None
+
+        rig.hand.fault("stuck", 4)
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.reversals == 2)
+        rig.hand.clear_faults()
+        rig.until_mode("stopped")
+        rig.until(lambda: "acknowledge" not in rig.snapshot.refusals)
+        stop = rig.snapshot.stop
+        assert stop is not None
+        assert [(cause.code, cause.category, cause.axis) for cause in stop.causes] == [("load_repeated", 2, 4)]
+        assert rig.snapshot.torque == "on"
+        assert all(axis.torque_on for axis in rig.hand.state().axes)
+
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+        rig.until(lambda: len(rig.closed) == 1)
+        end = journal.read(rig.closed[-1]).end
+        assert end is not None
+        assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
+
+
+def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        rig.hang_up()
+        assert rig.device.wait(10) == 0
+
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+        run = journal.read(rig.journals / "run-run.journal")
+        assert run.end is not None
+        assert run.end.cause_code == "service_silent"
+
+
+def all_cleared(rig: Rig) -> bool:
+    stop = rig.snapshot.stop
+    return stop is not None and all(cause.cleared for cause in stop.causes)
+
+
+def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        rig.until_mode("idle")
+        os.kill(rig.simulator.pid, signal.SIGSTOP)
+        rig.until_mode("stopped")
+        os.kill(rig.simulator.pid, signal.SIGCONT)
+        rig.until(lambda: all_cleared(rig) and "acknowledge" not in rig.snapshot.refusals)
+        assert rig.snapshot.mode == "stopped"
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+
+
+def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again_starts_nothing(
+    tmp_path: Path, motion: Taught
+) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        rig.until(lambda: rig.snapshot.run and rig.snapshot.run.position_s > 0.5)
+        rig.hand.fault("gone")
+        rig.until_mode("stopped")
+        assert rig.snapshot.stop is not None
+        assert rig.snapshot.stop.causes[0].code == "bus_lost"
+
+        # The drives hold the arm, and go on holding it until somebody has said that it is supported.
+        assert rig.snapshot.torque == "unknown"
+        rig.hand.clear_faults()
+        rig.until(lambda: "release_torque" not in rig.snapshot.refusals)
+        assert all(axis.torque_on for axis in rig.hand.state().axes)
+        assert rig.send(ReleaseTorque()) is None
+        rig.until(lambda: all_cleared(rig) and "acknowledge" not in rig.snapshot.refusals)
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+        assert rig.send(Acknowledge()) is None
+        rig.until_mode("idle")
+        assert not any(axis.torque_on for axis in rig.hand.state().axes)
+
+
+@pytest.mark.parametrize("kind", ["garbage", "duplicate_id", "off"])
+def test_a_drive_that_fails_in_playback_stops_it_by_name(tmp_path: Path, motion: Taught, kind: Any) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        load(rig, known(motion))
+        assert rig.send(Play()) is None
+        rig.hand.fault(kind, motor=4)
+        rig.until_mode("stopped")
+        rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
+        assert rig.snapshot.stop is not None
+        cause = rig.snapshot.stop.causes[0]
+        assert cause.code == ("drive_silent" if kind == "off" else "drive_garbled")
+        assert cause.message.startswith("Motor 4")

@@ -1,0 +1,103 @@
+"""What keeps the device process punctual, looked at from outside."""
+
+import platform
+import re
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from kata import scheduling
+from kata.device.messages import Load
+from kata.motion.taught import Taught
+from tests.conftest import ROOT
+from tests.integration.rig import Rig
+from tests.integration.test_job import known
+
+_PAGES = 4096
+"""16 MB."""
+_HELP = """
+import sys
+from kata.__main__ import main
+file, sys.argv = sys.argv[1], ["kata", "--help"]
+try:
+    main()
+except SystemExit:
+    print(open(file).read())
+"""
+_SETTLED = """
+from kata import scheduling
+from kata.device.realtime import settle
+scheduling.ask_for(scheduling.LONG_NS)
+settle()
+print(open("/proc/self/sched").read())
+"""
+_SIMULATED = """
+import os, sys
+from kata.simulator.process import main
+def refused(*_):
+    raise PermissionError
+os.sched_setscheduler = refused
+sys.argv[1:] = ["--control", sys.argv[1], "--still"]
+main()
+print(open("/proc/self/sched").read())
+"""
+_TURNS_HEEDED = (6, 12)
+"""The kernel from which on it is heeded how long a turn was asked for."""
+
+
+def pages_asked_for(pid: int) -> int:
+    """So far."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[7])
+
+
+def test_the_first_recording_makes_the_device_process_ask_for_little_memory(tmp_path: Path, motion: Taught) -> None:
+    """With its memory locked, each page is got at once, and the control thread waits."""
+    with closing(Rig(tmp_path)) as rig:
+        rig.until_mode("idle")
+        before = pages_asked_for(rig.device.pid)
+        times_s, angles_deg = (values.astype("<f8").tobytes() for values in known(motion))
+        assert rig.send(Load(run_id="run", recording_id="a", times_s=times_s, angles_deg=angles_deg)) is None
+        assert pages_asked_for(rig.device.pid) - before < _PAGES
+
+
+def test_the_device_process_has_no_huge_pages_made(tmp_path: Path) -> None:
+    with closing(Rig(tmp_path)) as rig:
+        rig.until_mode("idle")
+        assert "THP_enabled:\t0" in Path(f"/proc/{rig.device.pid}/status").read_text()
+
+
+def test_a_command_and_what_it_starts_have_no_huge_pages_made() -> None:
+    assert "THP_enabled:\t0" in said(_HELP, "/proc/self/status")
+
+
+@pytest.fixture
+def kernel_that_heeds_turns() -> None:
+    version = tuple(int(number) for number in platform.release().split(".")[:2])
+    if version < _TURNS_HEEDED or not Path("/proc/self/sched").exists():
+        pytest.skip("this kernel gives everybody turns of its own length, or does not tell")
+
+
+@pytest.mark.usefixtures("kernel_that_heeds_turns")
+def test_only_what_has_to_be_in_time_has_short_turns_of_the_processor(tmp_path: Path) -> None:
+    """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
+    assert turn_ns(said(_HELP, "/proc/self/sched")) == scheduling.LONG_NS
+    assert turn_ns(said(_SETTLED)) == scheduling.SHORT_NS
+    assert turn_ns(said(_SIMULATED, str(tmp_path / "simulator.sock"))) == scheduling.SHORT_NS
+
+
+def said(program: str, *arguments: str) -> str:
+    """What a Python of its own prints, with nothing to read."""
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(
+        command, cwd=ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
+    ).stdout
+
+
+def turn_ns(sched: str) -> int:
+    """As the kernel tells it."""
+    told = re.search(r"se\.slice +: +(\d+)", sched)
+    assert told
+    return int(told[1])

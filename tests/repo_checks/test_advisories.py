@@ -1,0 +1,61 @@
+"""No pin is older than the last version with a published hole: what holds where no advisory database can be asked."""
+
+import json
+import re
+import tomllib
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import pytest
+from packaging.version import Version
+
+from tests.conftest import ROOT
+
+_TABLE = Path(__file__).with_name("lowest_safe.toml")
+_LOCKS = ("frontend", "tests/browser", "tests/fhir_validators")
+
+
+def python_pins() -> dict[str, list[Version]]:
+    """Every version of every package that is installed for running or for working."""
+    pins: dict[str, list[Version]] = {}
+    for file in ("requirements.txt", "requirements-dev.txt"):
+        for name, version in re.findall(
+            r"^([\w.-]+)(?:\[\w+\])?==([^\s;\\]+)", (ROOT / file).read_text(), re.MULTILINE
+        ):
+            pins.setdefault(name.lower(), []).append(Version(version))
+    return pins
+
+
+def node_pins() -> dict[str, list[Version]]:
+    """The same of Node's."""
+    pins: dict[str, list[Version]] = {}
+    for folder in _LOCKS:
+        packages = json.loads((ROOT / folder / "package-lock.json").read_text())["packages"]
+        for path, package in packages.items():
+            if path and "version" in package:
+                pins.setdefault(path.rpartition("node_modules/")[2], []).append(Version(package["version"]))
+    return pins
+
+
+@pytest.mark.parametrize(("kind", "pins"), [("python", python_pins), ("node", node_pins)])
+def test_every_pin_is_at_least_the_lowest_safe_version(kind: str, pins: Any) -> None:
+    found = pins()
+    rows = tomllib.loads(_TABLE.read_text())[kind]
+    assert len(rows) == len({row["name"] for row in rows})
+    old = [
+        (row["name"], str(version), row["lowest"])
+        for row in rows
+        for version in found[row["name"]]
+        if version < Version(row["lowest"])
+    ]
+    assert old == []
+
+
+def test_every_row_names_its_advisories_and_the_table_its_day() -> None:
+    table = tomllib.loads(_TABLE.read_text())
+    for row in (*table["python"], *table["node"]):
+        assert all(re.fullmatch(r"CVE-\d{4}-\d{4,}|GHSA(-\w{4}){3}", one) for one in row["advisories"])
+        assert row["advisories"]
+    told = re.search(r"Looked up on (\d{4}-\d\d-\d\d)", _TABLE.read_text())
+    assert told and date.fromisoformat(told[1]) >= date(2026, 11, 22)
