@@ -43,11 +43,11 @@ def server() -> Iterator[postgresql.Server]:
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
-    """One for a file of tests, begun when the apparatus answers: they leave it idle."""
+    """One for a file of tests, begun when the apparatus is idle: they leave it so."""
     with running(tmp_path_factory.mktemp("kata")) as made:
         limit_s = time.monotonic() + 30
-        while (ready := made.get("/health/ready")).status_code != 200:
-            assert time.monotonic() < limit_s, ready.text
+        while (mode := made.get("/api/station").json()["live"]["mode"]) != "idle":
+            assert time.monotonic() < limit_s, mode
             time.sleep(0.02)
         yield made
 

@@ -231,8 +231,7 @@ def test_ports_that_are_not_known_to_be_inputs_tell_nothing_of_the_switch() -> N
         assert bus.read().inputs is None
         world.wait(0.01)
     bus.configure([world.config.inputs.drive_id - 1])
-    assert bus.read().inputs is None
-    assert any(bus.read().inputs for _ in range(10))
+    assert any(bus.read().inputs for _ in range(3))
 
 
 def test_the_one_drive_whose_watchdog_is_not_armed_is_found() -> None:

@@ -84,6 +84,15 @@ def test_a_status_comes_at_least_every_other_cycle(
     assert all(before is None or after is None for before, after in itertools.pairwise(reads))
 
 
+def test_an_urgent_block_is_read_first_and_keeps_no_other_waiting() -> None:
+    urgent = (0, 2)
+    for lost in (frozenset[tuple[int, int]](), frozenset({urgent})):
+        verification = Verification(DRIVES, BLOCKS, 100, urgent=urgent)
+        reads = [due for due in asked(verification, 48, lost=lost) if due]
+        assert reads[0] == urgent
+        assert set(reads) >= ROTATION
+
+
 def test_nothing_is_read_of_drives_that_have_only_a_status() -> None:
     assert asked(Verification(DRIVES, 1, 100), 50) == [None] * 50
 

@@ -233,7 +233,9 @@ class DynamixelBus:
         self._zeros = {axis.id: zero_count(axis) for axis in config.axes}
         """By drive id: what the drive itself reports at motor angle 0, whole turns included."""
         self._registers = [configured_registers(config, axis) for axis in config.axes]
-        self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz)
+        self._ports = (self._ids.index(config.inputs.drive_id), PORTS_BLOCK)
+        """Drive and block of the modes of the input ports."""
+        self._verification = Verification(len(self._ids), 1 + len(EEPROM_BLOCKS), config.cycle_hz, urgent=self._ports)
         self._armed_ns: int | None = None
         """When the bus watchdogs were armed; None while torque is off."""
         self._goals = struct.Struct("<" + "Bi" * len(config.axes))
@@ -355,7 +357,7 @@ class DynamixelBus:
     def _ask_inputs(self) -> InputReading | None:
         """Return what the contacts say; None also where the ports are not known to be inputs: what they read then means nothing."""
         inputs = self._config.inputs
-        if not self._verification.is_right(self._ids.index(inputs.drive_id), PORTS_BLOCK):
+        if not self._verification.is_right(*self._ports):
             return None
         first = min(inputs.ports)
         length = self._input_bytes

@@ -27,8 +27,15 @@ class _Drive:
 class Verification:
     """Keeps the state of ``drives`` times ``blocks`` reads. Block 0 comes with every status, the others in a rotation."""
 
-    def __init__(self, drives: int, blocks: int, cycle_hz: int) -> None:
-        """``blocks``: block 0 included. ``cycle_hz``: how often :meth:`next_read` may be asked."""
+    def __init__(self, drives: int, blocks: int, cycle_hz: int, urgent: tuple[int, int] | None = None) -> None:
+        """
+        :param blocks: block 0 included.
+        :param cycle_hz: how often :meth:`next_read` may be asked.
+        :param urgent: drive and block that are read first where they are unread; the others take turns with them.
+        """
+        self._urgent = urgent
+        self._urgent_last = False
+        """The last unread block that was asked for was the urgent one."""
         self._blocks = blocks
         self._drives = [_Drive(set(range(blocks))) for _ in range(drives)]
         self._rotation = [(drive, block) for block in range(1, blocks) for drive in range(drives)]
@@ -85,10 +92,18 @@ class Verification:
         self._next, self._tries = (self._next + 1) % len(self._rotation), 0
 
     def _next_unread(self) -> tuple[int, int] | None:
+        self._urgent_last = self._urgent is not None and not self._urgent_last and self._is_unread(*self._urgent)
+        return self._urgent if self._urgent_last else self._next_unread_in_turn()
+
+    def _is_unread(self, drive: int, block: int) -> bool:
+        """Return whether a block is unread of a drive that answers."""
+        known = self._drives[drive]
+        return block in known.unread and not known.misses
+
+    def _next_unread_in_turn(self) -> tuple[int, int] | None:
         for step in range(len(self._rotation)):
             drive, block = place = self._rotation[(self._unread_next + step) % len(self._rotation)]
-            known = self._drives[drive]
-            if block in known.unread and not known.misses:
+            if self._is_unread(drive, block):
                 self._unread_next = (self._unread_next + step + 1) % len(self._rotation)
                 return place
         return None
