@@ -17,8 +17,8 @@ from kata.clinic.events.observer import ESTOP_TESTED, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
-from kata.clinic.sessions import offline_cache as ahead_module
 from kata.clinic.sessions import checks, runs, service
+from kata.clinic.sessions import offline_cache as ahead_module
 from kata.clinic.sessions.offline_cache import Ahead
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE, NOT_KEPT, Arriving, Change, Closed, Opened, Pained
 from kata.clinic.sessions.tables import SessionRow
