@@ -132,7 +132,7 @@ def test_a_sign_in_does_not_end_while_its_user_operates_an_arm_that_is_held(clie
         assert sign_in.actor_of(session, other, long_after, limits, at_the_arm) is None
         assert sign_in.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
 
-        too_long = now + limits.longest + limits.at_the_arm
+        too_long = now + limits.longest + limits.extension
         assert sign_in.actor_of(session, cookie, too_long, limits, at_the_arm) is None
         assert sign_in.still(session, both, too_long, limits, at_the_arm) == set()
         assert sign_in.still(session, both, long_after, limits) == set()

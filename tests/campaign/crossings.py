@@ -20,7 +20,6 @@ from kata.device.journal import Files, JournalEnd, JournalWriter
 from kata.device.messages import (
     Approach,
     Command,
-    CommandName,
     Load,
     Pause,
     Play,
@@ -111,9 +110,9 @@ class Crossings(RuleBasedStateMachine):
     @rule(mode=st.sampled_from(["idle", "playing"]))
     def the_mode_is_published(self, mode: Any) -> None:
         """The newest snapshot: while something plays nothing can be loaded."""
-        names: tuple[CommandName, ...] = ("load",)
-        refusals = {name: refusal for name in names if (refusal := not_in_this_mode(name, mode))}
-        self._refusing = bool(refusals)
+        refusal = not_in_this_mode("load", mode)
+        self._refusing = refusal is not None
+        refusals = {"load": refusal} if refusal else {}
         snapshot = msgspec.structs.replace(self._stepped.snapshot, mode=mode, refusals=refusals)
         self.service.exchange.publish_snapshot(snapshot)
         self.service.exchange.wake()

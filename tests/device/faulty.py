@@ -28,10 +28,8 @@ class FaultyApparatus(SteppedApparatus):
     number: int = 0
     dice: random.Random = field(default_factory=lambda: random.Random(1))
     last: Reading | None = None
-    told: int = 0
-    """How many statuses of the faulty drive have come since it is at fault."""
     statuses: list[DriveStatus] = field(default_factory=list)
-    """These, as they would have been."""
+    """What the faulty drive has said of itself since it is at fault, before the fault changed it."""
 
     def read(self) -> Reading:
         true = super().read()
@@ -65,9 +63,12 @@ class FaultyApparatus(SteppedApparatus):
             if status.axis != faulty:
                 yield status
                 continue
-            self.told += 1
             self.statuses.append(status)
-            if told := self._registers(status) if what == "registers" else self._torque_word(status):
+            if self.kind == "slow" and len(self.statuses) % _SLOW:
+                continue
+            if self.kind == "delayed":
+                yield from self.statuses[-2:-1]
+            elif told := self._registers(status) if what == "registers" else self._torque_word(status):
                 yield told
 
     def _registers(self, now: DriveStatus) -> DriveStatus:
@@ -77,11 +78,11 @@ class FaultyApparatus(SteppedApparatus):
             case "garbage":
                 return structs.replace(now, verified=False, mismatch="goal current")
             case "wrong":
-                if self.told == 1:
+                if len(self.statuses) == 1:
                     self.mismatch[now.axis] = "position gains"
                 wrong = self.mismatch[now.axis]
                 return structs.replace(now, verified=not wrong, mismatch=wrong)
-            case "intermittent" if self.told % 2:
+            case "intermittent" if len(self.statuses) % 2:
                 return structs.replace(now, verified=False, mismatch="goal current")
         return now
 
@@ -95,11 +96,7 @@ class FaultyApparatus(SteppedApparatus):
                 return structs.replace(now, torque_on=self.dice.random() < 0.5)
             case "wrong":
                 return structs.replace(now, torque_on=not now.torque_on)
-            case "slow":
-                return None if self.told % _SLOW else now
-            case "delayed":
-                return self.statuses[-2] if len(self.statuses) > 1 else None
-            case "intermittent" if self.told % 2:
+            case "intermittent" if len(self.statuses) % 2:
                 return structs.replace(now, torque_on=not now.torque_on)
         return now
 

@@ -35,8 +35,8 @@ class Limits:
     idle: timedelta = timedelta(minutes=15)
     """Without anything done by its user, the screen is locked."""
     longest: timedelta = timedelta(hours=12)
-    """Then it is over, whatever is done, but for :attr:`at_the_arm`."""
-    at_the_arm: timedelta = timedelta(hours=1)
+    """Then it is over, whatever is done, but for :attr:`extension`."""
+    extension: timedelta = timedelta(hours=1)
     """How much longer it may last while its user operates an apparatus whose motors move or hold an arm."""
     second_factor_of: frozenset[Role] = frozenset({"administrator"})
 
@@ -76,8 +76,8 @@ def actor_of(
         return None
     hashed = secrets.hashed(cookie)
     just_before = and_(SignInRow.before_hash == hashed, SignInRow.proved_at > now - _ON_ITS_WAY)
-    which = (SignInRow.secret_hash == hashed, just_before)
-    return next((found for one in which if (found := _actor(session, one, now, limits, at_the_arm))), None)
+    found = _actor(session, SignInRow.secret_hash == hashed, now, limits, at_the_arm)
+    return found or _actor(session, just_before, now, limits, at_the_arm)
 
 
 def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
@@ -97,7 +97,7 @@ def _actor(
         return None
     sign_in, account = found
     age = now - sign_in.began_at
-    longest = limits.longest + (limits.at_the_arm if sign_in.id == at_the_arm else timedelta())
+    longest = limits.longest + (limits.extension if sign_in.id == at_the_arm else timedelta())
     # A clock that was set back makes nobody stay for longer.
     if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
         return None
@@ -176,7 +176,7 @@ def still(
             SignInRow.ended_at.is_(None),
             or_(
                 SignInRow.began_at > began_after,
-                and_(SignInRow.id == at_the_arm, SignInRow.began_at > began_after - limits.at_the_arm),
+                and_(SignInRow.id == at_the_arm, SignInRow.began_at > began_after - limits.extension),
             ),
             AccountRow.disabled_at.is_(None),
         )

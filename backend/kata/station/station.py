@@ -274,7 +274,7 @@ class Station:
 
     @property
     def at_the_arm(self) -> UUID | None:
-        """The sign-in of whoever operates while a motor has torque, or may have; None otherwise. May be asked from any thread."""
+        """Return the operator's sign-in while a motor has torque or may have it, else None. Callable from any thread."""
         snapshot, holder = self._snapshot, self.operating.by
         return holder.id if snapshot and holder and snapshot.torque != "off" else None
 

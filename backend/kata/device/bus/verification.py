@@ -71,8 +71,8 @@ class Verification:
     def next_read(self) -> tuple[int, int] | None:
         """Return drive and block to read in this cycle; None: a status, at least every other cycle.
 
-        Unread blocks are due in turn, so that one that is never answered keeps no other waiting. The rotation goes on meanwhile, and asks
-        again for what was not answered.
+        Unread blocks are read in turn: a block that is never answered does not delay the others. The rotation continues meanwhile and
+        repeats a read that was not answered.
         """
         self._cycle += 1
         due = None
