@@ -4,6 +4,7 @@ import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
 import { api, type Schemas } from "../api/client";
 import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
+import { replaceData } from "../shared/replaceData";
 import { useTitle } from "../shared/title";
 import { told } from "../shared/told";
 import { BACKUPS, KEYS } from "./words";
@@ -21,7 +22,7 @@ export function BackupsPage() {
   });
   const make = useMutation({
     mutationFn: api.makeBackup,
-    onSuccess: (told) => queries.setQueryData(["backups"], told),
+    onSuccess: (told) => replaceData(queries, ["backups"], told),
   });
   const told = backups.data;
   return (

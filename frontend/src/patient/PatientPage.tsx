@@ -21,6 +21,7 @@ import { madeOf } from "../shared/madeOf";
 import { useRecordings } from "../shared/ofPatient";
 import { usePages } from "../shared/pages";
 import { ProblemNote } from "../shared/problem";
+import { replaceData } from "../shared/replaceData";
 import { useTitle } from "../shared/title";
 import { PATIENT, RECORDINGS } from "./words";
 
@@ -38,7 +39,7 @@ export function PatientPage() {
     mutationFn: (archived: boolean) =>
       api.updatePatient(patientId, { archived, updated_at: patient.data?.updated_at ?? null }),
     onSuccess: (saved) => {
-      queries.setQueryData(["patient", patientId], saved);
+      replaceData(queries, ["patient", patientId], saved);
       void queries.invalidateQueries({ queryKey: ["patients"] });
     },
   });

@@ -3,6 +3,7 @@ import { useMutation, useQueryClient } from "@tanstack/react-query";
 import { type FormEvent, useState } from "react";
 import { api, type Patient, ProblemError } from "../api/client";
 import { ProblemNote } from "../shared/problem";
+import { replaceData } from "../shared/replaceData";
 import { FORM, SEXES, SIDES } from "./words";
 
 const choices = (words: Record<string, string>) =>
@@ -38,7 +39,7 @@ export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (s
     },
     onSuccess: (saved) => {
       void queries.invalidateQueries({ queryKey: ["patients"] });
-      queries.setQueryData(["patient", saved.id], saved);
+      replaceData(queries, ["patient", saved.id], saved);
       onDone(saved);
     },
     onError: () => void queries.invalidateQueries({ queryKey: ["patient", patient?.id] }),

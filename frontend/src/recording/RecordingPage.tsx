@@ -14,6 +14,7 @@ import { formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
 import { MotorRanges } from "../shared/MotorRanges";
 import { ProblemNote } from "../shared/problem";
+import { replaceData } from "../shared/replaceData";
 import { useTitle } from "../shared/title";
 import { told } from "../shared/told";
 import { FIXTURES, FORMAT } from "../shared/words";
@@ -52,7 +53,7 @@ export function RecordingPage() {
     onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
     onSuccess: (saved) => {
       setRenamed(null);
-      queries.setQueryData(["recording", recordingId], saved);
+      replaceData(queries, ["recording", recordingId], saved);
       void queries.invalidateQueries({ queryKey: ["recordings"] });
     },
   });

@@ -4,6 +4,7 @@ import { useMutation, useQuery } from "@tanstack/react-query";
 import { useEffect, useRef, useState } from "react";
 import { useMay, useName } from "../access/hooks";
 import { api, type Schemas, type Session } from "../api/client";
+import { useLive } from "../live/hooks";
 import { formatMoment } from "./format";
 import { useKeepSession } from "./keepSession";
 import { END_REASONS, NOTE } from "./noteWords";
@@ -37,6 +38,8 @@ export function NoteCard({ session }: { session: Session }) {
 function Open({ session }: { session: Session }) {
   const who = useName();
   const keep = useKeepSession();
+  // Until the record has everything that was done without the database, the draft may not name all that was played.
+  const arriving = (useLive("kept")?.waiting ?? 0) > 0;
   const [language] = usePaperLanguage();
   const draft = useQuery({
     queryKey: ["session", session.id, "draft", language],
@@ -127,13 +130,13 @@ function Open({ session }: { session: Session }) {
         <Group align="center">
           <Button
             size="xl"
-            disabled={!text || save.isPending}
+            disabled={!text || save.isPending || arriving}
             loading={sign.isPending}
             onClick={() => sign.mutate()}
           >
             {NOTE.signAs(who)}
           </Button>
-          <Text>{NOTE.onceSigned}</Text>
+          <Text>{arriving ? NOTE.arriving : NOTE.onceSigned}</Text>
         </Group>
       ) : (
         <Group align="end">

@@ -5,6 +5,7 @@ import { useState } from "react";
 import { api, type Schemas } from "../api/client";
 import { useConnected } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
+import { replaceData } from "../shared/replaceData";
 import { told } from "../shared/told";
 import classes from "./station.module.css";
 import { HAND, SIMULATOR, SOURCES } from "./words";
@@ -15,7 +16,7 @@ export function SimulatorPanel() {
   const connected = useConnected();
   const [chosen, setChosen] = useState<string | null>(null);
   const simulator = useQuery({ queryKey: ["simulator"], queryFn: api.simulator, refetchInterval: 500 });
-  const keep = (state: Schemas["SimulatorState"]) => queries.setQueryData(["simulator"], state);
+  const keep = (state: Schemas["SimulatorState"]) => replaceData(queries, ["simulator"], state);
   const guide = useMutation({ mutationFn: api.guide, onSuccess: keep });
   const pedal = useMutation({ mutationFn: api.setPedal, onSuccess: keep });
   const estop = useMutation({ mutationFn: api.setEstop, onSuccess: keep });

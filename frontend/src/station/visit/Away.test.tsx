@@ -61,8 +61,8 @@ const SESSION: Session = {
   runs: [],
 };
 
-function since(away_since: string | null) {
-  const kept = { away_since, waiting: 0, not_kept_since: null };
+function since(away_since: string | null, waiting = 0) {
+  const kept = { away_since, waiting, not_kept_since: null };
   const live = { device: "running", age_ms: 5, mode: "idle", run: null, refusals: {}, kept };
   const state = { connected: true, heardAt: 0, station: null, live, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
@@ -160,4 +160,16 @@ it("everything is asked anew once the database answers again", () => {
   since(null);
   rerender(around(<Page />));
   expect(invalidate).toHaveBeenCalledTimes(1);
+});
+
+it("a note is not signed before the record of its session has arrived", async () => {
+  const ended = { ...SESSION, note: "Lift", ended_at: "2026-11-21T10:00:00Z" };
+  since(null, 1);
+  const { rerender } = show(<NoteCard session={ended as unknown as Session} />);
+  const sign = await screen.findByRole("button", { name: /^Sign as/ });
+  expect((sign as HTMLButtonElement).disabled).toBe(true);
+  screen.getByText("The record of this session is still being saved. You can sign when it is complete.");
+  since(null, 0);
+  rerender(around(<NoteCard session={{ ...ended } as unknown as Session} />));
+  expect((sign as HTMLButtonElement).disabled).toBe(false);
 });

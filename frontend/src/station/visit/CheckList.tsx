@@ -6,6 +6,7 @@ import { useMay, useName } from "../../access/hooks";
 import { api, type Check, type Schemas } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
+import { replaceData } from "../../shared/replaceData";
 import { told } from "../../shared/told";
 import { CheckPicture } from "./pictures";
 import { HOW, VISIT } from "./words";
@@ -50,7 +51,7 @@ export function CheckList(props: {
     mutationFn: async (checks: Check[]) => {
       for (const { check } of checks) {
         const saved = await api.tick(sessionId, check, { checked_by: who, recording_id: recordingId });
-        queries.setQueryData(["session", sessionId, "checklist", recordingId], saved);
+        replaceData(queries, ["session", sessionId, "checklist", recordingId], saved);
         if (saved.complete) onComplete?.();
       }
     },
