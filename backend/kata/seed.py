@@ -33,7 +33,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import FolderInUseError, JournalEnd, not_written
 from kata.motion.axes import Side
 from kata.motion.builtin import built_in_motions
-from kata.motion.edit import Asked, Motion, as_asked
+from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.taught import Taught
 from kata.settings import Settings
@@ -200,7 +200,7 @@ class _Invented:
                 ProgrammeItemRow(
                     version_id=version.id, position=position, recording_id=one.row.id, speed_percent=100.0, repetitions=1,
                     pause_s=0.0, range_percent=90.0, load_level=18, method="smooth",
-                    duration_s=as_asked(one.motion, Asked(100.0, 1, 0.0, 90.0)).duration_s,
+                    duration_s=with_settings(one.motion, PlaybackSettings(100.0, 1, 0.0, 90.0)).duration_s,
                 )
             )  # fmt: skip
         return version
@@ -244,14 +244,14 @@ class _Invented:
             yield {"check": check, "subject": subject, "at": (at + timedelta(minutes=2)).isoformat(), "by": by}
 
     def _run(self, session_id: UUID, position: int, taught: _Taught, at: datetime, stopped: bool) -> None:
-        asked = Asked(100.0, 1, 0.0, 90.0)
+        asked = PlaybackSettings(100.0, 1, 0.0, 90.0)
         row = RunRow(
             id=self._id(), session_id=session_id, recording_id=taught.row.id, programme_position=position, started_at=at,
             outcome="running", load_level=18, speed_percent=asked.speed_percent, repetitions=asked.repetitions,
             pause_s=asked.pause_s, range_percent=asked.range_percent, method="smooth",
         )  # fmt: skip
         self._add(row)
-        wanted = as_asked(taught.motion, asked)
+        wanted = with_settings(taught.motion, asked)
         count = int(wanted.duration_s * _RATE_HZ * (0.6 if stopped else 1.0))
         times_s = np.arange(count) / _RATE_HZ
         setpoints = wanted.at(times_s)

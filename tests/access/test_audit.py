@@ -17,8 +17,8 @@ from sqlalchemy.exc import DatabaseError as RefusedError
 from sqlalchemy.exc import OperationalError
 
 from kata.access import anchor, audit, chain
-from kata.access.actor import ACTING, DOING, Actor, Doing, by_program
-from kata.access.audit_log import Chained, Trail
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext, by_program
+from kata.access.audit_log import AuditHook, AuditLog
 from kata.access.deduplication import WINDOW_S, Repeats
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
@@ -41,29 +41,29 @@ def somebody(number: str = "K-1") -> PatientRow:
 
 
 @contextmanager
-def request(action: str, actor: Actor | None = SATO, **told: Any) -> Iterator[Doing]:
+def request(action: str, actor: Actor | None = SATO, **told: Any) -> Iterator[RequestContext]:
     """As the edge has it."""
-    doing = Doing(action, address="192.168.1.7", **told)
-    acting, done = ACTING.set(actor), DOING.set(doing)
+    context = RequestContext(action, address="192.168.1.7", **told)
+    acting, done = CURRENT_ACTOR.set(actor), REQUEST_CONTEXT.set(context)
     try:
-        yield doing
+        yield context
     finally:
-        ACTING.reset(acting)
-        DOING.reset(done)
+        CURRENT_ACTOR.reset(acting)
+        REQUEST_CONTEXT.reset(done)
 
 
 @pytest.fixture
 def chained(database: Database) -> Database:
     """Of a tool: each change has its row, and there is no anchor."""
-    Chained(database)
+    AuditHook(database)
     return database
 
 
 @contextmanager
-def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[Trail]:
+def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLog]:
     kept = Keeping(database, "Station 1", folder / "spool", **given)
     try:
-        made = Trail(database, folder / "audit.anchor", kept)
+        made = AuditLog(database, folder / "audit.anchor", kept)
         try:
             # Its first row is not to share a commit, and so a line of the anchor, with what a test adds.
             assert made.until_written()
@@ -74,9 +74,9 @@ def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[Trail]:
         kept.close()
 
 
-async def told_in_time(trail: Trail, entry: chain.Entry) -> None:
+async def told_in_time(audit_log: AuditLog, entry: chain.Entry) -> None:
     async with asyncio.timeout(5.0):
-        await trail.tell(entry)
+        await audit_log.tell(entry)
 
 
 def rows(database: Database) -> list[AuditRow]:
@@ -94,7 +94,7 @@ class TestWhatIsWritten:
         self, chained: Database
     ) -> None:
         patient = somebody()
-        with request("create_patient", station="Station 1") as doing, chained.write() as session:
+        with request("create_patient", station="Station 1") as context, chained.write() as session:
             session.add(patient)
         with request("update_patient", patient_id=patient.id), chained.write() as session:
             session.get_one(PatientRow, patient.id).notes = "Sleeps well."
@@ -109,7 +109,7 @@ class TestWhatIsWritten:
         assert json.loads(made.detail) == {"added": {"patients": [str(patient.id)]}}
         assert json.loads(changed.detail) == {"changed": {"patients": {str(patient.id): ["notes"]}}}
         assert "Yamada" not in repr([vars(row) for row in rows(chained)])
-        assert doing.told == {"done"}
+        assert context.told == {"done"}
         assert verified(chained).whole
 
     def test_a_change_that_is_taken_back_leaves_no_row_and_no_gap(self, chained: Database) -> None:
@@ -120,10 +120,10 @@ class TestWhatIsWritten:
                 session.flush()
                 raise RuntimeError
 
-        with request("create_patient") as doing:
+        with request("create_patient") as context:
             with pytest.raises(RuntimeError):
                 half_done()
-            assert doing.told == set()
+            assert context.told == set()
             with chained.write() as session:
                 session.add(somebody())
         assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
@@ -153,20 +153,20 @@ class TestWhatIsWritten:
 
     def test_whose_account_is_tried_is_told_where_nobody_is_signed_in(self) -> None:
         whose = uuid4()
-        with request("sign_in_by_password", actor=None) as doing:
-            doing.account_id = whose
+        with request("sign_in_by_password", actor=None) as context:
+            context.account_id = whose
             tried = audit.entry("sign_in_by_password", "refused")
         assert (tried.who, tried.account_id, tried.sign_in_id) == ("", whose, None)
-        with request("sign_in_by_password", actor=SATO) as doing:
-            doing.account_id = whose
+        with request("sign_in_by_password", actor=SATO) as context:
+            context.account_id = whose
             assert audit.entry("sign_in_by_password", "done").account_id == SATO.account_id
 
     def test_what_nobody_asked_for_is_the_programs_even_in_the_middle_of_a_request(self, chained: Database) -> None:
-        with request("turn") as doing, by_program("import_journal"), chained.write() as session:
+        with request("turn") as context, by_program("import_journal"), chained.write() as session:
             session.add(somebody())
         (row,) = rows(chained)
         assert (row.who, row.role, row.account_id, row.address, row.action) == ("Kata", "", None, "", "import_journal")
-        assert doing.told == set()
+        assert context.told == set()
 
     def test_bookkeeping_has_no_rows_of_its_own(self, chained: Database) -> None:
         now = utc_now()
@@ -214,7 +214,7 @@ class TestOneChain:
                 failed.append(error)
 
         for one in (database, other):
-            Chained(one)
+            AuditHook(one)
         threads = [threading.Thread(target=write, args=((database, other)[n % 2], n)) for n in range(8)]
         for thread in threads:
             thread.start()
@@ -254,13 +254,13 @@ class TestQueue:
         async def look() -> None:
             for key in (1, 1, 2, 1):
                 with request("get_patient", patient_id=UUID(int=key)):
-                    await trail.tell(audit.entry("get_patient", "done"))
+                    await audit_log.tell(audit.entry("get_patient", "done"))
             with request("get_patient", replace(SATO, sign_in_id=uuid4()), patient_id=UUID(int=1)):
-                await trail.tell(audit.entry("get_patient", "done"))
+                await audit_log.tell(audit.entry("get_patient", "done"))
 
-        with trail_of(database, tmp_path) as trail:
+        with trail_of(database, tmp_path) as audit_log:
             asyncio.run(look())
-            assert trail.until_written()
+            assert audit_log.until_written()
         looks = [row.patient_id and row.patient_id.int for row in rows(database) if row.action == "get_patient"]
         assert looks == [1, 2, 1]
         assert verified(database, tmp_path).whole
@@ -281,17 +281,17 @@ class TestQueue:
     def test_while_not_even_the_disk_takes_any_looks_wait_and_what_the_apparatus_was_told_does_not(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        with trail_of(database, tmp_path) as trail:
-            assert trail.until_written()
+        with trail_of(database, tmp_path) as audit_log:
+            assert audit_log.until_written()
             with monkeypatch.context() as patch:
                 patch.setattr(Keeping, "has_room", False)
 
                 async def flood() -> None:
-                    told = [asyncio.create_task(trail.tell(audit.entry(f"look {n}", "done"))) for n in range(20)]
+                    told = [asyncio.create_task(audit_log.tell(audit.entry(f"look {n}", "done"))) for n in range(20)]
                     done, _ = await asyncio.wait(told, timeout=0.05)
                     assert not done
-                    trail.tell_at_once(audit.entry("stop", "done"))
-                    assert await asyncio.to_thread(trail.until_written)
+                    audit_log.tell_at_once(audit.entry("stop", "done"))
+                    assert await asyncio.to_thread(audit_log.until_written)
                     assert [row.action for row in rows(database)] == ["service_started", "stop"]
                     patch.undo()
                     await asyncio.gather(*told)
@@ -312,12 +312,12 @@ class TestQueue:
             return append(*given)
 
         monkeypatch.setattr(chain, "append", failing)
-        with trail_of(database, tmp_path, again_s=0.01) as trail:
+        with trail_of(database, tmp_path, again_s=0.01) as audit_log:
             away.set()
             for n in range(20):
-                asyncio.run(told_in_time(trail, audit.entry(f"look {n}", "done")))
+                asyncio.run(told_in_time(audit_log, audit.entry(f"look {n}", "done")))
             away.clear()
-            assert trail.until_written()
+            assert audit_log.until_written()
         told = [row.action for row in rows(database)]
         assert told == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
         assert verified(database, tmp_path).whole
@@ -332,10 +332,10 @@ class TestQueue:
                 raise OperationalError("", None, Exception("locked"))
             return append(*given)
 
-        with trail_of(database, tmp_path, again_s=0.01) as trail:
+        with trail_of(database, tmp_path, again_s=0.01) as audit_log:
             monkeypatch.setattr(chain, "append", failing)
-            trail.tell_at_once(audit.entry("stop", "done"))
-            assert trail.until_written()
+            audit_log.tell_at_once(audit.entry("stop", "done"))
+            assert audit_log.until_written()
         assert [row.action for row in rows(database)] == ["service_started", "stop", "service_ended"]
 
 
@@ -343,12 +343,12 @@ class TestAnchor:
     def test_the_anchor_follows_every_commit_and_rows_say_how_long_it_is(
         self, database: Database, tmp_path: Path
     ) -> None:
-        with trail_of(database, tmp_path) as trail:
-            assert trail.until_written()
+        with trail_of(database, tmp_path) as audit_log:
+            assert audit_log.until_written()
             for n in range(3):
                 with database.write() as session:
                     session.add(somebody(f"K-{n}"))
-                assert trail.until_written()
+                assert audit_log.until_written()
         lines = anchor.read(tmp_path / "audit.anchor")
         assert [line.head.number for line in lines] == [1, 2, 3, 4, 5]
         assert [row.anchored for row in rows(database)] == [0, 1, 2, 3, 4]
@@ -359,7 +359,7 @@ class TestAnchor:
     ) -> None:
         with trail_of(database, tmp_path):
             pass
-        Chained(database)
+        AuditHook(database)
         with database.write() as session:
             session.add(somebody())
         assert verified(database, tmp_path).whole
@@ -386,24 +386,24 @@ class TestAnchor:
         def full(*_: object) -> None:
             raise OSError("no space left on device")
 
-        with trail_of(database, tmp_path) as trail:
-            assert trail.until_written()
+        with trail_of(database, tmp_path) as audit_log:
+            assert audit_log.until_written()
             with monkeypatch.context() as patch:
                 patch.setattr(anchor.Anchor, "add", full)
                 with database.write() as session:
                     session.add(somebody())
-                assert trail.until_written()
+                assert audit_log.until_written()
         assert "anchor cannot be written" in caplog.text
         assert verified(database, tmp_path).whole
 
     def test_a_service_that_starts_on_a_trail_that_was_cut_says_so_loudly_and_in_the_trail(
         self, database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
     ) -> None:
-        with trail_of(database, tmp_path) as trail:
+        with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:
                     audit.note(session, f"act {n}")
-            assert trail.until_written()
+            assert audit_log.until_written()
         without_guards(database)
         with database.writer.begin() as connection:
             connection.execute(delete(AuditRow).where(AuditRow.number > 3))
@@ -414,15 +414,15 @@ class TestAnchor:
         assert not verified(database, tmp_path).whole
 
     def test_restoring_a_backup_is_told_and_no_damage(self, database: Database, tmp_path: Path) -> None:
-        with trail_of(database, tmp_path) as trail:
+        with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:
                     audit.note(session, f"act {n}")
-            assert trail.until_written()
+            assert audit_log.until_written()
         without_guards(database)
         with database.writer.begin() as connection:
             connection.execute(delete(AuditRow).where(AuditRow.number > 3))
-        Chained(database)
+        AuditHook(database)
         with request("restore"), database.write() as session:
             note_restored(session, tmp_path / "audit.anchor", "kata-2026-11-21.age")
         with trail_of(database, tmp_path):

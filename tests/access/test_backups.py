@@ -19,7 +19,7 @@ import pytest
 from pyrage.x25519 import Identity
 from sqlalchemy import select
 
-from kata.access.audit_log import Trail
+from kata.access.audit_log import AuditLog
 from kata.access.backups import book, making, restoring, sealed
 from kata.access.backups.book import take_notes_in
 from kata.access.backups.folder import UnfinishedRestoreError, one_at_a_time, served
@@ -198,14 +198,14 @@ def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
 
 
 @contextmanager
-def trail_of(settings: Settings, database: Database) -> Iterator[Trail]:
+def trail_of(settings: Settings, database: Database) -> Iterator[AuditLog]:
     """As a service has it."""
     with (
         closing(Keeping(database, "Station 1", settings.spool)) as kept,
-        closing(Trail(database, settings.effective_audit_anchor, kept)) as trail,
+        closing(AuditLog(database, settings.effective_audit_anchor, kept)) as audit_log,
     ):
-        assert trail.until_written()
-        yield trail
+        assert audit_log.until_written()
+        yield audit_log
 
 
 def test_a_backup_brings_the_key_of_the_second_factors_along(
@@ -262,12 +262,12 @@ def test_what_is_written_while_a_backup_is_made_is_no_damage_of_its_trail(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The anchor is copied behind the database, and speaks of later rows."""
-    with trail_of(settings, database) as trail:
+    with trail_of(settings, database) as audit_log:
 
         def with_somebody_at_work(*given: Any) -> Any:
             told = copy(*given)
             add_patient(database, "K-2")
-            assert trail.until_written()
+            assert audit_log.until_written()
             return told
 
         monkeypatch.setattr(making, "copy", with_somebody_at_work)

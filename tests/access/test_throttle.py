@@ -2,7 +2,7 @@
 
 import pytest
 
-from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS, Patience, Throttle
+from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS, BackoffPolicy, Throttle
 from kata.errors import ProblemError
 
 
@@ -16,7 +16,9 @@ class Clock:
         return self.s
 
 
-def let_through(throttle: Throttle, clock: Clock, *keys: tuple[str, Patience], tries: int, minutes: float = 1.0) -> int:
+def let_through(
+    throttle: Throttle, clock: Clock, *keys: tuple[str, BackoffPolicy], tries: int, minutes: float = 1.0
+) -> int:
     """Of so many tries, one as long after the other."""
     through = 0
     for _ in range(tries):

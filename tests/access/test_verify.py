@@ -24,7 +24,9 @@ NAMES = [name for name, _ in tricks(ROWS, Random(0))]
 
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
-def trail(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Database, Path]]:
+def audit_log(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Database, Path]]:
     """A whole one, which every test leaves as it was."""
     folder = tmp_path_factory.mktemp("trail")
     on_file = request.param == "sqlite"
@@ -39,8 +41,8 @@ def trail(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     database.close()
 
 
-def test_a_trail_as_it_was_written_is_whole(trail: tuple[Database, Path]) -> None:
-    database, file = trail
+def test_a_trail_as_it_was_written_is_whole(audit_log: tuple[Database, Path]) -> None:
+    database, file = audit_log
     with database.read() as session:
         verdict = verify(session, [file])
     assert verdict.findings == []
@@ -48,8 +50,8 @@ def test_a_trail_as_it_was_written_is_whole(trail: tuple[Database, Path]) -> Non
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_trick_shows_and_it_is_said_where(trail: tuple[Database, Path], name: str) -> None:
-    database, file = trail
+def test_every_trick_shows_and_it_is_said_where(audit_log: tuple[Database, Path], name: str) -> None:
+    database, file = audit_log
     for seed in range(3):
         trick = dict(tricks(ROWS, Random(f"{name} {seed}")))[name]
         played, verdict = judged(database, file, trick)
@@ -61,8 +63,8 @@ def test_every_trick_shows_and_it_is_said_where(trail: tuple[Database, Path], na
             assert any("anchor" in finding.message for finding in verdict.findings), played
 
 
-def test_what_was_cut_off_is_said_to_the_row(trail: tuple[Database, Path]) -> None:
-    _, verdict = judged(*trail, lambda session, _: cut(session, ROWS, 30))
+def test_what_was_cut_off_is_said_to_the_row(audit_log: tuple[Database, Path]) -> None:
+    _, verdict = judged(*audit_log, lambda session, _: cut(session, ROWS, 30))
     assert [(one.first, one.last) for one in verdict.findings] == [(171, 200)]
     assert (
         verdict.findings[0].message == "Rows 171 to 200 are not there: the trail was anchored with them, and cut off."
@@ -70,9 +72,9 @@ def test_what_was_cut_off_is_said_to_the_row(trail: tuple[Database, Path]) -> No
 
 
 def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_kept_elsewhere(
-    trail: tuple[Database, Path],
+    audit_log: tuple[Database, Path],
 ) -> None:
-    database, file = trail
+    database, file = audit_log
     kept, before = last_line(file), file.read_bytes()
 
     def older(session: Session) -> None:
@@ -91,9 +93,9 @@ def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_
 
 
 def test_only_the_last_line_of_an_anchor_can_be_missing_unseen_as_after_a_crash_and_no_row_with_it(
-    trail: tuple[Database, Path],
+    audit_log: tuple[Database, Path],
 ) -> None:
-    database, file = trail
+    database, file = audit_log
     _, verdict = judged(database, file, lambda _, path: cut_anchor(path, 1))
     assert verdict.findings == []
     with guards_down(database) as session:

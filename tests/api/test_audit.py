@@ -58,7 +58,7 @@ def acting_as(client: TestClient, role: Any) -> Iterator[None]:
         client.cookies.set(COOKIE, before)
 
 
-def trail(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
+def audit_log(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
     """Newest first."""
     answer = client.get("/api/audit", params={"limit": 200} | wanted)
     assert answer.status_code == 200, answer.text
@@ -68,12 +68,12 @@ def trail(client: TestClient, **wanted: Any) -> list[dict[str, Any]]:
 
 def of_patient(client: TestClient, patient: dict[str, Any]) -> list[dict[str, Any]]:
     """But for these very looks into the trail."""
-    return [row for row in trail(client, patient_id=patient["id"]) if row["action"] != "list_audit"]
+    return [row for row in audit_log(client, patient_id=patient["id"]) if row["action"] != "list_audit"]
 
 
 def acts(client: TestClient, **wanted: Any) -> list[tuple[str, str, str]]:
     """Oldest first: who, what, how it went."""
-    return [(row["role"], row["action"], row["outcome"]) for row in reversed(trail(client, **wanted))]
+    return [(row["role"], row["action"], row["outcome"]) for row in reversed(audit_log(client, **wanted))]
 
 
 def is_whole(folder: Path, client: TestClient) -> bool:
@@ -103,13 +103,15 @@ def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
         ("administrator", "update_patient", "done"),
         ("viewer", "get_patient", "done"),
     ]
-    refused = [(row["role"], row["action"], row["detail"]["why"]) for row in reversed(trail(client, outcome="refused"))]
+    refused = [
+        (row["role"], row["action"], row["detail"]["why"]) for row in reversed(audit_log(client, outcome="refused"))
+    ]
     assert [one for one in refused if one[1] in ("get_patient", "update_patient")] == [
         ("viewer", "update_patient", "not_allowed"),
         ("technician", "get_patient", "not_allowed"),
         ("", "get_patient", "not_signed_in"),
     ]
-    changed = next(row for row in trail(client, action="update_patient") if row["outcome"] == "done")
+    changed = next(row for row in audit_log(client, action="update_patient") if row["outcome"] == "done")
     assert changed["detail"] == {"changed": {"patients": {patient["id"]: ["notes", "updated_at"]}}}
     assert changed["who"] == "Test administrator"
     assert is_whole(folder, client)
@@ -127,10 +129,10 @@ def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) ->
 
 
 def test_who_watches_live_is_told(client: TestClient) -> None:
-    before = len(trail(client, action="live"))
+    before = len(audit_log(client, action="live"))
     with acting_as(client, "viewer"), client.websocket_connect("/api/live") as socket:
         socket.receive_json()
-    watched = trail(client, action="live")
+    watched = audit_log(client, action="live")
     assert len(watched) == before + 1
     assert (watched[0]["role"], watched[0]["outcome"]) == ("viewer", "done")
 
@@ -138,19 +140,22 @@ def test_who_watches_live_is_told(client: TestClient) -> None:
 def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
     with acting_as(client, None), pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live"):
         pass
-    assert (trail(client, action="live")[0]["who"], trail(client, action="live")[0]["outcome"]) == ("", "refused")
+    assert (audit_log(client, action="live")[0]["who"], audit_log(client, action="live")[0]["outcome"]) == (
+        "",
+        "refused",
+    )
 
 
 def test_what_is_refused_at_the_door_is_told(client: TestClient) -> None:
     client.post("/api/patients", json={}, headers={"origin": "https://evil.example"})
-    row = trail(client, action="at_the_door")[0]
+    row = audit_log(client, action="at_the_door")[0]
     assert (row["outcome"], row["subject"], row["who"]) == ("refused", "POST /api/patients", "")
 
 
 def test_a_form_that_is_filled_in_wrongly_is_no_refusal(client: TestClient) -> None:
-    before = len(trail(client, action="create_patient"))
+    before = len(audit_log(client, action="create_patient"))
     assert client.post("/api/patients", json={"name": ""}).status_code == 422
-    assert len(trail(client, action="create_patient")) == before
+    assert len(audit_log(client, action="create_patient")) == before
 
 
 def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestClient, patient: dict[str, Any]) -> None:
@@ -158,18 +163,18 @@ def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestC
         client.patch(f"/api/patients/{patient['id']}", json={"notes": f"{n}"})
     # Whoever looks a patient up in the trail stands in it, too; so of one kind of act only.
     wanted = {"patient_id": patient["id"], "action": "update_patient"}
-    found = trail(client, **wanted)
+    found = audit_log(client, **wanted)
     assert [row["outcome"] for row in found] == ["done"] * 5
     first = client.get("/api/audit", params=wanted | {"limit": 3}).json()
     second = client.get("/api/audit", params=wanted | {"limit": 3, "after": first["next"]}).json()
     assert first["items"] + second["items"] == found
     assert second["next"] is None
     at = found[2]["at"]
-    assert trail(client, **wanted, since=at) == found[:3]
-    assert trail(client, **wanted, until=at) == found[3:]
+    assert audit_log(client, **wanted, since=at) == found[:3]
+    assert audit_log(client, **wanted, until=at) == found[3:]
     account = found[0]["account_id"]
-    assert {row["account_id"] for row in trail(client, account_id=account)} == {account}
-    assert trail(client, account_id=str(uuid4())) == []
+    assert {row["account_id"] for row in audit_log(client, account_id=account)} == {account}
+    assert audit_log(client, account_id=str(uuid4())) == []
     assert client.get("/api/audit", params={"outcome": "anything"}).status_code == 422
     assert client.get("/api/audit", params={"after": "there"}).status_code == 422
 
@@ -178,13 +183,13 @@ def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: Te
     begun = replace(entry("unnamed", "done"), station="Drill")
     for minutes in (0, -30, 30, -60):
         one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
-        client.app.state.trail.tell_at_once(one)  # type: ignore[attr-defined]
-    found = trail(client, station="Drill")
+        client.app.state.audit_log.tell_at_once(one)  # type: ignore[attr-defined]
+    found = audit_log(client, station="Drill")
     assert [row["subject"] for row in found] == ["30", "0", "-30", "-60"]
     numbers = [row["number"] for row in found]
     assert numbers != sorted(numbers, reverse=True)
     since, until = found[2]["at"], found[0]["at"]
-    assert trail(client, station="Drill", since=since, until=until) == found[1:3]
+    assert audit_log(client, station="Drill", since=since, until=until) == found[1:3]
     first = client.get("/api/audit", params={"station": "Drill", "limit": 3}).json()
     rest = client.get("/api/audit", params={"station": "Drill", "after": first["next"]}).json()
     assert first["items"] + rest["items"] == found
@@ -213,7 +218,7 @@ def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
     after = of_patient(client, patient)
     assert after[1:] == before
     assert after[0]["action"] == "erase_patient"
-    told = repr(trail(client))
+    told = repr(audit_log(client))
     assert "Yamada" not in told
     assert patient["clinic_number"] not in told
     assert is_whole(folder, client)
@@ -221,7 +226,7 @@ def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
 
 def test_what_the_program_does_is_its_own(client: TestClient) -> None:
     by_nobody = {
-        (row["who"], row["action"]) for row in trail(client) if row["account_id"] is None and not row["address"]
+        (row["who"], row["action"]) for row in audit_log(client) if row["account_id"] is None and not row["address"]
     }
     assert {who for who, _ in by_nobody} == {"Kata"}
     assert {action for _, action in by_nobody} <= _BY_PROGRAM

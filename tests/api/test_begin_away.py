@@ -19,8 +19,17 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.sessions import checks, runs, service
 from kata.clinic.sessions import offline_cache as ahead_module
-from kata.clinic.sessions.offline_cache import Ahead
-from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE, NOT_KEPT, Arriving, Change, Closed, Opened, Pained
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.replay import (
+    CHANGED,
+    CHANGED_MEANWHILE,
+    NOT_KEPT,
+    Change,
+    OfflineEvent,
+    PainRecorded,
+    SessionClosed,
+    SessionOpened,
+)
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal
@@ -47,9 +56,9 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 
 
 @pytest.fixture
-def ahead(client: TestClient) -> Ahead:
+def offline_cache(client: TestClient) -> OfflineCache:
     app: Any = client.app
-    told: Ahead = app.state.ahead
+    told: OfflineCache = app.state.offline_cache
     return told
 
 
@@ -102,10 +111,10 @@ def play(client: TestClient, session_id: str, recording_id: str, position: int) 
 def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arrives_once(
     client: TestClient,
     server: postgresql.Server,
-    ahead: Ahead,
+    offline_cache: OfflineCache,
 ) -> None:
     patient = of_today(client, "Kondo Emi")
-    eventually(lambda: ahead.knows(UUID(patient["id"])))
+    eventually(lambda: offline_cache.holds(UUID(patient["id"])))
     # With the database there, nobody is told of here: lists are.
     assert ready(client) == []
 
@@ -194,7 +203,7 @@ def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arri
 def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a_limit(
     client: TestClient,
     server: postgresql.Server,
-    ahead: Ahead,
+    offline_cache: OfflineCache,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     app: Any = client.app
@@ -206,9 +215,9 @@ def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a
         session.get_one(PatientRow, UUID(hidden["id"])).restricted = True
         session.get_one(PatientRow, UUID(closed["id"])).episodes[0].closed_at = utc_now()
         session.get_one(PatientRow, UUID(one["id"])).episodes[0].max_load_level = 10
-    ahead.renew()
-    eventually(lambda: ahead.knows(UUID(one["id"])) and not ahead.knows(UUID(hidden["id"])))
-    eventually(lambda: not ahead.knows(UUID(closed["id"])))
+    offline_cache.refresh_soon()
+    eventually(lambda: offline_cache.holds(UUID(one["id"])) and not offline_cache.holds(UUID(hidden["id"])))
+    eventually(lambda: not offline_cache.holds(UUID(closed["id"])))
     cookies = dict(client.cookies)
     client.cookies.set(next(iter(cookies)), viewer)
     assert client.get("/api/station").status_code == 200
@@ -248,13 +257,13 @@ def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a
         # The emergency stop was not tried on that next day.
         with monkeypatch.context() as tomorrow:
             tomorrow.setattr(checks, "today", lambda: today + timedelta(days=1))
-            tomorrow.setattr(ahead, "_may_begin", lambda known: True)
+            tomorrow.setattr(offline_cache, "_may_begin", lambda known: True)
             refused = problem(client.post("/api/station/load", json=load | {"load_level": 10}), 409, "checklist_open")
             assert "emergency stop" in refused["detail"]
             # That it is tried while the database is away is heard all the same.
             tomorrow_at = today + timedelta(days=1)
             tried = Happening(station="Station 1", at=tomorrow_at, kind="event", code=ESTOP_TESTED, message="")
-            ahead.heard(tried)
+            offline_cache.on_event(tried)
             assert "estop" not in still_open(client, visit["id"], first)
         assert accepted(client, "load", load | {"load_level": 10})["load_level"] == 10
         # It ends when what is loaded has.
@@ -289,7 +298,7 @@ def _nothing(session: Session, patient: dict[str, Any]) -> None:
     """Nobody has changed anything."""
 
 
-def put(client: TestClient, *done: Arriving) -> None:
+def put(client: TestClient, *done: OfflineEvent) -> None:
     """It arrives."""
     app: Any = client.app
     for one in done:
@@ -297,10 +306,10 @@ def put(client: TestClient, *done: Arriving) -> None:
     assert app.state.kept.until_taken(LIMIT_S)
 
 
-def begun_away(client: TestClient, patient: dict[str, Any]) -> Opened:
+def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
     episode = client.get(f"/api/patients/{patient['id']}/episodes").json()["items"][0]
     of = (UUID(patient["id"]), UUID(episode["id"]), UUID(version_of(patient)))
-    return Opened(uuid4(), *of, WHO, "Station 1", utc_now())
+    return SessionOpened(uuid4(), *of, WHO, "Station 1", utc_now())
 
 
 @pytest.mark.parametrize(
@@ -339,33 +348,33 @@ def test_pain_and_end_that_somebody_elsewhere_has_given_stay_and_what_was_said_h
     opened = begun_away(client, patient)
     put(client, opened)
     url = f"/api/sessions/{opened.id}"
-    put(client, Pained(opened.id, "pain_before", 4, None, utc_now(), "Station 1"))
+    put(client, PainRecorded(opened.id, "pain_before", 4, None, utc_now(), "Station 1"))
     assert client.get(url).json()["pain_before"] == 4
     client.patch(url, json={"pain_before": 7, "pain_after": 2})
     put(
         client,
-        Pained(opened.id, "pain_before", 3, 4, utc_now(), "Station 1"),
+        PainRecorded(opened.id, "pain_before", 3, 4, utc_now(), "Station 1"),
         # The same, said twice, is no conflict.
-        Pained(opened.id, "pain_after", 2, None, utc_now(), "Station 1"),
+        PainRecorded(opened.id, "pain_after", 2, None, utc_now(), "Station 1"),
     )
     there = client.get(url).json()
     assert (there["pain_before"], there["pain_after"]) == (7, 2)
     assert alarms(client, str(opened.id)) == [NOT_KEPT["pain_before"].format(pain=3)]
     client.post(f"{url}/end", json={"reason": "shortened"})
-    put(client, Closed(opened.id, "completed", utc_now(), "Station 1"))
+    put(client, SessionClosed(opened.id, "completed", utc_now(), "Station 1"))
     assert client.get(url).json()["end_reason"] == "shortened"
     assert CHANGED["ended_already"] in alarms(client, str(opened.id))
 
 
 def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
     client: TestClient,
-    ahead: Ahead,
+    offline_cache: OfflineCache,
     server: postgresql.Server,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     app: Any = client.app
     patient = of_today(client, "Fujita Go")
-    eventually(lambda: ahead.knows(UUID(patient["id"])))
+    eventually(lambda: offline_cache.holds(UUID(patient["id"])))
     with client.websocket_connect("/api/live"), server.killed():
         until(client, lambda live: live["kept"]["away_since"])
         with monkeypatch.context() as full:
@@ -380,7 +389,7 @@ def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
 def test_only_the_last_twenty_are_kept_and_whoever_is_treated_among_them(client: TestClient) -> None:
     app: Any = client.app
     patient = of_today(client, "Goto Mao")
-    held = Ahead(app.state.database, "Station 1")
+    held = OfflineCache(app.state.database, "Station 1")
     held.attend(UUID(patient["id"]), None)
     began = time.monotonic()
     for _ in range(30):

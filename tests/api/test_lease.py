@@ -74,7 +74,7 @@ def page(client: TestClient, browser: Browser | None = None) -> Iterator[Page]:
 def noted(client: TestClient, action: str) -> list[str]:
     """Details of what the audit trail has of it."""
     app: Any = client.app
-    assert app.state.trail.until_written()
+    assert app.state.audit_log.until_written()
     with app.state.database.read() as session:
         query = select(AuditRow.detail).where(AuditRow.action == action, AuditRow.outcome == "done")
         return list(session.scalars(query.order_by(AuditRow.number)))

@@ -64,7 +64,7 @@ def test_every_row_of_the_audit_trail_is_a_line_of_the_log_that_is_collected(
     with caplog.at_level(logging.INFO, logger=ROWS):
         made = client.post("/api/patients", json=body).json()
         assert client.get(f"/api/patients/{made['id']}").status_code == 200
-        assert app.state.trail.until_written()
+        assert app.state.audit_log.until_written()
     lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
     told = {line["message"]: line["audit"] for line in lines}
     row = told["create_patient done"]

@@ -20,7 +20,7 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.sessions import checks, runs
-from kata.clinic.sessions.offline_cache import Ahead, ToPlay
+from kata.clinic.sessions.offline_cache import OfflineCache, ToPlay
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.availability import DatabaseAwayError
@@ -87,7 +87,7 @@ def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict
 def noted(client: TestClient) -> list[str]:
     """What was pressed and what became of the database, as the audit trail has it."""
     app: Any = client.app
-    assert app.state.trail.until_written()
+    assert app.state.audit_log.until_written()
     of = ("approach", "play", "pause", "stop", "database_away")
     with app.state.database.read() as session:
         query = select(AuditRow.action).where(AuditRow.action.in_(of), AuditRow.outcome == "done")
@@ -166,9 +166,9 @@ def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_st
 THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
 
 
-def still_open_ahead(ahead: Ahead, session_id: str, recording_id: str) -> list[str] | None:
+def still_open_ahead(offline_cache: OfflineCache, session_id: str, recording_id: str) -> list[str] | None:
     """As :func:`still_open`, by what was fetched; None while nothing is."""
-    found = ahead.checklist(UUID(session_id), UUID(recording_id), THERE)
+    found = offline_cache.checklist(UUID(session_id), UUID(recording_id), THERE)
     return None if found is None else [one.need.check for one in found if one.answer is None]
 
 
@@ -185,8 +185,8 @@ def visit(client: TestClient) -> dict[str, Any]:
     planned = {"patient_id": patient["id"], "programme_version_id": version_id}
     session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
     go_through_checklist(client, session["id"], first["id"])
-    ahead: Ahead = app.state.ahead
-    eventually(lambda: still_open_ahead(ahead, session["id"], second["id"]) == ["fixtures"])
+    offline_cache: OfflineCache = app.state.offline_cache
+    eventually(lambda: still_open_ahead(offline_cache, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
 
 
@@ -196,7 +196,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
     app: Any = client.app
     reconnected = replace(THERE, verified_since=utc_now())
 
-    found = app.state.ahead.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+    found = app.state.offline_cache.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
 
     assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
@@ -264,8 +264,8 @@ def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not
     client: TestClient, visit: dict[str, Any]
 ) -> None:
     app: Any = client.app
-    ahead: Ahead = app.state.ahead
-    found = ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
+    offline_cache: OfflineCache = app.state.offline_cache
+    found = offline_cache.start_run(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
     assert found
     with app.state.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
@@ -284,11 +284,11 @@ def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, vi
     app: Any = client.app
     with app.state.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).patient.restricted = True
-    ahead = Ahead(app.state.database, "Station 1")
-    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
-    ahead.fetch()
-    assert ahead.visit(UUID(visit["id"])) is None
-    assert not ahead.knows(UUID(visit["patient"]["id"]))
+    offline_cache = OfflineCache(app.state.database, "Station 1")
+    offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
+    offline_cache.refresh()
+    assert offline_cache.session(UUID(visit["id"])) is None
+    assert not offline_cache.holds(UUID(visit["patient"]["id"]))
 
 
 def test_a_programmes_time_goes_on_while_nobody_can_count_it(
@@ -297,12 +297,14 @@ def test_a_programmes_time_goes_on_while_nobody_can_count_it(
     app: Any = client.app
     with app.state.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).programme_version.timer_minutes = 2.0
-    ahead = Ahead(app.state.database, "Station 1")
-    ahead.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
-    ahead.fetch()
+    offline_cache = OfflineCache(app.state.database, "Station 1")
+    offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
+    offline_cache.refresh()
 
     def begin(position: int | None) -> ToPlay | None:
-        return ahead.begin(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE)
+        return offline_cache.start_run(
+            UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", position, THERE
+        )
 
     assert begin(1)
     now_s = time.monotonic()

@@ -216,7 +216,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     load(client, taught_patient, recording)
     accepted(client, "approach")
     until_mode(client, "paused")
-    at_the_arm = client.app.state.access.endings.at_the_arm  # type: ignore[attr-defined]
+    at_the_arm = client.app.state.access.revocations.at_the_arm  # type: ignore[attr-defined]
     assert at_the_arm() is not None
     accepted(client, "stop")
     live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 import pytest
 
 from kata.access import sign_in
-from kata.access.actor import ACTING, Actor, Role
+from kata.access.actor import CURRENT_ACTOR, Actor, Role
 from kata.access.tables import CareTeamRow
 from kata.api.redaction import View
 from kata.clinic.patients import service as patients
@@ -99,11 +99,11 @@ def test_only_those_whose_patient_it_is_hear_that_something_was_saved(clinic: Da
 
 
 def test_what_nobody_is_named_for_was_done_by_whoever_asks(clinic: Database) -> None:
-    before = ACTING.set(actor(clinic, "therapist"))
+    before = CURRENT_ACTOR.set(actor(clinic, "therapist"))
     try:
         assert CheckTick().checked_by == "Test therapist"
         assert SessionSign(signed_by=" ", note="Went well.").signed_by == "Test therapist"
         assert CheckTick(checked_by="Ito Mai").checked_by == "Ito Mai"
     finally:
-        ACTING.reset(before)
+        CURRENT_ACTOR.reset(before)
     assert CheckTick().checked_by == ""

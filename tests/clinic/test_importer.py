@@ -33,7 +33,7 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
 from kata.errors import ProblemError
-from kata.motion.edit import AS_TAUGHT, Asked
+from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.learning import Correction
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
@@ -60,7 +60,7 @@ class Clinic:
             session.add(row)
         return row.id
 
-    def begin_run(self, recording_id: UUID, asked: Asked = AS_TAUGHT, method: Method = "smooth") -> UUID:
+    def begin_run(self, recording_id: UUID, asked: PlaybackSettings = AS_TAUGHT, method: Method = "smooth") -> UUID:
         with self.database.write() as session:
             visit = sessions.begin(session, self.patient_id)
             row = runs.begin(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
@@ -201,7 +201,7 @@ def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: 
 
 
 def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
-    asked = Asked(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
+    asked = PlaybackSettings(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
     run_id = clinic.begin_run(clinic.recording(), asked)
     with clinic.database.read() as session:
         motion = runs.motion_of(session, runs.get(session, run_id))
@@ -237,7 +237,7 @@ def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic)
     clinic.importer.run()
     recording_id = clinic.saved[-1].id
 
-    def play(asked: Asked = AS_TAUGHT, method: Method = "learned", reason: Any = "completed") -> UUID:
+    def play(asked: PlaybackSettings = AS_TAUGHT, method: Method = "learned", reason: Any = "completed") -> UUID:
         run_id = clinic.begin_run(recording_id, asked, method)
         clinic.journal("run", run_id, [4.0], at=pose, error_deg=-1.0, end=JournalEnd(reason=reason))
         clinic.importer.run()
@@ -272,7 +272,7 @@ def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic)
 
     # Neither a run that was not played to its end, nor one at another speed, nor one of another method.
     assert told(play(reason="returned"))[2] is None
-    assert told(play(Asked(speed_percent=90.0)))[0] is None
+    assert told(play(PlaybackSettings(speed_percent=90.0)))[0] is None
     assert told(play(method="smooth"))[0] is None
 
     second = play()
@@ -299,7 +299,7 @@ def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None
 
 
 def test_what_would_last_too_long_is_refused(clinic: Clinic) -> None:
-    run_id = clinic.begin_run(clinic.recording(), Asked(speed_percent=10.0, repetitions=200))
+    run_id = clinic.begin_run(clinic.recording(), PlaybackSettings(speed_percent=10.0, repetitions=200))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
         runs.motion_of(session, runs.get(session, run_id))
     assert (caught.value.status, caught.value.code) == (422, "unplayable")

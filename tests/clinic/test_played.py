@@ -25,7 +25,7 @@ from kata.device.journal import (
     JournalEnd,
 )
 from kata.motion import edit
-from kata.motion.edit import Asked
+from kata.motion.edit import PlaybackSettings
 from kata.motion.method import Method
 from tests.clinic.test_importer import Clinic
 from tests.upgraded import upgraded_file
@@ -33,7 +33,7 @@ from tests.upgraded import upgraded_file
 Reason = Literal["completed", "returned", "stopped", "unloaded"]
 Part = tuple[int, float, float]
 """A phase, and from where to where on the path it goes, in seconds."""
-THRICE = Asked(repetitions=3, pause_s=1.0)
+THRICE = PlaybackSettings(repetitions=3, pause_s=1.0)
 """What is recorded lasts 2 s and is elsewhere at its end, in full motion: see :func:`ends_s`."""
 
 
@@ -65,7 +65,11 @@ def journal(run_id: UUID, parts: list[Part], end: JournalEnd | None, rate_hz: in
 
 
 def play(
-    clinic: Clinic, *parts: Part, reason: Reason | None = "returned", asked: Asked = THRICE, method: Method = "smooth"
+    clinic: Clinic,
+    *parts: Part,
+    reason: Reason | None = "returned",
+    asked: PlaybackSettings = THRICE,
+    method: Method = "smooth",
 ) -> RunRow:
     run_id = clinic.begin_run(clinic.recording(), asked, method)
     end = JournalEnd(reason=reason) if reason else None
@@ -121,7 +125,7 @@ def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
 ) -> None:
     read: list[object] = []
     made: list[object] = []
-    samples, as_asked = recordings.samples, edit.as_asked
+    samples, with_settings = recordings.samples, edit.with_settings
 
     def counted_samples(*given: Any) -> Any:
         read.append(given)
@@ -129,7 +133,7 @@ def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
 
     def counted_as_asked(motion: Any, asked: Any) -> Any:
         made.append(asked)
-        return as_asked(motion, asked)
+        return with_settings(motion, asked)
 
     monkeypatch.setattr(recordings, "samples", counted_samples)
     monkeypatch.setattr(edit, "as_asked", counted_as_asked)

@@ -25,7 +25,7 @@ from kata.clinic.sessions.tables import (
 )
 from kata.database.series import pack
 from kata.device.journal import PHASE_PLAYING
-from kata.motion.edit import Asked, Motion, as_asked
+from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.tracking import compare
 
 DAY = datetime(2026, 11, 2, 0, 30, tzinfo=UTC)
@@ -170,8 +170,8 @@ def _visit(
 def _run(
     session: Session, visit: SessionRow, recording: RecordingRow, motion: Motion, place: int, at: datetime
 ) -> None:
-    asked = Asked(80.0, 1, 0.0, 90.0)
-    wanted = as_asked(motion, asked)
+    asked = PlaybackSettings(80.0, 1, 0.0, 90.0)
+    wanted = with_settings(motion, asked)
     late = np.maximum(wanted.times_s - 0.05, 0)
     noise = np.random.default_rng(place).normal(0, 0.1, wanted.angles_deg.shape)
     measured = wanted.at(late) + noise

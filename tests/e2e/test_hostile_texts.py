@@ -15,7 +15,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from kata.access.audit_log import Chained
+from kata.access.audit_log import AuditHook
 from kata.access.sign_in import COOKIE
 from kata.clinic.reports import paper, words
 from kata.database.engine import Database
@@ -42,7 +42,7 @@ class Poisoned(Clinic):
         poisoned_user = signed_in_at(folder)
         database = Database(f"sqlite:///{folder / 'kata.db'}")
         upgrade(database)
-        Chained(database)
+        AuditHook(database)
         with database.write() as session:
             self.poison: Poison = poison(session, texts)
         database.close()
@@ -209,7 +209,7 @@ _CHOICES: Final = {"fixtures": "arm_fixer_1", "station": "Station 1"}
 _NOT_ASKED: Final = {"get_patient_fhir", "list_ready"}
 """Everything of a patient, which tests/clinic/test_fhir.py has judged; and who may be treated at a station, of which this user has none."""
 NOT_KEPT: Final = {
-    "", "AccountUpdate.openid", "Again.password", "BeginOpenId.to", "CameBack.iss", "CameBack.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
+    "", "AccountUpdate.openid", "Reauthentication.password", "BeginOpenId.to", "OidcCallback.iss", "OidcCallback.state", "ChangePassword.old_password", "ChangePassword.password", "GuideRequest.motion_id",
     "LinkSignIn.secret", "SetPassword.password", "SetUp.password", "SetUp.secret",
     "SignIn.password", "Unlock.password",
 }  # fmt: skip
@@ -227,7 +227,7 @@ MADE_BY_KATA: Final = {
     # Of the apparatus, its configuration, and the files that are beside it.
     "AuditEntry.address", "AuditEntry.station", "StationInfo.name", "Hand.motion", "Motion.id", "Motion.name",
     "UnderstoodMotion.left_alone", "ImportedPatients.left_out",
-    "Account.openid", "Away.address", "Came.to", "Me.openid", "StationVersion.config", "StationVersion.software",
+    "Account.openid", "Away.address", "LoginResult.to", "Me.openid", "StationVersion.config", "StationVersion.software",
     "WaysIn.openid",
     # Names of accounts and patients, which are tried wherever else they stand: there is no care team here.
     "TeamMember.name",

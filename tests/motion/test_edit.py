@@ -12,7 +12,7 @@ from kata.motion import edit
 from kata.motion.approach import Approach
 from kata.motion.axes import AXES
 from kata.motion.builtin import built_in_motions
-from kata.motion.edit import Asked, EditError, Motion
+from kata.motion.edit import EditError, Motion, PlaybackSettings
 from kata.motion.linkage import Floats, motor_angles_deg
 from kata.motion.trajectory import AxisLimits, Trajectory, TrajectoryError
 
@@ -127,7 +127,7 @@ def test_the_whole_of_everything_is_the_motion_itself(motion: Motion) -> None:
         edit.repeated(motion, 1, 5.0),
         edit.less(motion, 0.0),
         edit.isolated(motion, AXES),
-        edit.as_asked(motion, Asked()),
+        edit.with_settings(motion, PlaybackSettings()),
     ):
         assert np.array_equal(unchanged.angles_deg, motion.angles_deg)
         assert np.array_equal(unchanged.times_s, motion.times_s)
@@ -300,7 +300,7 @@ def test_a_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
         lambda motion: edit.warm_up(motion, 10.0, 1.0, 400.0),
         lambda motion: edit.stretch(motion, 5.0, back_deg=200.0),
         lambda motion: edit.stretch(motion, -1.0),
-        lambda motion: edit.as_asked(motion, Asked(range_percent=5.0)),
+        lambda motion: edit.with_settings(motion, PlaybackSettings(range_percent=5.0)),
     ],
 )
 def test_what_makes_no_sense_is_refused(wrong: object) -> None:
@@ -314,7 +314,9 @@ def test_what_makes_no_sense_is_refused(wrong: object) -> None:
 
 def test_what_is_asked_for_is_done_in_the_order_of_range_speed_and_repetitions() -> None:
     motion = built_in(4)
-    asked = edit.as_asked(motion, Asked(speed_percent=50.0, repetitions=3, pause_s=1.5, range_percent=80.0))
+    asked = edit.with_settings(
+        motion, PlaybackSettings(speed_percent=50.0, repetitions=3, pause_s=1.5, range_percent=80.0)
+    )
     assert asked.done == (
         "80 % of the range",
         "at 50 % speed",
@@ -326,8 +328,8 @@ def test_what_is_asked_for_is_done_in_the_order_of_range_speed_and_repetitions()
 
 
 def test_the_same_wish_gives_the_same_motion_to_the_last_digit() -> None:
-    asked = Asked(speed_percent=73.0, repetitions=3, pause_s=1.1, range_percent=67.0)
+    asked = PlaybackSettings(speed_percent=73.0, repetitions=3, pause_s=1.1, range_percent=67.0)
     motion = waves([0.7] * 5, [10.0] * 5, 4.0, 100)
-    one, other = edit.as_asked(motion, asked), edit.as_asked(motion, asked)
+    one, other = edit.with_settings(motion, asked), edit.with_settings(motion, asked)
     assert one.times_s.tobytes() == other.times_s.tobytes()
     assert one.angles_deg.tobytes() == other.angles_deg.tobytes()

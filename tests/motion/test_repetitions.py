@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kata.motion.edit import Asked, EditError, Motion, as_asked
+from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
 from kata.motion.linkage import Floats
 from kata.motion.repetitions import Pace, pace, pace_of
 
@@ -19,16 +19,16 @@ def motion(*, ends_elsewhere: bool) -> Motion:
 @pytest.mark.parametrize(
     "asked",
     [
-        Asked(),
-        Asked(speed_percent=50.0),
-        Asked(repetitions=2),
-        Asked(repetitions=7, pause_s=1.5),
-        Asked(speed_percent=150.0, repetitions=5, pause_s=2.0, range_percent=60.0),
+        PlaybackSettings(),
+        PlaybackSettings(speed_percent=50.0),
+        PlaybackSettings(repetitions=2),
+        PlaybackSettings(repetitions=7, pause_s=1.5),
+        PlaybackSettings(speed_percent=150.0, repetitions=5, pause_s=2.0, range_percent=60.0),
     ],
 )
-def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, asked: Asked) -> None:
+def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, asked: PlaybackSettings) -> None:
     taught = motion(ends_elsewhere=ends_elsewhere)
-    whole = as_asked(taught, asked)
+    whole = with_settings(taught, asked)
     found = pace(taught, asked)
     assert found.duration_s == pytest.approx(whole.duration_s, abs=1e-6)
     # Found from the whole, where that has been made already, it is the same.
@@ -38,7 +38,7 @@ def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, aske
 
 def test_a_repetition_is_done_when_it_has_ended_and_not_before() -> None:
     # There and back in 2 s, standing for 1 s between.
-    found = pace(motion(ends_elsewhere=False), Asked(repetitions=3, pause_s=1.0))
+    found = pace(motion(ends_elsewhere=False), PlaybackSettings(repetitions=3, pause_s=1.0))
     reached = {0.0: 0, 1.99: 0, 2.0: 1, 4.9: 1, 5.0: 2, 7.9: 2, 8.0: 3, 9.0: 3}
     assert {at_s: found.done(at_s + 1e-6) for at_s in reached} == reached
 
@@ -47,14 +47,16 @@ def test_what_is_played_once_is_done_at_its_end() -> None:
     assert [Pace(2.0, 0.0, 1).done(at_s) for at_s in (0.0, 1.9, 2.0, 5.0)] == [0, 0, 1, 1]
 
 
-@pytest.mark.parametrize("asked", [Asked(speed_percent=10.0, repetitions=200), Asked(repetitions=200, pause_s=20.0)])
-def test_longer_than_an_hour_is_refused_without_making_it(asked: Asked) -> None:
+@pytest.mark.parametrize(
+    "asked", [PlaybackSettings(speed_percent=10.0, repetitions=200), PlaybackSettings(repetitions=200, pause_s=20.0)]
+)
+def test_longer_than_an_hour_is_refused_without_making_it(asked: PlaybackSettings) -> None:
     with pytest.raises(EditError, match="longer than an hour"):
         pace(motion(ends_elsewhere=False), asked)
 
 
 def test_what_the_way_back_makes_longer_than_an_hour_is_refused_too() -> None:
-    asked = Asked(repetitions=200, pause_s=8.0)
+    asked = PlaybackSettings(repetitions=200, pause_s=8.0)
     taught = motion(ends_elsewhere=True)
     assert 200 * taught.duration_s + 199 * asked.pause_s < 3600
     with pytest.raises(EditError, match="longer than an hour"):

@@ -14,7 +14,7 @@ from tests.conftest import ROOT
 
 KATA: Final = ROOT / "backend/kata"
 PAGE: Final = ROOT / "frontend/src/administration"
-PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "Doing": 0}
+PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Where the action stands among the arguments of what writes it down."""
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},

@@ -28,12 +28,12 @@ class Actor:
     """A second factor is asked of this account and there is none yet: nothing but setting it up is allowed."""
 
 
-ACTING: Final[ContextVar[Actor | None]] = ContextVar("acting", default=None)
+CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("acting", default=None)
 """Whose request this is; None where the program itself acts (importer, nightly backup)."""
 
 
 @dataclass(slots=True)
-class Doing:
+class RequestContext:
     """What a request does, and to what: told at the edge, before it is allowed or refused, for the audit trail."""
 
     action: str
@@ -55,16 +55,16 @@ class Doing:
     the edge."""
 
 
-DOING: Final[ContextVar[Doing | None]] = ContextVar("doing", default=None)
+REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("doing", default=None)
 """What is being done in this request; set for every one that has a route, also where it is then refused."""
 
 
 @contextmanager
 def by_program(action: str, station: str = "") -> Iterator[None]:
     """What follows nobody asked for: the program does it by itself, even where a request happened to set it going."""
-    acting, doing = ACTING.set(None), DOING.set(Doing(action, station=station))
+    acting, context = CURRENT_ACTOR.set(None), REQUEST_CONTEXT.set(RequestContext(action, station=station))
     try:
         yield
     finally:
-        ACTING.reset(acting)
-        DOING.reset(doing)
+        CURRENT_ACTOR.reset(acting)
+        REQUEST_CONTEXT.reset(context)

@@ -7,7 +7,7 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session
 
-from kata.access.actor import ACTING, DOING, Actor
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor
 from kata.access.chain import Entry, Outcome
 from kata.database.base import utc_now
 
@@ -29,19 +29,19 @@ def entry(
 
     ``actor``: who did it, where that is not whose request it is. ``detail``: no secret, nothing that a field says of a patient.
     """
-    actor, doing = actor or ACTING.get(), DOING.get()
+    actor, context = actor or CURRENT_ACTOR.get(), REQUEST_CONTEXT.get()
     return Entry(
         at=utc_now(),
-        account_id=actor.account_id if actor else doing.account_id if doing else None,
-        who=_cut(actor.name, 100) if actor else "" if doing and doing.address else PROGRAM,
+        account_id=actor.account_id if actor else context.account_id if context else None,
+        who=_cut(actor.name, 100) if actor else "" if context and context.address else PROGRAM,
         role=actor.role if actor else "",
         sign_in_id=actor.sign_in_id if actor else None,
-        address=_cut(doing.address, 64) if doing else "",
+        address=_cut(context.address, 64) if context else "",
         action=_cut(action, 64),
         outcome=outcome,
-        patient_id=patient_id or (doing.patient_id if doing else None),
-        subject=_cut(subject or (doing.subject if doing else ""), 100),
-        station=_cut(doing.station, 100) if doing else "",
+        patient_id=patient_id or (context.patient_id if context else None),
+        subject=_cut(subject or (context.subject if context else ""), 100),
+        station=_cut(context.station, 100) if context else "",
         detail=written(detail),
     )
 

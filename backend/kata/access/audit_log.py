@@ -16,7 +16,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from kata.access import chain
-from kata.access.actor import DOING
+from kata.access.actor import REQUEST_CONTEXT
 from kata.access.anchor import Anchor, Line
 from kata.access.audit import NOTED, entry, written
 from kata.access.chain import Entry, Head
@@ -42,8 +42,8 @@ _CHANGES: Final = "changes"
 _HEAD: Final = "head"
 
 
-class Chained:
-    """Has each writing session of a database end with its rows of the trail. Enough for a tool; the service has a :class:`Trail`."""
+class AuditHook:
+    """Has each writing session of a database end with its rows of the trail. Enough for a tool; the service has a :class:`AuditLog`."""
 
     def __init__(self, database: Database) -> None:
         """From now on."""
@@ -61,9 +61,9 @@ class Chained:
         if changes and entries:
             entries[-1] = _with(entries[-1], changes)
         elif changes:
-            doing = DOING.get()
-            subject = (doing.subject if doing else "") or changes.subject
-            action = doing.action if doing else "unnamed"
+            context = REQUEST_CONTEXT.get()
+            subject = (context.subject if context else "") or changes.subject
+            action = context.action if context else "unnamed"
             entries = [entry(action, "done", changes.patient_id, subject, changes.detail())]
         if entries:
             session.info[_HEAD] = chain.append(session, entries, self._anchor_id, self._anchored), entries
@@ -73,8 +73,8 @@ class Chained:
         noted: tuple[Head, list[Entry]] | None = session.info.pop(_HEAD, None)
         if noted:
             head, entries = noted
-            if doing := DOING.get():
-                doing.told |= {one.outcome for one in entries}
+            if context := REQUEST_CONTEXT.get():
+                context.told |= {one.outcome for one in entries}
             self._stands(head)
             elsewhere(head, entries)
 
@@ -96,8 +96,8 @@ class Keeps(Protocol):
         """Whether the database has all of them within so many seconds."""
 
 
-class Trail(Chained):
-    """As :class:`Chained`; for what no change carries, too, and with a thread for the anchor.
+class AuditLog(AuditHook):
+    """As :class:`AuditHook`; for what no change carries, too, and with a thread for the anchor.
 
     That goes by way of the disk (``keeps``), so that nobody waits for the database, and gets its place in the chain when it arrives.
     """

@@ -63,7 +63,7 @@ class OpenIdError(Exception):
     """What the settings say of the provider cannot be used; the message says why."""
 
 
-class Begun(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+class OidcLoginState(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     """A sign-in that has begun at one browser, whose cookie holds this, sealed."""
 
     state: str
@@ -76,7 +76,7 @@ class Begun(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     at: datetime
 
 
-class Proven(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+class PendingMfa(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     """The provider has said who is at this browser; the code of the account's own second factor is still to come."""
 
     account_id: UUID
@@ -89,20 +89,20 @@ class Sealed:
     def __init__(self) -> None:
         self._fernet = Fernet(Fernet.generate_key())
 
-    def close(self, content: Begun | Proven, now: datetime) -> str:
+    def close(self, content: OidcLoginState | PendingMfa, now: datetime) -> str:
         """For a cookie."""
         return self._fernet.encrypt_at_time(msgspec.json.encode(content), int(now.timestamp())).decode()
 
-    def open(self, cookie: str | None, now: datetime) -> Begun | Proven | None:
+    def open(self, cookie: str | None, now: datetime) -> OidcLoginState | PendingMfa | None:
         """What is in it; None where it is not ours, or too old."""
         try:
             told = self._fernet.decrypt_at_time(cookie or "", int(LASTS.total_seconds()), int(now.timestamp()))
         except InvalidToken:
             return None
-        return msgspec.json.decode(told, type=Begun | Proven)
+        return msgspec.json.decode(told, type=OidcLoginState | PendingMfa)
 
 
-class Word(msgspec.Struct, frozen=True):
+class IdTokenClaims(msgspec.Struct, frozen=True):
     """What the provider says of whoever is there."""
 
     subject: str
@@ -140,12 +140,12 @@ class Provider:
         issuer, _, subject = (linked or "").partition(" ")
         return subject if issuer == self._issuer else None
 
-    def begin(self, redirect: str, to: str, now: datetime) -> tuple[str, Begun]:
+    def begin(self, redirect: str, to: str, now: datetime) -> tuple[str, OidcLoginState]:
         """Where to send the browser, and what it is to keep meanwhile.
 
         :raises ProblemError: 503 when the provider does not answer.
         """
-        begun = Begun(
+        begun = OidcLoginState(
             state=secrets.fresh(), nonce=secrets.fresh(), verifier=secrets.fresh(), redirect=redirect, to=to, at=now
         )
         with self._speaking():
@@ -162,7 +162,7 @@ class Provider:
                 )
         return str(address), begun
 
-    def confirm(self, begun: Begun, code: str, now: datetime) -> Word:
+    def confirm(self, begun: OidcLoginState, code: str, now: datetime) -> IdTokenClaims:
         """Who is there, for the code that the browser came back with.
 
         :raises ProblemError: 401 when the provider knows no such code, or what it says is not to be believed; 503 when it does not answer.
@@ -182,7 +182,7 @@ class Provider:
             claims = self._claims(token, keys, begun, now)
         amr = claims.get("amr") or []
         told = {one for one in (claims.get("acr"), *amr) if isinstance(one, str)}
-        return Word(str(claims["sub"]), two_factors=bool(told & self._factors))
+        return IdTokenClaims(str(claims["sub"]), two_factors=bool(told & self._factors))
 
     def look(self) -> int:
         """How many keys it signs with, asked anew: for whoever wants to know whether it answers.
@@ -266,7 +266,7 @@ class Provider:
             raise TypeError(f"{url} answers with something else")
         return told
 
-    def _claims(self, token: dict[str, Any], keys: KeySet, begun: Begun, now: datetime) -> Any:
+    def _claims(self, token: dict[str, Any], keys: KeySet, begun: OidcLoginState, now: datetime) -> Any:
         """Of the ID token: signed by the provider, for us, for this sign-in, now.
 
         :raises JoseError: when it is not.
@@ -295,9 +295,9 @@ class Provider:
         return claims
 
 
-def came_back(begun: Begun | Proven | None, state: str) -> Begun | None:
+def login_state_of(begun: OidcLoginState | PendingMfa | None, state: str) -> OidcLoginState | None:
     """What was begun at this browser, if it is what the provider answers to; None for anything else."""
-    if isinstance(begun, Begun) and hmac.compare_digest(begun.state.encode(), state.encode()):
+    if isinstance(begun, OidcLoginState) and hmac.compare_digest(begun.state.encode(), state.encode()):
         return begun
     return None
 

@@ -17,15 +17,15 @@ from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow, RecoveryCodeRow
 from kata.errors import ProblemError
 
-Asked = Literal["administrators", "everyone", "nobody"]
+MfaRequirement = Literal["administrators", "everyone", "nobody"]
 _STEP_S: Final = 30
 _RECOVERY_CODES: Final = 10
 
 
-def asked_of(who: Asked) -> frozenset[Role]:
+def roles_required(who: MfaRequirement) -> frozenset[Role]:
     """Which roles have to have one."""
     everyone: frozenset[Role] = frozenset(get_args(Role))
-    roles: dict[Asked, frozenset[Role]] = {
+    roles: dict[MfaRequirement, frozenset[Role]] = {
         "everyone": everyone,
         "administrators": frozenset({"administrator"}),
         "nobody": frozenset(),

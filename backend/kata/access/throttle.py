@@ -22,7 +22,7 @@ class _Tries:
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
+class BackoffPolicy:
     """How many tries in a row are free, and what the next ones cost: the wait doubles each time."""
 
     free: int
@@ -30,9 +30,9 @@ class Patience:
     longest_s: float
 
 
-OF_A_NAME: Final = Patience(free=5, first_s=30.0, longest_s=900.0)
+OF_A_NAME: Final = BackoffPolicy(free=5, first_s=30.0, longest_s=900.0)
 """For a user name, whether there is such an account or not; and for a locked screen."""
-OF_AN_ADDRESS: Final = Patience(free=30, first_s=10.0, longest_s=300.0)
+OF_AN_ADDRESS: Final = BackoffPolicy(free=30, first_s=10.0, longest_s=300.0)
 """For a browser's address, which a whole clinic may share behind a proxy."""
 
 
@@ -48,7 +48,7 @@ class Throttle:
         self._tries: OrderedDict[str, _Tries] = OrderedDict()
         self._lock = Lock()
 
-    def begin(self, *keys: tuple[str, Patience]) -> None:
+    def begin(self, *keys: tuple[str, BackoffPolicy]) -> None:
         """One more try by all of these.
 
         :raises ProblemError: 429 with the time to wait, when one of them has failed too often; the try counts for none then.
@@ -78,7 +78,7 @@ class Throttle:
         tries = self._tries.get(key)
         return tries.until_s - now_s if tries else 0.0
 
-    def _count(self, key: str, patience: Patience, now_s: float) -> None:
+    def _count(self, key: str, patience: BackoffPolicy, now_s: float) -> None:
         tries = self._tries.get(key)
         if tries is None or now_s - tries.last_s > _FORGOTTEN_S:
             tries = _Tries(0, now_s, 0.0)

@@ -135,7 +135,7 @@ def update_account(
         session.flush()
         told = _told(access, row, wanted)
     request.app.state.remembered.forget_account(account_id)
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 
@@ -155,7 +155,7 @@ def reset_account(
             until=now + accounts.CODE_LASTS,
         )
     request.app.state.remembered.forget_account(account_id)
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 

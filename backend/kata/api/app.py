@@ -19,7 +19,7 @@ from kata.access import demonstration, second_factor, set_up
 from kata.access.accounts import count_administrators
 from kata.access.actor import by_program
 from kata.access.audit import entry
-from kata.access.audit_log import Trail
+from kata.access.audit_log import AuditLog
 from kata.access.backups.folder import served
 from kata.access.backups.key import make_key
 from kata.access.demonstration import DemonstrationLinks
@@ -71,10 +71,10 @@ from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.lists_router import router as session_lists
-from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.router import router as sessions
 from kata.clinic.stations import service as station_service
-from kata.database.availability import Watch
+from kata.database.availability import AvailabilityMonitor
 from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade
@@ -174,16 +174,16 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     await asyncio.to_thread(_upgrade, settings.effective_database_url)
     database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
     stack.callback(database.close)
-    database.watch = Watch(database.writer)
+    database.watch = AvailabilityMonitor(database.writer)
     kept = await asyncio.to_thread(Keeping, database, _station_name(settings), settings.spool)
     stack.push_async_callback(asyncio.to_thread, kept.close)
-    trail = app.state.trail = await asyncio.to_thread(Trail, database, settings.effective_audit_anchor, kept)
-    stack.push_async_callback(asyncio.to_thread, trail.close)
-    database.watch.on_back = partial(_was_away, trail)
+    audit_log = app.state.audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, kept)
+    stack.push_async_callback(asyncio.to_thread, audit_log.close)
+    database.watch.on_back = partial(_was_away, audit_log)
     # What was left behind comes before anything new.
     await asyncio.to_thread(kept.until_taken, _LEFT_S)
     app.state.access = await _opened(settings, database)
-    await stack.enter_async_context(app.state.access.endings.watched(app.state.remembered))
+    await stack.enter_async_context(app.state.access.revocations.watched(app.state.remembered))
     figures = FigureWorker()
     stack.callback(figures.close)
 
@@ -217,11 +217,11 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     def still_comes() -> bool:
         return kept.delivery.waiting > 0
 
-    ahead = app.state.ahead = Ahead(database, station_config.name, still_comes)
+    offline_cache = app.state.offline_cache = OfflineCache(database, station_config.name, still_comes)
 
     def waits(measured: Journal) -> None:
         if measured.kind == "run":
-            ahead.played(UUID(measured.id), runs.outcome_of(measured))
+            offline_cache.finish_run(UUID(measured.id), runs.outcome_of(measured))
 
     importer = Importer(database, settings.journal, station_config, saved, still_comes, waits)
 
@@ -241,10 +241,12 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
-        on_due=operating.noting(trail, station_config.name),
+        on_due=operating.noting(audit_log, station_config.name),
     )
-    app.state.access.endings.at_the_arm = lambda: station.at_the_arm
-    app.state.board = operating.Board(station, lambda: _kept(database, kept, importer), lambda: ahead.may_load)
+    app.state.access.revocations.at_the_arm = lambda: station.at_the_arm
+    app.state.live_view = operating.LiveStateView(
+        station, lambda: _kept(database, kept, importer), lambda: offline_cache.may_load
+    )
     app.state.database, app.state.figures, app.state.station, app.state.simulation = (
         database,
         figures,
@@ -258,7 +260,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
 
     def in_between() -> None:
         importer.run_due()
-        ahead.fetch()
+        offline_cache.refresh()
 
     kept.delivery.each_round = in_between
     app.state.probe = health.Probe(database)
@@ -272,13 +274,13 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     measured.ask_for(
         "kata_ready_patients",
         "Patients of this day whom a session could begin or go on for without the database.",
-        lambda: ahead.ready_patients,
+        lambda: offline_cache.ready_patients,
     )
     await stack.enter_async_context(measured.counting_stops(station))
 
     def happened(item: Happening | Ended) -> None:
         kept.put_event(item)
-        ahead.heard(item)
+        offline_cache.on_event(item)
 
     await stack.enter_async_context(events_recorded(station, happened))
     stack.push_async_callback(import_last)
@@ -294,7 +296,7 @@ async def _opened(settings: Settings, database: Database) -> login.Access:
     limits = Limits(
         idle=timedelta(minutes=settings.idle_minutes),
         longest=timedelta(hours=settings.sign_in_hours),
-        second_factor_of=second_factor.asked_of(settings.second_factor),
+        second_factor_of=second_factor.roles_required(settings.second_factor),
     )
 
     def prepare() -> str:
@@ -308,7 +310,7 @@ async def _opened(settings: Settings, database: Database) -> login.Access:
         passwords=await asyncio.to_thread(Passwords, hasher()),
         links=links,
         set_up_secret=await asyncio.to_thread(prepare),
-        endings=login.Endings(database, limits, utc_now),
+        revocations=login.SessionRevocations(database, limits, utc_now),
         folder=settings.data,
         factor_key=await asyncio.to_thread(login.opened_key, settings.effective_second_factor_key, database),
         limits=limits,
@@ -320,9 +322,9 @@ def _station_name(settings: Settings) -> str:
     return config.read(settings.station).name if settings.station else config.StationConfig().name
 
 
-def _was_away(trail: Trail, since: datetime) -> None:
+def _was_away(audit_log: AuditLog, since: datetime) -> None:
     with by_program("database_away"):
-        trail.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
+        audit_log.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
 
 
 def _kept(database: Database, kept: Keeping, importer: Importer) -> Kept:

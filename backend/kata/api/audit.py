@@ -10,9 +10,9 @@ from pydantic import Field
 from sqlalchemy import select
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from kata.access.actor import ACTING, DOING, Doing
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, RequestContext
 from kata.access.audit import entry
-from kata.access.audit_log import Trail
+from kata.access.audit_log import AuditLog
 from kata.access.chain import Outcome
 from kata.access.tables import AuditRow
 from kata.api.problems import DATABASE_AWAY
@@ -50,55 +50,57 @@ class Audited:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        trail: Trail = scope["app"].state.trail
-        ACTING.set(None)
-        DOING.set(None)
+        audit_log: AuditLog = scope["app"].state.audit_log
+        CURRENT_ACTOR.set(None)
+        REQUEST_CONTEXT.set(None)
         begun = False
 
         async def sent(message: Message) -> None:
             nonlocal begun
             if not begun:
                 begun = True
-                await _tell(trail, scope, _STATUS.get(message["type"]) or int(message["status"]))
+                await _tell(audit_log, scope, _STATUS.get(message["type"]) or int(message["status"]))
             await send(message)
 
         try:
             await self._app(scope, receive, sent)
         except Exception:
             if not begun:
-                await _tell(trail, scope, 500)
+                await _tell(audit_log, scope, 500)
             raise
 
 
-async def _tell(trail: Trail, scope: Scope, status: int) -> None:
-    doing = DOING.get()
+async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
+    context = REQUEST_CONTEXT.get()
     method = scope.get("method", "GET")
     outcome: Outcome = "done" if status < 400 else "refused" if status in _REFUSED else "failed"
-    if doing is None:
+    if context is None:
         if status in (400, 401, 403, 421, 429):
             client = scope.get("client")
-            DOING.set(Doing(_DOOR, subject=f"{method} {scope['path']}", address=client[0] if client else "?"))
-            await trail.tell(entry(_DOOR, "refused", detail={"why": status}))
+            REQUEST_CONTEXT.set(
+                RequestContext(_DOOR, subject=f"{method} {scope['path']}", address=client[0] if client else "?")
+            )
+            await audit_log.tell(entry(_DOOR, "refused", detail={"why": status}))
         return
-    if outcome in doing.told or not _is_worth_a_row(doing, method, status):
+    if outcome in context.told or not _is_worth_a_row(context, method, status):
         return
-    one = entry(doing.action, outcome, detail={"why": doing.why or status} if status >= 400 else None)
-    if method not in _READING and (outcome == "done" or doing.permission in _COMMANDS):
+    one = entry(context.action, outcome, detail={"why": context.why or status} if status >= 400 else None)
+    if method not in _READING and (outcome == "done" or context.permission in _COMMANDS):
         # Once a command has been carried out, nobody is to wait for the database.
-        trail.tell_at_once(one)
+        audit_log.tell_at_once(one)
     else:
-        await trail.tell(one)
+        await audit_log.tell(one)
 
 
-def _is_worth_a_row(doing: Doing, method: str, status: int) -> bool:
+def _is_worth_a_row(context: RequestContext, method: str, status: int) -> bool:
     # While the database is away nobody is refused anything: the outage has a row of its own.
-    if doing.why == DATABASE_AWAY.code or doing.action in _WATCHED:
+    if context.why == DATABASE_AWAY.code or context.action in _WATCHED:
         return False
     if status >= 500:
         return True
     if status >= 400:
         return status in _REFUSED
-    return method not in _READING or doing.permission in _LOOKS or doing.action in _LISTENS
+    return method not in _READING or context.permission in _LOOKS or context.action in _LISTENS
 
 
 class AuditEntry(Schema):
@@ -145,8 +147,8 @@ def list_audit(
     after: After = None,
 ) -> AuditPage:
     """The audit trail, newest first; every filter that is given has to fit."""
-    trail: Trail = request.app.state.trail
-    trail.until_written(1.0)
+    audit_log: AuditLog = request.app.state.audit_log
+    audit_log.until_written(1.0)
     wanted = (
         (AuditRow.account_id, account_id),
         (AuditRow.patient_id, patient_id),

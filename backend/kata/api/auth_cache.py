@@ -18,7 +18,7 @@ class Remembered:
     """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
 
     A Stop is taken from whoever is remembered, so that it waits for no database; and while there is none, what has begun goes on
-    with them. Where there is one, sign-ins that have ended are forgotten within half a second, whichever service on it has ended them (:class:`kata.api.login.Endings`).
+    with them. Where there is one, sign-ins that have ended are forgotten within half a second, whichever service on it has ended them (:class:`kata.api.login.SessionRevocations`).
     """
 
     _MOST: Final = 1000

@@ -20,14 +20,14 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.requests import HTTPConnection
 
 from kata.access import secrets, sign_in
-from kata.access.actor import ACTING, DOING, Actor, Doing
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.access.permissions import OF_ROLE, RULES, Rule
 from kata.api.auth_cache import Remembered
 from kata.api.login import actor_at, address_of, cookie_of
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
-from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -103,33 +103,33 @@ async def _allow(connection: HTTPConnection, body: Any) -> None:
     setattr(connection.state, _ASKED, True)
     state, action = connection.app.state, connection.scope["route"].name
     rule = RULES[action]
-    doing = Doing(action, permission=rule.needs, address=address_of(connection))
-    ACTING.set(None)
-    DOING.set(doing)
+    context = RequestContext(action, permission=rule.needs, address=address_of(connection))
+    CURRENT_ACTOR.set(None)
+    REQUEST_CONTEXT.set(context)
     if rule.needs == "public":
         return
     if rule.token and await run_in_threadpool(_shows_token, connection):
         return
     # A benchmark of lists has no station.
-    doing.station = state.station.info.name if hasattr(state, "station") else ""
+    context.station = state.station.info.name if hasattr(state, "station") else ""
     named = list(_named(connection, body))
-    doing.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
+    context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
     cookie, remembered = cookie_of(connection) or "", state.remembered
     actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
     if actor is None:
         actor = await _asked(connection, rule, cookie)
-    ACTING.set(actor)
+    CURRENT_ACTOR.set(actor)
     _check_sign_in(actor, rule)
-    _check_role(actor, rule, doing.station, named)
+    _check_role(actor, rule, context.station, named)
     if named:
         await run_in_threadpool(_wait_for_arrival, state, named)
         try:
-            await run_in_threadpool(_check_records, state, actor, rule, doing, named)
+            await run_in_threadpool(_check_records, state, actor, rule, context, named)
         except DatabaseAwayError:
-            patient_id = state.ahead.whose(named) if rule.away else None
+            patient_id = state.offline_cache.owner_of(named) if rule.away else None
             if patient_id is None:
                 raise
-            doing.patient_id = patient_id
+            context.patient_id = patient_id
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
     if did_something and rule.needs != "stop" and remembered.is_news(cookie):
         task = asyncio.create_task(
@@ -228,19 +228,21 @@ def _wait_for_arrival(state: Any, named: list[tuple[str, UUID]]) -> None:
 
     :raises DatabaseAwayError: when it is there, and that is not after so many seconds.
     """
-    ahead: Ahead = state.ahead
-    if state.database.away_since is not None or not ahead.is_on_its_way(named):
+    offline_cache: OfflineCache = state.offline_cache
+    if state.database.away_since is not None or not offline_cache.is_pending(named):
         return
     if not state.kept.until_taken(_ARRIVES_S) and state.database.away_since is None:
         raise DatabaseAwayError(utc_now())
 
 
-def _check_records(state: Any, actor: Actor, rule: Rule, doing: Doing, named: list[tuple[str, UUID]]) -> None:
-    ahead: Ahead = state.ahead
+def _check_records(
+    state: Any, actor: Actor, rule: Rule, context: RequestContext, named: list[tuple[str, UUID]]
+) -> None:
+    offline_cache: OfflineCache = state.offline_cache
     database: Database = state.database
     with database.read() as session:
         patients = patients_of(session, named)
-        doing.patient_id = patients[0] if patients else None
+        context.patient_id = patients[0] if patients else None
         if not rule.restricted and not restricted.may_see(session, actor, patients):
             raise ProblemError(
                 403,
@@ -248,8 +250,8 @@ def _check_records(state: Any, actor: Actor, rule: Rule, doing: Doing, named: li
                 "This record is restricted to its care team.",
                 "In an emergency you can open it: give the reason. An administrator will read it.",
             )
-    if doing.patient_id and not rule.restricted:
-        ahead.opened(doing.patient_id)
+    if context.patient_id and not rule.restricted:
+        offline_cache.note_opened(context.patient_id)
 
 
 def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:

@@ -10,8 +10,8 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kata.access.actor import ACTING
-from kata.api.operating import Board, browser
+from kata.access.actor import CURRENT_ACTOR
+from kata.api.operating import LiveStateView, browser
 from kata.api.redaction import View
 from kata.api.sockets import until_gone
 from kata.clinic.importer import Saved
@@ -107,19 +107,19 @@ def document(app: FastAPI) -> None:
 async def live(socket: WebSocket) -> None:
     """Tell one listener, until it leaves."""
     station: Station = socket.app.state.station
-    board: Board = socket.app.state.board
+    live_view: LiveStateView = socket.app.state.live_view
     here = browser()
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     # The rule of this route lets nobody through who has not signed in.
     assert actor is not None
-    view = View(actor, socket.app.state.database, socket.app.state.ahead)
+    view = View(actor, socket.app.state.database, socket.app.state.offline_cache)
     await socket.accept()
     with station.operating.listening(here), station.subscribed() as subscription:
         await until_gone(
             socket,
             actor,
             _listen(socket, station, subscription),
-            _tell(socket, station.info, board, here, subscription, view),
+            _tell(socket, station.info, live_view, here, subscription, view),
         )
 
 
@@ -142,7 +142,12 @@ async def _stop(station: Station, subscription: Subscription, number: int) -> No
 
 
 async def _tell(
-    socket: WebSocket, info: StationInfo, board: Board, here: Browser, subscription: Subscription, view: View
+    socket: WebSocket,
+    info: StationInfo,
+    live_view: LiveStateView,
+    here: Browser,
+    subscription: Subscription,
+    view: View,
 ) -> None:
     """Changes are merged while a slow listener keeps us waiting; events never are."""
     told: dict[str, Any] = {}
@@ -150,7 +155,7 @@ async def _tell(
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            state = await view.of(board.state(here))
+            state = await view.of(live_view.state(here))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,

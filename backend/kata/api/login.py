@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 from starlette.requests import HTTPConnection
 
 from kata.access import accounts, audit, demonstration, second_factor, sign_in
-from kata.access.actor import ACTING, DOING, Actor, Role
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, Role
 from kata.access.demonstration import DemonstrationLinks
 from kata.access.factor_key import FactorKey, factor_key
 from kata.access.openid import Provider, Sealed
@@ -48,7 +48,7 @@ _CLOSED: Final = (
 )
 
 
-class Endings:
+class SessionRevocations:
     """Tells open WebSockets that the sign-in they belong to has ended, and forgets whom a Stop would be taken from: at once where this
     service ended it, within half a second where another one did that shares the database.
     """
@@ -124,7 +124,7 @@ class Access:
 
     passwords: Passwords
     links: DemonstrationLinks
-    endings: Endings
+    revocations: SessionRevocations
     folder: Path
     """Of the data: where the set-up link's file is."""
     openid: Provider | None = None
@@ -163,7 +163,7 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
     """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
     access: Access = connection.app.state.access
     with database.read() as session:
-        at_the_arm = access.endings.at_the_arm()
+        at_the_arm = access.revocations.at_the_arm()
         return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
 
 
@@ -173,7 +173,7 @@ def not_signed_in() -> ProblemError:
 
 
 async def _signed_in() -> Actor:
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     if actor is None:
         raise not_signed_in()
     return actor
@@ -309,8 +309,8 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
 
 def whose(account_id: UUID) -> None:
     """Say of whose account a try is, for the audit trail; whoever tries it is told nothing."""
-    if doing := DOING.get():
-        doing.account_id = account_id
+    if context := REQUEST_CONTEXT.get():
+        context.account_id = account_id
 
 
 def name_key(username: str) -> str:

@@ -14,8 +14,8 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import Field, StringConstraints
 
 from kata.access import accounts, audit, second_factor, sign_in
-from kata.access.actor import DOING
-from kata.access.openid import LASTS, Begun, Proven, Provider, Word, came_back
+from kata.access.actor import REQUEST_CONTEXT
+from kata.access.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, Provider, login_state_of
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
 from kata.api.login import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
@@ -56,7 +56,7 @@ class Away(Schema):
     address: str
 
 
-class CameBack(Schema):
+class OidcCallback(Schema):
     """What the provider has sent the browser back with."""
 
     state: _Given
@@ -64,7 +64,7 @@ class CameBack(Schema):
     iss: _Given | None = Field(None, description="Who it is that answers, where it says so (RFC 9207).")
 
 
-class Came(Schema):
+class LoginResult(Schema):
     """Whoever is there."""
 
     me: Me | None = Field(description="Null: the code of the account's second factor is needed, too.")
@@ -95,13 +95,13 @@ async def begin_openid(request: Request, response: Response, access: TheAccess, 
 
 @router.post("/openid", responses=PROBLEMS.of(401, 403, 404, 422, 429, 503))
 async def sign_in_by_openid(
-    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: CameBack
-) -> Came:
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OidcCallback
+) -> LoginResult:
     """Sign in, or unlock the screen, with what the provider has sent the browser back with."""
     provider = _provider(access)
     of_address = f"address {address_of(request)}"
     access.throttle.begin((of_address, OF_AN_ADDRESS))
-    begun = came_back(access.sealed.open(_kept(request), access.now()), given.state)
+    begun = login_state_of(access.sealed.open(_kept(request), access.now()), given.state)
     if begun is None:
         raise ProblemError(
             401, "openid_not_begun", "This sign-in was not begun at this browser, or too long ago.", "Begin again."
@@ -111,18 +111,18 @@ async def sign_in_by_openid(
     word = await _asked(provider, partial(provider.confirm, begun, given.code, access.now()))
     told = await run_in_threadpool(_come_in, request, response, database, access, begun, word)
     access.throttle.was_no_failure(of_address)
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 
 @router.post("/openid/code", responses=PROBLEMS.of(401, 404, 422, 429))
 def confirm_openid(
     request: Request, response: Response, database: TheDatabase, access: TheAccess, given: OpenIdCode
-) -> Came:
+) -> LoginResult:
     """Give the code of the account's second factor, where the provider has asked for none."""
     _provider(access)
     proven = access.sealed.open(_kept(request), access.now())
-    if not isinstance(proven, Proven):
+    if not isinstance(proven, PendingMfa):
         raise ProblemError(401, "openid_not_begun", "This took too long, or was begun elsewhere.", "Begin again.")
     with database.read() as session:
         username = session.get_one(AccountRow, proven.account_id).username
@@ -136,19 +136,19 @@ def confirm_openid(
             raise ProblemError(401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one.")
         told = let_in(request, response, session, access, account, "oidc_two")
     access.throttle.was_no_failure(of_address)
-    access.endings.notice()
+    access.revocations.notice()
     _keep(request, response, access, None)
-    return Came(me=told, to=proven.to)
+    return LoginResult(me=told, to=proven.to)
 
 
 def _come_in(
-    request: Request, response: Response, database: Database, access: Access, begun: Begun, word: Word
-) -> Came:
+    request: Request, response: Response, database: Database, access: Access, begun: OidcLoginState, word: IdTokenClaims
+) -> LoginResult:
     provider, now = _provider(access), access.now()
-    doing = DOING.get()
-    if doing:
+    context = REQUEST_CONTEXT.get()
+    if context:
         # An administrator finds here whom to link.
-        doing.subject = f"openid {word.subject}"
+        context.subject = f"openid {word.subject}"
     with database.write() as session:
         account = accounts.linked(session, provider.linked(word.subject))
         if account is None:
@@ -166,13 +166,13 @@ def _come_in(
             audit.note(session, "sign_in_by_openid", actor=here, detail={"method": "again"})
             told = me(session, go_on(request, response, session, access, here), access)
         elif account.totp_confirmed_at is not None and not word.two_factors:
-            _keep(request, response, access, Proven(account_id=account.id, to=begun.to))
+            _keep(request, response, access, PendingMfa(account_id=account.id, to=begun.to))
             audit.note(session, "sign_in_by_openid", detail={"needed": "second_factor"})
-            return Came(me=None, to=begun.to)
+            return LoginResult(me=None, to=begun.to)
         else:
             told = let_in(request, response, session, access, account, "oidc_two" if word.two_factors else "oidc")
     _keep(request, response, access, None)
-    return Came(me=told, to=begun.to)
+    return LoginResult(me=told, to=begun.to)
 
 
 def _check_open(account: AccountRow) -> None:
@@ -199,7 +199,7 @@ def _kept(request: Request) -> str | None:
     return request.cookies.get(_name(request))
 
 
-def _keep(request: Request, response: Response, access: Access, content: Begun | Proven | None) -> None:
+def _keep(request: Request, response: Response, access: Access, content: OidcLoginState | PendingMfa | None) -> None:
     """At this browser, until it comes back; None: nothing any more."""
     response.set_cookie(
         _name(request),

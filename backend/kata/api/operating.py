@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from kata.access.actor import ACTING, DOING, by_program
+from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, by_program
 from kata.access.audit import entry
-from kata.access.audit_log import Trail
+from kata.access.audit_log import AuditLog
 from kata.api.problems import DATABASE_AWAY, refused
 from kata.clinic.dependencies import TheStation
 from kata.device.messages import COMMAND_NAMES, Refusal
@@ -18,7 +18,7 @@ from kata.station.station import Station
 
 def browser() -> Browser:
     """Where this request comes from: its sign-in. Only for routes that need one."""
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     # Whoever has not signed in comes no further than the door (``api/authorization.py``).
     assert actor is not None
     return Browser(actor.sign_in_id, actor.name)
@@ -44,7 +44,7 @@ Operator = Annotated[Browser, Depends(_operator)]
 """Whoever operates the apparatus, by this request if nobody did; 409 while another does."""
 
 
-class Board:
+class LiveStateView:
     """The live state as JSON, worked out once for all who listen; what differs from one browser to another is laid over it."""
 
     def __init__(self, station: Station, kept: Callable[[], Kept], may_load: Callable[[], bool]) -> None:
@@ -87,29 +87,29 @@ def _told(refusal: Refusal) -> dict[str, Any]:
     return RefusalLive.model_validate(refusal, from_attributes=True).model_dump(mode="json")
 
 
-def _board(request: Request) -> Board:
-    board: Board = request.app.state.board
-    return board
+def _board(request: Request) -> LiveStateView:
+    live_view: LiveStateView = request.app.state.live_view
+    return live_view
 
 
-TheBoard = Annotated[Board, Depends(_board)]
+TheLiveView = Annotated[LiveStateView, Depends(_board)]
 
 
-def noting(trail: Trail, station: str) -> Callable[[Browser, Due], None]:
+def noting(audit_log: AuditLog, station: str) -> Callable[[Browser, Due], None]:
     """What the station does for want of a browser goes into the audit trail."""
 
     def note(browser: Browser, due: Due) -> None:
         action = "pause_without_browser" if due == "pause" else "stop_without_browser"
         with by_program(action, station):
-            trail.tell_at_once(
+            audit_log.tell_at_once(
                 entry(action, "done", subject=f"sign_in {browser.id}", detail={"operator": browser.name})
             )
 
     return note
 
 
-def taken_over(trail: Trail, before: Browser) -> None:
+def taken_over(audit_log: AuditLog, before: Browser) -> None:
     """Written down, with whose it was; in place of the request's own row."""
-    trail.tell_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
-    if doing := DOING.get():
-        doing.told.add("done")
+    audit_log.tell_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
+    if context := REQUEST_CONTEXT.get():
+        context.told.add("done")

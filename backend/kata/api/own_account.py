@@ -36,7 +36,7 @@ class ChangePassword(Schema):
     password: Password = Field(description="The new one.")
 
 
-class Again(Schema):
+class Reauthentication(Schema):
     """The password again; not needed within ten minutes of having been given."""
 
     password: Password | None = None
@@ -123,11 +123,13 @@ def change_password(
         row = accounts.get(session, actor.account_id)
         accounts.set_password(session, row, made, access.now(), besides=actor.sign_in_id)
         go_on(request, response, session, access, actor)
-    access.endings.notice()
+    access.revocations.notice()
 
 
 @router.post("/second-factor", responses=PROBLEMS.of(401, 403, 409, 422, 429))
-def begin_second_factor(database: TheDatabase, access: TheAccess, actor: TheActor, given: Again) -> SecondFactorBegun:
+def begin_second_factor(
+    database: TheDatabase, access: TheAccess, actor: TheActor, given: Reauthentication
+) -> SecondFactorBegun:
     """Begin to set up a second factor; it counts once a code was confirmed."""
     check_it_is_them(database, access, actor, given.password)
     with database.write() as session:
@@ -146,13 +148,13 @@ def confirm_second_factor(
         codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
         go_on(request, response, session, access, actor, "totp")
         sign_in.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
-    access.endings.notice()
+    access.revocations.notice()
     return RecoveryCodes(codes=codes)
 
 
 @router.delete("/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
 def remove_second_factor(
-    database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Again, Body()]
+    database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Reauthentication, Body()]
 ) -> None:
     """Take the second factor away; who needs one has to set up another at once."""
     check_it_is_them(database, access, actor, given.password)
@@ -170,7 +172,11 @@ def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor)
 
 @router.delete("/sign-ins/{sign_in_id}", status_code=204, responses=PROBLEMS.of(401, 403, 404, 422, 429))
 def end_own_sign_in(
-    database: TheDatabase, access: TheAccess, actor: TheActor, sign_in_id: UUID, given: Annotated[Again, Body()]
+    database: TheDatabase,
+    access: TheAccess,
+    actor: TheActor,
+    sign_in_id: UUID,
+    given: Annotated[Reauthentication, Body()],
 ) -> None:
     """Sign another of one's own browsers out."""
     check_it_is_them(database, access, actor, given.password)
@@ -179,7 +185,7 @@ def end_own_sign_in(
         if row is None or row.account_id != actor.account_id:
             raise not_found("sign-in")
         sign_in.end(session, sign_in_id, "signed_out", access.now())
-    access.endings.notice()
+    access.revocations.notice()
 
 
 def _told(row: SignInRow, here: UUID) -> OwnSignIn:

@@ -9,7 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from kata.access.actor import DOING
+from kata.access.actor import REQUEST_CONTEXT
 from kata.api import authorization, i18n
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
@@ -102,8 +102,8 @@ def document(
     headers: Any = None,
 ) -> JSONResponse:
     """One problem document."""
-    if doing := DOING.get():
-        doing.why = code
+    if context := REQUEST_CONTEXT.get():
+        context.why = code
     problem = Problem(
         type="about:blank",
         title=HTTPStatus(status).phrase,

@@ -9,7 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 from kata.access.actor import Actor
 from kata.access.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
-from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseAwayError
 from kata.database.engine import Database
 
@@ -21,10 +21,10 @@ _ASKED_AGAIN_S: Final = 5.0
 class View:
     """One watcher's."""
 
-    def __init__(self, actor: Actor, database: Database, ahead: Ahead | None = None) -> None:
-        """``ahead``: who is on this station's apparatus while the database cannot be asked."""
+    def __init__(self, actor: Actor, database: Database, offline_cache: OfflineCache | None = None) -> None:
+        """``offline_cache``: who is on this station's apparatus while the database cannot be asked."""
         self._actor = actor
-        self._ahead = ahead
+        self._offline_cache = offline_cache
         self._database = database
         self._reads_records = "read_records" in OF_ROLE[actor.role]
         self._patient_id: UUID | None = None
@@ -60,5 +60,5 @@ class View:
                 return restricted.may_see(session, self._actor, [patient_id])
         except DatabaseAwayError:
             # Whom they saw they go on seeing; else only the patients of this day, and nobody who is restricted is one.
-            known = self._ahead is not None and self._ahead.knows(patient_id)
+            known = self._offline_cache is not None and self._offline_cache.holds(patient_id)
             return known or (self._seen and patient_id == self._patient_id)

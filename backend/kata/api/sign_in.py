@@ -109,7 +109,7 @@ def sign_in_by_password(
         told = let_in(request, response, session, access, account, method)
     access.throttle.succeeded(of_name)
     access.throttle.was_no_failure(of_address)
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 
@@ -125,7 +125,7 @@ def sign_in_by_link(
         )
     with database.write() as session:
         told = let_in(request, response, session, access, demonstration.account_of(session, role), "link")
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 
@@ -159,7 +159,7 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
         # Last, so that whatever fails before leaves the link good; first come, first served.
         if not set_up.used_up(access.folder):
             raise unfit
-    access.endings.notice()
+    access.revocations.notice()
     return told
 
 
@@ -191,7 +191,7 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
         accounts.set_password(session, account, made, access.now())
         audit.note(session, "set_password_by_code", subject=f"account {account.id}")
     access.throttle.succeeded(name_key(given.username))
-    access.endings.notice()
+    access.revocations.notice()
 
 
 @router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403))
@@ -200,7 +200,7 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
     with database.write() as session:
         actor = end_here(request, session, access)
         audit.note(session, "sign_out", actor=actor)
-    access.endings.notice()
+    access.revocations.notice()
     for name in (sign_in.COOKIE, sign_in.SECURE_COOKIE):
         response.delete_cookie(name, secure=name == sign_in.SECURE_COOKIE, httponly=True, samesite="strict")
 

@@ -7,7 +7,7 @@ from collections.abc import Coroutine
 from fastapi import WebSocket
 
 from kata.access.actor import Actor
-from kata.api.login import Endings
+from kata.api.login import SessionRevocations
 
 log = logging.getLogger(__name__)
 
@@ -20,9 +20,9 @@ async def until_gone(
     ``hearing``: finds out that the other end has gone, even while nothing can be sent.
     """
     state = socket.app.state
-    endings: Endings = state.access.endings
+    revocations: SessionRevocations = state.access.revocations
     tasks = {asyncio.create_task(hearing), asyncio.create_task(telling)}
-    ending = asyncio.create_task(endings.of(actor.sign_in_id))
+    ending = asyncio.create_task(revocations.of(actor.sign_in_id))
     try:
         with state.metrics.listeners.track_inprogress():
             first, _ = await asyncio.wait(tasks | {ending}, return_when=asyncio.FIRST_COMPLETED)

@@ -12,7 +12,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import AwareDatetime, Field, StrictBool, StrictInt
 from sqlalchemy.orm import Session
 
-from kata.api.operating import Operator, TheBoard, Watching, taken_over
+from kata.api.operating import Operator, TheLiveView, Watching, taken_over
 from kata.api.problems import refused
 from kata.api.redaction import View
 from kata.api.simulator import AnySimulation
@@ -29,9 +29,9 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
-from kata.clinic.sessions.offline_cache import Ahead
-from kata.clinic.sessions.router import TheAhead, TheKeeping
-from kata.clinic.sessions.schemas import Asked, Run
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.router import TheKeeping, TheOfflineCache
+from kata.clinic.sessions.schemas import PlaybackSettings, Run
 from kata.clinic.types import By, Name, Schema, Side, side_of
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
@@ -124,7 +124,7 @@ class Teaching(Schema):
     teaching_id: UUID
 
 
-class LoadRequest(Asked):
+class LoadRequest(PlaybackSettings):
     """What to play, how, and in which session."""
 
     session_id: UUID
@@ -150,13 +150,13 @@ class LeaseRequest(Schema):
 async def get_station(
     station: TheStation,
     database: TheDatabase,
-    board: TheBoard,
-    ahead: TheAhead,
+    live_view: TheLiveView,
+    offline_cache: TheOfflineCache,
     actor: TheActor,
     here: Watching,
 ) -> StationState:
     """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
-    state = await View(actor, database, ahead).of(board.state(here))
+    state = await View(actor, database, offline_cache).of(live_view.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
@@ -171,7 +171,7 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
     if refusal:
         raise refused(refusal)
     if before and before.id != here.id:
-        taken_over(request.app.state.trail, before)
+        taken_over(request.app.state.audit_log, before)
     return station.operating.told(here)
 
 
@@ -236,7 +236,7 @@ async def load(
     station: TheStation,
     database: TheDatabase,
     kept: TheKeeping,
-    ahead: TheAhead,
+    offline_cache: TheOfflineCache,
     here: Operator,
     wanted: LoadRequest,
 ) -> Run:
@@ -251,12 +251,12 @@ async def load(
     try:
         begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
     except DatabaseAwayError:
-        away = await run_in_threadpool(_begin_without_database, ahead, kept, wanted, there)
+        away = await run_in_threadpool(_begin_without_database, offline_cache, kept, wanted, there)
         if away is None:
             raise
         begun = away
     else:
-        ahead.attend(begun.patient.id, wanted.session_id)
+        offline_cache.attend(begun.patient.id, wanted.session_id)
     run, motion, learned = begun.run, begun.motion, begun.learned
     command = messages.Load(
         run_id=str(run.id),
@@ -278,7 +278,7 @@ async def load(
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, kept, ahead, begun)
+            await run_in_threadpool(_forget_run, database, kept, offline_cache, begun)
         raise refused(refusal)
     return run
 
@@ -421,7 +421,7 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
         side = side_of(recording.side)
         allowed = doctor.allowed(session, recording.patient_id, side)
         taught = runs.taught(session, recording.id)
-    motion = runs.as_asked(taught, asked)
+    motion = runs.with_settings(taught, asked)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
     with _written(database, kept, "run") as (session, began):
         row = runs.begin(session, *what, wanted.programme_position, looked_at=looked_at)
@@ -449,18 +449,20 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
         )
 
 
-def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun | None:
+def _begin_without_database(
+    offline_cache: OfflineCache, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus
+) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
     asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method)
-    found = ahead.begin(*what, wanted.programme_position, there)
+    found = offline_cache.start_run(*what, wanted.programme_position, there)
     if found is None:
         return None
     for told in found.told:
         kept.put_done(told)
     if not kept.put_done(found.begun):
         kept.put_not_begun("run", found.begun.id)
-        ahead.played(found.begun.id, None)
+        offline_cache.finish_run(found.begun.id, None)
         return None
     return _Begun(
         found.run,
@@ -474,12 +476,12 @@ def _begin_without_database(ahead: Ahead, kept: Keeping, wanted: LoadRequest, th
     )
 
 
-def _forget_run(database: Database, kept: Keeping, ahead: Ahead, begun: _Begun) -> None:
+def _forget_run(database: Database, kept: Keeping, offline_cache: OfflineCache, begun: _Begun) -> None:
     """The device refused: it never began."""
     if begun.without_database:
         # Behind what says that it began, which may be on its way still.
         kept.put_not_begun("run", begun.run.id)
-        ahead.played(begun.run.id, None)
+        offline_cache.finish_run(begun.run.id, None)
         return
     try:
         with database.write() as session:

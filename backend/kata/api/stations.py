@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Depends, FastAPI, Query, Request, WebSocket, WebSocketDisconnect
 from pydantic import Field
 
-from kata.access.actor import ACTING, Actor
+from kata.access.actor import CURRENT_ACTOR, Actor
 from kata.api.overview import Overview
 from kata.api.redaction import View
 from kata.api.sockets import until_gone
@@ -138,7 +138,7 @@ def list_station_versions(
 async def live_stations(socket: WebSocket) -> None:
     """Tell one listener, until it leaves or is signed out."""
     state = socket.app.state
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     # The rule of this route lets nobody through who has not signed in.
     assert actor is not None
     await socket.accept()

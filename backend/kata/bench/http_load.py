@@ -22,12 +22,12 @@ from kata.access.demonstration import DemonstrationLinks
 from kata.access.passwords import Passwords, hasher
 from kata.access.sign_in import Limits
 from kata.api.app import create_app
-from kata.api.login import Access, Endings
+from kata.api.login import Access, SessionRevocations
 from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.clinic.figures import FigureWorker
-from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.settings import Settings
@@ -184,10 +184,12 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
-    app.state.ahead = Ahead(database, STATIONS[0])
-    app.state.trail = _Unheard()
+    app.state.offline_cache = OfflineCache(database, STATIONS[0])
+    app.state.audit_log = _Unheard()
     links, limits = DemonstrationLinks(allowed=False), Limits()
-    app.state.access = Access(Passwords(hasher()), links, Endings(database, limits, utc_now), folder, limits=limits)
+    app.state.access = Access(
+        Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits
+    )
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listening.bind(("127.0.0.1", 0))

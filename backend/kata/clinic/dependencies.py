@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final
 from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
 
-from kata.access.actor import ACTING, Actor
+from kata.access.actor import CURRENT_ACTOR, Actor
 from kata.clinic.figures import FigureWorker, Window
 from kata.database.engine import Database
 from kata.errors import ProblemError
@@ -98,7 +98,7 @@ def _window(
 
 
 async def _actor() -> Actor:
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     # Whoever asks for this is asked for by a route that only lets in who has signed in.
     assert actor is not None
     return actor

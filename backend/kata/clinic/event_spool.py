@@ -22,7 +22,14 @@ from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions import replay, runs, service
-from kata.clinic.sessions.replay import Arriving, Begun, Closed, Opened, Pained, Ticked
+from kata.clinic.sessions.replay import (
+    CheckAnswered,
+    OfflineEvent,
+    PainRecorded,
+    RunStarted,
+    SessionClosed,
+    SessionOpened,
+)
 from kata.database.delivery import AGAIN_S, Delivery
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
@@ -56,7 +63,7 @@ class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
     id: UUID
 
 
-_Alone = NotBegun | Arriving
+_Alone = NotBegun | OfflineEvent
 """Each by itself: what it changes is noted with it."""
 _Kept = _Happened | _Over | _Noted | _Alone
 _DECODER: Final = msgspec.json.Decoder(_Kept)
@@ -92,7 +99,7 @@ class Keeping:
         """It is to be forgotten, if it stands in the database."""
         self._put(NotBegun(what, id_))
 
-    def put_done(self, done: Arriving, limit_s: float = _ON_DISK_S) -> bool:
+    def put_done(self, done: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
         """Something was done in a session without the database; whether it is on disk within so many seconds."""
         self._put(done)
         return self.spool.until_written(limit_s)
@@ -129,19 +136,19 @@ class Keeping:
                     note(session, "never_begun", subject=f"{item.what} {item.id}")
                 _forget(session, item)
                 return
-            case Opened():
+            case SessionOpened():
                 with by_program("opened_without_database", self._station):
                     note(session, "opened_without_database", patient_id=item.patient_id, subject=f"session {item.id}")
-            case Begun():
+            case RunStarted():
                 with by_program("begun_without_database", self._station):
                     note(session, "begun_without_database", subject=f"run {item.id}")
-            case Ticked():
+            case CheckAnswered():
                 with by_program("ticked_without_database", self._station):
                     note(session, "ticked_without_database", subject=f"session {item.session_id}")
-            case Pained():
+            case PainRecorded():
                 with by_program("pain_without_database", self._station):
                     note(session, "pain_without_database", subject=f"session {item.session_id}")
-            case Closed():
+            case SessionClosed():
                 with by_program("ended_without_database", self._station):
                     note(session, "ended_without_database", subject=f"session {item.session_id}")
         replay.keep(session, item)

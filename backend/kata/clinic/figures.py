@@ -24,7 +24,7 @@ from kata.database.series import Series, unpack, unpack_within
 from kata.device.journal import PHASE_PLAYING
 from kata.errors import ProblemError
 from kata.motion.axes import AXES
-from kata.motion.edit import Asked, Motion, as_asked
+from kata.motion.edit import Motion, PlaybackSettings, with_settings
 from kata.motion.tracking import compare
 
 # Red, yellow and cyan are kept for alarms. These are told apart by everybody, and in grey by their brightness.
@@ -63,7 +63,7 @@ class RunParts:
 
     taught: Series | None
     played: Series | None
-    asked: Asked
+    asked: PlaybackSettings
     overview: bytes | None
     window: Window | None
 
@@ -241,7 +241,7 @@ def run_lines(parts: RunParts) -> downsampling.Lines:
         return decode(parts.overview)
     assert parts.taught is not None and parts.played is not None
     taught = unpack(parts.taught)
-    motion = as_asked(Motion(taught["time_s"], taught["angle_deg"]), parts.asked)
+    motion = with_settings(Motion(taught["time_s"], taught["angle_deg"]), parts.asked)
     if parts.window is None:
         played = unpack(parts.played)
     else:

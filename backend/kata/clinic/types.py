@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
-from kata.access.actor import ACTING
+from kata.access.actor import CURRENT_ACTOR
 from kata.database.base import utc_now
 
 LONGEST_NAME: Final = 100
@@ -25,7 +25,7 @@ def side_of(stored: str) -> Side:
 
 
 def _or_whoever_asks(given: str) -> str:
-    actor = ACTING.get()
+    actor = CURRENT_ACTOR.get()
     return given or (actor.name if actor else "")
 
 

@@ -46,7 +46,7 @@ class DatabaseAwayError(SQLAlchemyError):
         self.since = since
 
 
-class Watch:
+class AvailabilityMonitor:
     """Knows, of each way to a database, since when it is lost. A SQLite file may take no writes and be read all the same."""
 
     def __init__(

@@ -20,7 +20,7 @@ from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
-from kata.database.availability import Watch
+from kata.database.availability import AvailabilityMonitor
 
 _BUSY_MS: Final = 5000
 _WRITERS_CACHE_KIB: Final = 512
@@ -51,7 +51,7 @@ class DatabaseError(Exception):
     """The database cannot be used; the message says why and what to do."""
 
 
-class Witness(Protocol):
+class SessionHook(Protocol):
     """Sees every writing session, and may add to it what has to be committed with it, or not at all."""
 
     def began(self, session: Session) -> None:
@@ -73,8 +73,8 @@ class Database:
 
         :raises DatabaseError: when it is none, or its driver is not installed.
         """
-        self.witness: Witness | None = None
-        self.watch: Watch | None = None
+        self.witness: SessionHook | None = None
+        self.watch: AvailabilityMonitor | None = None
         """Of a service: whether it answers. Without one, every failure is the caller's."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
         """Called with the seconds that each writing session has waited for its turn; from any thread, never to fail."""

@@ -8,7 +8,7 @@ import heapq
 
 from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
-from kata.simulator.apparatus import Apparatus, Witness
+from kata.simulator.apparatus import Apparatus, SessionHook
 from kata.simulator.bus import ServoBus
 from kata.simulator.lines import DynamixelLine, Line, ModbusLine
 from kata.simulator.modbus_bus import ModbusBus
@@ -95,7 +95,7 @@ class World:
         self,
         config: StationConfig,
         seed: int | None = None,
-        witness: Witness | None = None,
+        witness: SessionHook | None = None,
         *,
         turned: bool = False,
     ) -> None:

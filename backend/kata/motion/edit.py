@@ -259,7 +259,7 @@ def stretch(
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlaybackSettings:
     """How a recording is to be played; unless given, as it was taught, once."""
 
     speed_percent: float = 100.0
@@ -268,10 +268,10 @@ class Asked:
     range_percent: float = 100.0
 
 
-AS_TAUGHT: Final = Asked()
+AS_TAUGHT: Final = PlaybackSettings()
 
 
-def as_asked(motion: Motion, asked: Asked) -> Motion:
+def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
     """Range, then speed, then repetitions: the pauses are not slowed down. The same recording and wishes give the same motion.
 
     :raises EditError: when something is out of what it may be.

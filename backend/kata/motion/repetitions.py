@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from kata.motion.edit import LONGEST_S, Asked, EditError, Motion, as_asked, eased
+from kata.motion.edit import LONGEST_S, EditError, Motion, PlaybackSettings, eased, with_settings
 
 
 @dataclass(frozen=True)
@@ -27,29 +27,29 @@ class Pace:
         return min(self.repetitions, 1 + int((reached_s - self.first_s) / self.period_s))
 
 
-def pace(motion: Motion, asked: Asked) -> Pace:
+def pace(motion: Motion, asked: PlaybackSettings) -> Pace:
     """Of a recording that is played as it is asked for.
 
     :raises EditError: when it cannot be played like that, or would last longer than an hour.
     """
     roughly_s = motion.duration_s * 100.0 / asked.speed_percent * asked.repetitions
     _not_too_long(roughly_s + (asked.repetitions - 1) * asked.pause_s)
-    once = as_asked(motion, replace(asked, repetitions=1))
+    once = with_settings(motion, replace(asked, repetitions=1))
     if asked.repetitions == 1:
         return Pace(once.duration_s, 0.0, 1)
     # What is repeated is brought to a stand at its ends first.
     first_s = eased(once).duration_s
-    twice_s = as_asked(motion, replace(asked, repetitions=2)).duration_s
+    twice_s = with_settings(motion, replace(asked, repetitions=2)).duration_s
     found = Pace(first_s, twice_s - first_s, asked.repetitions)
     _not_too_long(found.duration_s)
     return found
 
 
-def pace_of(motion: Motion, whole: Motion, asked: Asked) -> Pace:
-    """Of a recording of which all has been made already: ``whole`` is what :func:`~kata.motion.edit.as_asked` made of it."""
+def pace_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> Pace:
+    """Of a recording of which all has been made already: ``whole`` is what :func:`~kata.motion.edit.with_settings` made of it."""
     if asked.repetitions == 1:
         return Pace(whole.duration_s, 0.0, 1)
-    first_s = eased(as_asked(motion, replace(asked, repetitions=1))).duration_s
+    first_s = eased(with_settings(motion, replace(asked, repetitions=1))).duration_s
     return Pace(first_s, (whole.duration_s - first_s) / (asked.repetitions - 1), asked.repetitions)
 
 

@@ -80,7 +80,7 @@ class State(msgspec.Struct, frozen=True):
     events: tuple[Happening, ...]
 
 
-Witness = Callable[[int, int, Noticed, float], None]
+SessionHook = Callable[[int, int, Noticed, float], None]
 """Told of what the drives have accepted: time in ns, motor 1-5, "goal" with degrees or "torque" with 1 or 0."""
 
 
@@ -92,7 +92,7 @@ class Apparatus:
         seed: int | None = None,
         now_ns: int | None = None,
         *,
-        witness: Witness | None = None,
+        witness: SessionHook | None = None,
         still: bool = False,
         turned: bool = False,
     ) -> None:

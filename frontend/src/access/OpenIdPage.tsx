@@ -13,7 +13,7 @@ import { OPENID_PATH } from "./openId";
 import { access } from "./standing";
 
 /** Read once: what the provider sends stays neither in the address nor in the history. */
-function cameWith(): Schemas["CameBack"] | null {
+function cameWith(): Schemas["OidcCallback"] | null {
   const given = new URLSearchParams(location.search);
   const state = given.get("state");
   return state === null ? null : { state, code: given.get("code") ?? "", iss: given.get("iss") };
@@ -32,7 +32,7 @@ export function OpenIdPage() {
   const [to] = useState(() => fromLink("to"));
   const [code, setCode] = useState("");
   const [closing, setClosing] = useState(false);
-  const arrive = (came: Schemas["Came"]) => {
+  const arrive = (came: Schemas["LoginResult"]) => {
     if (!came.me) return;
     access.came(came.me);
     if (came.to) router.history.replace(came.to);

@@ -2599,14 +2599,6 @@ export interface components {
             repetitions_done: number;
         };
         /**
-         * Again
-         * @description The password again; not needed within ten minutes of having been given.
-         */
-        Again: {
-            /** Password */
-            password?: string | null;
-        };
-        /**
          * Alive
          * @description The service answers.
          */
@@ -3126,38 +3118,6 @@ export interface components {
         BrokenGlassList: {
             /** Items */
             items: components["schemas"]["BrokenGlass"][];
-        };
-        /**
-         * Came
-         * @description Whoever is there.
-         */
-        Came: {
-            /** @description Null: the code of the account's second factor is needed, too. */
-            me: components["schemas"]["Me"] | null;
-            /**
-             * To
-             * @description The screen that was wanted; empty: none, this tab can be closed.
-             */
-            to: string;
-        };
-        /**
-         * CameBack
-         * @description What the provider has sent the browser back with.
-         */
-        CameBack: {
-            /** State */
-            state: string;
-            /**
-             * Code
-             * @description Empty where the provider refused.
-             * @default
-             */
-            code: string;
-            /**
-             * Iss
-             * @description Who it is that answers, where it says so (RFC 9207).
-             */
-            iss?: string | null;
         };
         /**
          * ChangeMessage
@@ -4255,6 +4215,19 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
+         * LoginResult
+         * @description Whoever is there.
+         */
+        LoginResult: {
+            /** @description Null: the code of the account's second factor is needed, too. */
+            me: components["schemas"]["Me"] | null;
+            /**
+             * To
+             * @description The screen that was wanted; empty: none, this tab can be closed.
+             */
+            to: string;
+        };
+        /**
          * LoopLive
          * @description Health of the control loop since it started.
          */
@@ -4691,6 +4664,25 @@ export interface components {
              * @example 2.1
              */
             torque_peak_nm: number | null;
+        };
+        /**
+         * OidcCallback
+         * @description What the provider has sent the browser back with.
+         */
+        OidcCallback: {
+            /** State */
+            state: string;
+            /**
+             * Code
+             * @description Empty where the provider refused.
+             * @default
+             */
+            code: string;
+            /**
+             * Iss
+             * @description Who it is that answers, where it says so (RFC 9207).
+             */
+            iss?: string | null;
         };
         /**
          * OneTimeCode
@@ -5494,6 +5486,14 @@ export interface components {
             programme: components["schemas"]["SessionProgramme"] | null;
             /** @description The one that goes on, or was ended last meanwhile. */
             session: components["schemas"]["Session"] | null;
+        };
+        /**
+         * Reauthentication
+         * @description The password again; not needed within ten minutes of having been given.
+         */
+        Reauthentication: {
+            /** Password */
+            password?: string | null;
         };
         /**
          * RecordAccess
@@ -14801,7 +14801,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Again"];
+                "application/json": components["schemas"]["Reauthentication"];
             };
         };
         responses: {
@@ -14888,7 +14888,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Again"];
+                "application/json": components["schemas"]["Reauthentication"];
             };
         };
         responses: {
@@ -15022,7 +15022,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Again"];
+                "application/json": components["schemas"]["Reauthentication"];
             };
         };
         responses: {
@@ -15238,7 +15238,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["CameBack"];
+                "application/json": components["schemas"]["OidcCallback"];
             };
         };
         responses: {
@@ -15248,7 +15248,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Came"];
+                    "application/json": components["schemas"]["LoginResult"];
                 };
             };
             /** @description Nobody is signed in at this browser. */
@@ -15326,7 +15326,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Came"];
+                    "application/json": components["schemas"]["LoginResult"];
                 };
             };
             /** @description Nobody is signed in at this browser. */

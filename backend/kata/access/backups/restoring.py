@@ -19,7 +19,7 @@ from alembic.script import ScriptDirectory
 from pyrage.x25519 import Identity
 from sqlalchemy import update
 
-from kata.access.audit_log import Chained
+from kata.access.audit_log import AuditHook
 from kata.access.backups.book import Note, leave_note
 from kata.access.backups.folder import (
     aside_folder,
@@ -209,7 +209,7 @@ def _audited(made: Database, contents: Contents, anchor: Path) -> Tried:
 def _settle(settings: Settings, made: Database, file: Path, folder: Path, now: datetime) -> None:
     """What somebody could come in with that has been ended or used up since the backup lets nobody in; the trail says what it was."""
     here = settings.effective_audit_anchor
-    Chained(made)
+    AuditHook(made)
     with made.write() as session:
         note_restored(session, here if here.exists() else folder / DATA / ANCHOR, file.name)
         session.execute(

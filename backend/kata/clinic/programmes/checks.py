@@ -21,7 +21,7 @@ from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
 from kata.errors import ProblemError, not_found
-from kata.motion.edit import Asked, EditError, Motion, as_asked
+from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
 from kata.motion.method import Method, reference
 from kata.motion.repetitions import pace
 from kata.motion.trajectory import TrajectoryError
@@ -51,13 +51,13 @@ class Way:
     """One recording, and how it is played."""
 
     recording_id: UUID
-    asked: Asked
+    asked: PlaybackSettings
     method: Method
 
 
 def way(item: ItemWanted) -> Way:
     """All that how long it takes depends on."""
-    asked = Asked(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
+    asked = PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent)
     return Way(item.recording_id, asked, item.method)
 
 
@@ -105,7 +105,7 @@ def _duration(one: Way, series: Series, config: StationConfig, allowed: Allowed)
         motion = Motion(columns["time_s"], columns["angle_deg"])
         found = pace(motion, one.asked)
         # All that is in many repetitions is in two of them.
-        few = as_asked(motion, replace(one.asked, repetitions=min(one.asked.repetitions, 2)))
+        few = with_settings(motion, replace(one.asked, repetitions=min(one.asked.repetitions, 2)))
         config.check_reference(one.method, reference(one.method, few.times_s, few.angles_deg))
         allowed.check_path(few, one.method)
     except UnreadableError:

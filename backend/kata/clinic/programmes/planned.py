@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, lazyload
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
-from kata.clinic.sessions.schemas import Asked, Outcome
+from kata.clinic.sessions.schemas import Outcome, PlaybackSettings
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.clinic.types import Moment, Schema
 from kata.errors import ProblemError, not_found
@@ -26,7 +26,7 @@ _SETTINGS: Final[tuple[Setting, ...]] = (
 _Count = Field(ge=0, description="Repetitions.", examples=[10])
 
 
-class PlannedRun(Asked):
+class PlannedRun(PlaybackSettings):
     """One playback, beside what was planned of it."""
 
     run_id: UUID

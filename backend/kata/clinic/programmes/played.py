@@ -7,7 +7,7 @@ import numpy as np
 
 from kata.clinic.sessions.tables import RunRow
 from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, PHASE_REVERSING, Journal
-from kata.motion.edit import Asked, Motion
+from kata.motion.edit import Motion, PlaybackSettings
 from kata.motion.repetitions import pace_of
 
 _FORWARD: Final = (PHASE_PLAYING, PHASE_LESSENED)
@@ -27,7 +27,7 @@ def keep(row: RunRow, journal: Journal, made: Callable[[], tuple[Motion, Motion]
     elif len(reached_s) == 0:
         row.repetitions_done = 0
     else:
-        asked = Asked(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
+        asked = PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
         found = pace_of(*made(), asked)
         # The last sample of a repetition lies up to one sample before its end, and is not exactly punctual.
         row.repetitions_done = found.done(float(reached_s.max()) + 1.5 / journal.rate_hz)

@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool
 
-from kata.clinic.sessions.schemas import Asked
+from kata.clinic.sessions.schemas import PlaybackSettings
 from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel
@@ -31,7 +31,7 @@ Wish = Annotated[
 ]
 
 
-class ItemWanted(Asked):
+class ItemWanted(PlaybackSettings):
     """One recording to be played, and how. Unless given, as it was taught, once."""
 
     recording_id: UUID

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from datetime import date, datetime
 
 from kata.clinic.figures import RunParts
-from kata.motion.edit import Asked
+from kata.motion.edit import PlaybackSettings
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Stop:
 class How:
     """How a recording is played."""
 
-    asked: Asked
+    asked: PlaybackSettings
     load_level: int | None
     method: str | None
 

@@ -25,7 +25,7 @@ from kata.clinic.reports.content import (
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
-from kata.motion.edit import Asked
+from kata.motion.edit import PlaybackSettings
 
 
 def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
@@ -78,7 +78,7 @@ def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
             item.position,
             item.recording_name,
             How(
-                Asked(item.speed_percent, item.repetitions, item.pause_s, item.range_percent),
+                PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent),
                 item.load_level,
                 item.method,
             ),

@@ -20,7 +20,7 @@ from kata.clinic.programmes import planned
 from kata.clinic.sessions import checks, ending, plans, prefetch, runs
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName
 from kata.clinic.sessions.prefetch import Known, Playable
-from kata.clinic.sessions.replay import Begun, Closed, Opened, Pained, Ticked, written
+from kata.clinic.sessions.replay import CheckAnswered, PainRecorded, RunStarted, SessionClosed, SessionOpened, written
 from kata.clinic.sessions.schemas import (
     CheckAnswer,
     EndReason,
@@ -52,8 +52,8 @@ _PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after"
 class ToPlay:
     """A run that has been found in order."""
 
-    begun: Begun
-    told: tuple[Ticked, ...]
+    begun: RunStarted
+    told: tuple[CheckAnswered, ...]
     """What the apparatus has told for the checklist, where that is not kept yet."""
     run: Run
     recording: Playable
@@ -63,7 +63,7 @@ class ToPlay:
     patient: SessionPatient
 
 
-class Ahead:
+class OfflineCache:
     """Holds the patients of this day. May be asked from any thread."""
 
     def __init__(self, database: Database, station: str, still_comes: Callable[[], bool] = lambda: False) -> None:
@@ -81,7 +81,7 @@ class Ahead:
         self._estop_tested_at: datetime | None = None
         self._due_s = 0.0
 
-    def opened(self, patient_id: UUID) -> None:
+    def note_opened(self, patient_id: UUID) -> None:
         """Somebody who may has opened this patient's record here."""
         with self._lock:
             self._touch(patient_id, utc_now())
@@ -96,16 +96,16 @@ class Ahead:
                 del self._known[patient_id]
             self._due_s = 0.0
 
-    def renew(self) -> None:
+    def refresh_soon(self) -> None:
         """Something of a session was changed in the database: it is asked at once."""
         self._due_s = 0.0
 
-    def heard(self, item: Happening | Ended) -> None:
+    def on_event(self, item: Happening | Ended) -> None:
         """Something that the device told."""
         if isinstance(item, Happening) and item.code == ESTOP_TESTED:
             self._estop_tested_at = item.at
 
-    def fetch(self) -> None:
+    def refresh(self) -> None:
         """If it is time. Asks the database, and may take seconds for recordings of an hour: for a thread of its own."""
         with self._lock:
             now_s = time.monotonic()
@@ -147,28 +147,28 @@ class Ahead:
         """How many they would be, or are."""
         return len(self._ready())
 
-    def knows(self, patient_id: UUID) -> bool:
+    def holds(self, patient_id: UUID) -> bool:
         """Whether it is one of them: whoever reads records may see whose session it is."""
         return any(known.patient.id == patient_id for known in self._held())
 
-    def whose(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
+    def owner_of(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
         """Whose they are, if all the records that a request names, each with what it is, are of one of these patients; None otherwise."""
         wanted = set(named)
         return next((known.patient.id for known in self._held() if wanted <= _of(known)), None)
 
-    def is_on_its_way(self, named: Iterable[tuple[str, UUID]]) -> bool:
+    def is_pending(self, named: Iterable[tuple[str, UUID]]) -> bool:
         """Whether something was done with one of these that may not be in the database yet."""
         with self._lock:
             return any(one in self._unsent or one in self._unsent.values() for _, one in named)
 
-    def visit(self, session_id: UUID) -> Session | None:
+    def session(self, session_id: UUID) -> Session | None:
         """A session as it stands here; None where it is not known."""
         known = self._with(session_id)
         return known.visit if known else None
 
-    def open(
+    def open_session(
         self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
-    ) -> tuple[Session, Opened | None] | None:
+    ) -> tuple[Session, SessionOpened | None] | None:
         """A session of this patient, by that id where it begins; one that is still open goes on. None where it may not begin.
 
         What has begun is to be put into the spool.
@@ -185,7 +185,9 @@ class Ahead:
             if programme.version_id != programme_version_id:
                 return None
             at = utc_now()
-            opened = Opened(session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at)
+            opened = SessionOpened(
+                session_id, patient_id, episode_id, programme.version_id, therapist, self._station, at
+            )
             visit = known.new_visit(session_id, therapist, self._station, at)
             minutes = programme.timer_minutes
             timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
@@ -193,13 +195,13 @@ class Ahead:
             self._keep(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
             return visit, opened
 
-    def never_began(self, session_id: UUID) -> None:
+    def discard_session(self, session_id: UUID) -> None:
         """It could not be kept: nobody was told of it."""
         with self._lock:
             if known := self._with(session_id):
                 self._keep(replace(known, visit=None, timer=None))
 
-    def say(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[Pained]] | None:
+    def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
         """How much it hurts; None where the session is not known, or where more than that is to be changed.
 
         :raises ProblemError: 409 when somebody else has changed the session.
@@ -213,7 +215,7 @@ class Ahead:
             check_version(visit.updated_at, given.updated_at)
             at = utc_now()
             told = [
-                Pained(visit.id, when, said[when], getattr(visit, when), at, self._station)
+                PainRecorded(visit.id, when, said[when], getattr(visit, when), at, self._station)
                 for when in _PAIN
                 if when in said
             ]
@@ -221,9 +223,9 @@ class Ahead:
             self._keep(replace(known, visit=changed))
             return changed, told
 
-    def end(
+    def end_session(
         self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
-    ) -> tuple[Session, Closed | None] | None:
+    ) -> tuple[Session, SessionClosed | None] | None:
         """End a session, once; None where it is not known. ``on_apparatus``: the session that something is played in just now.
 
         :raises ProblemError: 409 while a run in it has not ended.
@@ -241,7 +243,7 @@ class Ahead:
             at = utc_now()
             ended = visit.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
             self._keep(replace(known, visit=ended))
-            return ended, Closed(session_id, reason, at, self._station)
+            return ended, SessionClosed(session_id, reason, at, self._station)
 
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, there: checks.Apparatus
@@ -250,7 +252,9 @@ class Ahead:
         found = self._find(session_id, recording_id)
         return self._checked(*found, there) if found else None
 
-    def tick(self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str) -> Ticked | None:
+    def answer_check(
+        self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str
+    ) -> CheckAnswered | None:
         """Somebody has looked; None where session or recording are not known. To be put into the spool.
 
         :raises ProblemError: 409 for what only the apparatus tells, and when the session has ended.
@@ -262,16 +266,16 @@ class Ahead:
             known, visit, one = found
             ending.check_goes_on(visit.ended_at)
             need = checks.to_tick(one.needs, check)
-            ticked = Ticked(session_id, check, need.subject, utc_now(), by)
+            ticked = CheckAnswered(session_id, check, need.subject, utc_now(), by)
             self._keep(replace(known, visit=_with_answers(visit, [ticked])))
             return ticked
 
-    def begin(
+    def start_run(
         self,
         session_id: UUID,
         recording_id: UUID,
         load_level: int,
-        asked: edit.Asked,
+        asked: edit.PlaybackSettings,
         method: Method,
         programme_position: int | None,
         there: checks.Apparatus,
@@ -292,12 +296,12 @@ class Ahead:
             # How much was played since then nobody has counted yet: no more than the time that has gone by.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
-        motion = runs.as_asked(one.taught, asked)
+        motion = runs.with_settings(one.taught, asked)
         limits = one.allowed.check(motion, load_level, method)
         checked = self._checked(known, visit, one, there)
         checks.require_all(checked)
         corrected_by, learned = one.learned.get(asked, (None, None)) if method == "learned" else (None, None)
-        begun = Begun(
+        begun = RunStarted(
             id=uuid4(),
             session_id=session_id,
             recording_id=recording_id,
@@ -311,7 +315,7 @@ class Ahead:
             station=self._station,
         )
         told = tuple(
-            Ticked(session_id, answer.check, answer.subject, answer.at, answer.by)
+            CheckAnswered(session_id, answer.check, answer.subject, answer.at, answer.by)
             for answer in checks.told_only_now(checked, _answers(visit))
         )
         run = runs.as_run(begun.row, one.name)
@@ -322,7 +326,7 @@ class Ahead:
                 self._keep(replace(now, visit=visit))
         return ToPlay(begun, told, run, one, motion, learned, limits, known.patient)
 
-    def played(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
+    def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
         """How a run has ended whose samples wait for the database; None: the device refused it, it never began."""
         with self._lock:
             for known in list(self._known.values()):
@@ -400,6 +404,6 @@ def _answers(visit: Session) -> list[Answer]:
     return [Answer(one.check, one.subject, one.at, one.by) for one in visit.checks]
 
 
-def _with_answers(visit: Session, ticked: Iterable[Ticked]) -> Session:
+def _with_answers(visit: Session, ticked: Iterable[CheckAnswered]) -> Session:
     more = [CheckAnswer(check=one.check, subject=one.subject, at=one.at, by=one.by) for one in ticked]
     return visit.model_copy(update={"checks": [*visit.checks, *more]})

@@ -44,7 +44,7 @@ class Playable:
     taught: edit.Motion
     needs: tuple[Need, ...]
     allowed: Allowed
-    learned: Mapping[edit.Asked, tuple[UUID, Correction]]
+    learned: Mapping[edit.PlaybackSettings, tuple[UUID, Correction]]
     """By how it is played: what it is corrected by, and the run that has taught it."""
 
 
@@ -181,7 +181,7 @@ def _playables(
     allowed: dict[str, Allowed] = {
         one.side: doctor.of_episode(one) for one in patient.episodes if one.closed_at is None
     }
-    learned: dict[UUID, set[edit.Asked]] = {}
+    learned: dict[UUID, set[edit.PlaybackSettings]] = {}
     for item in items:
         if item.method == "learned":
             learned.setdefault(item.recording_id, set()).add(runs.asked_of(item))
@@ -203,7 +203,7 @@ def _playable(
     session: DatabaseSession,
     recording_id: UUID,
     allowed: Mapping[str, Allowed],
-    learning_asked: Iterable[edit.Asked],
+    learning_asked: Iterable[edit.PlaybackSettings],
     station: str,
     before: Playable | None,
 ) -> Playable | None:
@@ -216,7 +216,7 @@ def _playable(
     if recording.archived_at or recording.side not in allowed:
         return None
     taught = before.taught if before else runs.taught(session, recording_id)
-    learned: dict[edit.Asked, tuple[UUID, Correction]] = {}
+    learned: dict[edit.PlaybackSettings, tuple[UUID, Correction]] = {}
     for asked in learning_asked:
         newest = learning.newest(session, RunRow(recording_id=recording_id, **asdict(asked)), station)
         had = before.learned.get(asked) if before else None

@@ -57,7 +57,7 @@ NOT_KEPT: Final[dict[PainWhen, str]] = {
 }
 
 
-class Opened(msgspec.Struct, frozen=True, tag="opened"):
+class SessionOpened(msgspec.Struct, frozen=True, tag="opened"):
     """A session that began while the database was away; its id is made here."""
 
     id: UUID
@@ -69,7 +69,7 @@ class Opened(msgspec.Struct, frozen=True, tag="opened"):
     started_at: datetime
 
 
-class Pained(msgspec.Struct, frozen=True, tag="pained"):
+class PainRecorded(msgspec.Struct, frozen=True, tag="pained"):
     """How much it hurts, as it was said while the database was away."""
 
     session_id: UUID
@@ -81,7 +81,7 @@ class Pained(msgspec.Struct, frozen=True, tag="pained"):
     station: str
 
 
-class Closed(msgspec.Struct, frozen=True, tag="closed"):
+class SessionClosed(msgspec.Struct, frozen=True, tag="closed"):
     """A session that was ended while the database was away."""
 
     session_id: UUID
@@ -90,7 +90,7 @@ class Closed(msgspec.Struct, frozen=True, tag="closed"):
     station: str
 
 
-class Begun(msgspec.Struct, frozen=True, tag="begun"):
+class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     """A run that began while the database was away; its id is made here."""
 
     id: UUID
@@ -99,7 +99,7 @@ class Begun(msgspec.Struct, frozen=True, tag="begun"):
     programme_position: int | None
     started_at: datetime
     load_level: int
-    asked: edit.Asked
+    asked: edit.PlaybackSettings
     method: Method
     corrected_by: UUID | None
     allowed: str
@@ -115,7 +115,7 @@ class Begun(msgspec.Struct, frozen=True, tag="begun"):
         return row
 
 
-class Ticked(msgspec.Struct, frozen=True, tag="ticked"):
+class CheckAnswered(msgspec.Struct, frozen=True, tag="ticked"):
     """An answer of the checklist that was given while the database was away."""
 
     session_id: UUID
@@ -125,24 +125,24 @@ class Ticked(msgspec.Struct, frozen=True, tag="ticked"):
     by: str
 
 
-Arriving = Opened | Pained | Closed | Begun | Ticked
+OfflineEvent = SessionOpened | PainRecorded | SessionClosed | RunStarted | CheckAnswered
 
 
-def keep(session: DatabaseSession, done: Arriving) -> None:
+def keep(session: DatabaseSession, done: OfflineEvent) -> None:
     """Write it down, and what the record says by now that nobody could know then.
 
     :raises ValueError: when what it belongs to is not there any more.
     """
     match done:
-        case Opened():
-            _keep_opened(session, done)
-        case Pained():
-            _keep_pained(session, done)
-        case Closed():
-            _keep_closed(session, done)
-        case Begun():
-            _keep_begun(session, done)
-        case Ticked():
+        case SessionOpened():
+            _store_session(session, done)
+        case PainRecorded():
+            _store_pain(session, done)
+        case SessionClosed():
+            _store_end(session, done)
+        case RunStarted():
+            _store_run(session, done)
+        case CheckAnswered():
             checks.keep(_visit(session, done.session_id), Answer(done.check, done.subject, done.at, done.by))
 
 
@@ -158,7 +158,7 @@ def written(allowed: Allowed) -> str:
     return msgspec.json.encode(told).decode()
 
 
-def _keep_opened(session: DatabaseSession, opened: Opened) -> None:
+def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
     # It was tried with the database first: a server that hung may still have that commit to do.
     chain.wait_for_others(session)
     if session.get(SessionRow, opened.id):
@@ -175,7 +175,7 @@ def _keep_opened(session: DatabaseSession, opened: Opened) -> None:
         _say(session, visit, opened.station, opened.started_at, CHANGED[change])
 
 
-def _keep_pained(session: DatabaseSession, said: Pained) -> None:
+def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
     visit = _visit(session, said.session_id)
     if visit.signed_at or getattr(visit, said.when) not in (said.before, said.pain):
         sentence = NOT_KEPT[said.when].format(pain="-" if said.pain is None else said.pain)
@@ -185,7 +185,7 @@ def _keep_pained(session: DatabaseSession, said: Pained) -> None:
     visit.updated_at = said.at
 
 
-def _keep_closed(session: DatabaseSession, closed: Closed) -> None:
+def _store_end(session: DatabaseSession, closed: SessionClosed) -> None:
     visit = _visit(session, closed.session_id)
     if visit.signed_at or visit.ended_at:
         _say(session, visit, closed.station, closed.at, CHANGED["ended_already"])
@@ -193,7 +193,7 @@ def _keep_closed(session: DatabaseSession, closed: Closed) -> None:
     visit.ended_at, visit.end_reason, visit.updated_at = closed.at, closed.reason, closed.at
 
 
-def _keep_begun(session: DatabaseSession, begun: Begun) -> None:
+def _store_run(session: DatabaseSession, begun: RunStarted) -> None:
     visit = _visit(session, begun.session_id)
     try:
         recording = recordings.get(session, begun.recording_id)
@@ -230,7 +230,7 @@ def _changed_of_visit(
 
 
 def _changed_of_run(
-    session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: Begun
+    session: DatabaseSession, visit: SessionRow, recording: RecordingRow, begun: RunStarted
 ) -> Iterator[Change]:
     if visit.ended_at and visit.ended_at <= begun.started_at:
         yield "ended"

@@ -15,7 +15,7 @@ from kata.clinic.reports.words import Language
 from kata.clinic.sessions import checks, ending, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.draft import draft
-from kata.clinic.sessions.offline_cache import Ahead
+from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.schemas import (
     AddendumCreate,
     Checklist,
@@ -41,9 +41,9 @@ async def _apparatus(station: TheStation) -> checks.Apparatus:
     return checks.apparatus(station.info.name, station.live())
 
 
-def _ahead(request: Request) -> Ahead:
-    ahead: Ahead = request.app.state.ahead
-    return ahead
+def _offline_cache(request: Request) -> OfflineCache:
+    offline_cache: OfflineCache = request.app.state.offline_cache
+    return offline_cache
 
 
 def _keeping(request: Request) -> Keeping:
@@ -56,7 +56,7 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
     return run.session_id if run else None
 
 
-TheAhead = Annotated[Ahead, Depends(_ahead)]
+TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
 TheKeeping = Annotated[Keeping, Depends(_keeping)]
 TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
@@ -64,18 +64,18 @@ OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 
 
 @router.get("/api/station/ready")
-def list_ready(ahead: TheAhead) -> list[ReadyPatient]:
+def list_ready(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
     """While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
 
     Who had a session at this station today, or whose record was opened here, as long as care goes on, with a programme; nobody whose
     record is restricted. Nobody at all while the database answers.
     """
-    return ahead.ready()
+    return offline_cache.ready()
 
 
 @router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
 def create_session(
-    database: TheDatabase, station: TheStation, ahead: TheAhead, kept: TheKeeping, wanted: SessionCreate
+    database: TheDatabase, station: TheStation, offline_cache: TheOfflineCache, kept: TheKeeping, wanted: SessionCreate
 ) -> Session:
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
 
@@ -88,27 +88,27 @@ def create_session(
         with database.write() as session:
             begun = service.as_session(service.begin(session, *what, station.info.name, session_id))
     except DatabaseAwayError:
-        found = ahead.open(session_id, *what)
+        found = offline_cache.open_session(session_id, *what)
         if found is None:
             raise
         begun, opened = found
         if opened and not kept.put_done(opened):
             kept.put_not_begun("session", opened.id)
-            ahead.never_began(opened.id)
+            offline_cache.discard_session(opened.id)
             raise
         return begun
-    ahead.attend(begun.patient.id, begun.id)
+    offline_cache.attend(begun.patient.id, begun.id)
     return begun
 
 
 @router.get("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 422))
-def get_session(database: TheDatabase, ahead: TheAhead, session_id: UUID) -> Session:
+def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_id: UUID) -> Session:
     """One session with its runs; while the database does not answer, one that goes on here."""
     try:
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
     except DatabaseAwayError:
-        known = ahead.visit(session_id)
+        known = offline_cache.session(session_id)
         if known is None:
             raise
         return known
@@ -116,21 +116,21 @@ def get_session(database: TheDatabase, ahead: TheAhead, session_id: UUID) -> Ses
 
 @router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
 def update_session(
-    database: TheDatabase, ahead: TheAhead, kept: TheKeeping, session_id: UUID, change: SessionUpdate
+    database: TheDatabase, offline_cache: TheOfflineCache, kept: TheKeeping, session_id: UUID, change: SessionUpdate
 ) -> Session:
     """Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone."""
     try:
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
     except DatabaseAwayError:
-        said = ahead.say(session_id, change)
+        said = offline_cache.update_session(session_id, change)
         if said is None:
             raise
         changed, told = said
         for one in told:
             kept.put_done(one)
         return changed
-    ahead.renew()
+    offline_cache.refresh_soon()
     return changed
 
 
@@ -138,7 +138,7 @@ def update_session(
 def get_checklist(
     database: TheDatabase,
     there: TheApparatus,
-    ahead: TheAhead,
+    offline_cache: TheOfflineCache,
     session_id: UUID,
     recording_id: Annotated[UUID | None, Query(description="What is to be played: it says which fixtures.")] = None,
 ) -> Checklist:
@@ -147,7 +147,7 @@ def get_checklist(
         with database.read() as session:
             return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
     except DatabaseAwayError:
-        known = ahead.checklist(session_id, recording_id, there)
+        known = offline_cache.checklist(session_id, recording_id, there)
         if known is None:
             raise
         return checks.as_checklist(known)
@@ -157,7 +157,7 @@ def get_checklist(
 def tick_check(
     database: TheDatabase,
     there: TheApparatus,
-    ahead: TheAhead,
+    offline_cache: TheOfflineCache,
     kept: TheKeeping,
     session_id: UUID,
     check: CheckName,
@@ -169,13 +169,13 @@ def tick_check(
             told = checks.as_checklist(checks.tick(session, session_id, check, given, there))
             patient_id = service.get(session, session_id).patient_id
     except DatabaseAwayError:
-        ticked = ahead.tick(session_id, given.recording_id, check, given.checked_by)
-        known = ahead.checklist(session_id, given.recording_id, there)
+        ticked = offline_cache.answer_check(session_id, given.recording_id, check, given.checked_by)
+        known = offline_cache.checklist(session_id, given.recording_id, there)
         if ticked is None or known is None:
             raise
         kept.put_done(ticked)
         return checks.as_checklist(known)
-    ahead.attend(patient_id, session_id)
+    offline_cache.attend(patient_id, session_id)
     return told
 
 
@@ -197,7 +197,7 @@ def get_teaching_checklist(
 @router.post("/api/sessions/{session_id}/end", responses=PROBLEMS.of(404, 409, 422))
 def end_session(
     database: TheDatabase,
-    ahead: TheAhead,
+    offline_cache: TheOfflineCache,
     kept: TheKeeping,
     played: OnApparatus,
     session_id: UUID,
@@ -212,14 +212,14 @@ def end_session(
         with database.write() as session:
             ended = service.as_session(service.end(session, session_id, reason))
     except DatabaseAwayError:
-        found = ahead.end(session_id, reason, played)
+        found = offline_cache.end_session(session_id, reason, played)
         if found is None:
             raise
         ended, closed = found
         if closed:
             kept.put_done(closed)
         return ended
-    ahead.attend(ended.patient.id, None)
+    offline_cache.attend(ended.patient.id, None)
     return ended
 
 

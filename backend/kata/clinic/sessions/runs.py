@@ -16,11 +16,11 @@ from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import ending, learning, phases, plans
 from kata.clinic.sessions.schemas import (
-    Asked,
     Comparison,
     MotionTracking,
     MotorTracking,
     Outcome,
+    PlaybackSettings,
     Run,
     RunStop,
 )
@@ -64,7 +64,7 @@ def begin(
     session_id: UUID,
     recording_id: UUID,
     load_level: int = LOAD_LEVELS,
-    asked: edit.Asked = edit.AS_TAUGHT,
+    asked: edit.PlaybackSettings = edit.AS_TAUGHT,
     method: Method = "smooth",
     station: str = "",
     programme_position: int | None = None,
@@ -91,7 +91,7 @@ def to_begin(
     session_id: UUID,
     recording_id: UUID,
     load_level: int = LOAD_LEVELS,
-    asked: edit.Asked = edit.AS_TAUGHT,
+    asked: edit.PlaybackSettings = edit.AS_TAUGHT,
     method: Method = "smooth",
     station: str = "",
     programme_position: int | None = None,
@@ -115,7 +115,7 @@ def _allowed(
     session_id: UUID,
     recording_id: UUID,
     load_level: int,
-    asked: edit.Asked,
+    asked: edit.PlaybackSettings,
     method: Method,
     programme_position: int | None,
 ) -> RunRow:
@@ -141,7 +141,7 @@ def new(
     recording_id: UUID,
     started_at: datetime,
     load_level: int,
-    asked: edit.Asked,
+    asked: edit.PlaybackSettings,
     method: Method,
     programme_position: int | None,
 ) -> RunRow:
@@ -182,7 +182,7 @@ class Made:
 
         :raises ProblemError: as ``taught``; 422 when it cannot be played like that.
         """
-        return as_asked(self.taught, asked_of(self._row))
+        return with_settings(self.taught, asked_of(self._row))
 
 
 def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> edit.Motion:
@@ -192,7 +192,7 @@ def motion_of(session: DatabaseSession, row: RunRow, *, once: bool = False) -> e
     :raises ProblemError: 404; 410 when the recording's samples are damaged; 422 when it cannot be played like that.
     """
     asked = replace(asked_of(row), repetitions=1) if once else asked_of(row)
-    return as_asked(taught(session, row.recording_id), asked)
+    return with_settings(taught(session, row.recording_id), asked)
 
 
 def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
@@ -204,22 +204,22 @@ def taught(session: DatabaseSession, recording_id: UUID) -> edit.Motion:
     return edit.Motion(samples.times_s, samples.angles_deg)
 
 
-def as_asked(taught: edit.Motion, asked: edit.Asked) -> edit.Motion:
+def with_settings(taught: edit.Motion, asked: edit.PlaybackSettings) -> edit.Motion:
     """What is made of a recording for a run. Takes seconds for one of an hour.
 
     :raises ProblemError: 422 when it cannot be played like that.
     """
     try:
-        return edit.as_asked(taught, asked)
+        return edit.with_settings(taught, asked)
     except edit.EditError as error:
         raise ProblemError(
             422, "unplayable", f"This recording cannot be played like that: {error}.", "Choose other settings."
         ) from error
 
 
-def asked_of(row: RunRow | Asked) -> edit.Asked:
+def asked_of(row: RunRow | PlaybackSettings) -> edit.PlaybackSettings:
     """How a run's recording is played, or is to be."""
-    return edit.Asked(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
+    return edit.PlaybackSettings(row.speed_percent, row.repetitions, row.pause_s, row.range_percent)
 
 
 def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> RunRow | None:

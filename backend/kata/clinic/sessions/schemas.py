@@ -18,7 +18,7 @@ PainWhen = Literal["pain_before", "pain_during", "pain_after"]
 Outcome = Literal["loaded", "completed", "returned", "stopped", "unloaded", "interrupted"]
 
 
-class Asked(Schema):
+class PlaybackSettings(Schema):
     """How a recording is to be played. Unless given, as it was taught, once."""
 
     speed_percent: float = Field(
@@ -104,7 +104,7 @@ class RunStop(Schema):
     message: str = Field(examples=["The emergency stop was pressed."])
 
 
-class Run(Asked):
+class Run(PlaybackSettings):
     """One playback of one recording."""
 
     id: UUID
@@ -247,7 +247,7 @@ class CheckAnswer(Schema):
     by: str = Field(description="Empty where the apparatus itself told.")
 
 
-class SessionItem(Asked):
+class SessionItem(PlaybackSettings):
     """One recording of the session's programme."""
 
     position: int = Field(ge=1)

@@ -124,7 +124,7 @@ class RunRow(Base):
     repetitions: Mapped[int] = mapped_column(default=1)
     pause_s: Mapped[float] = mapped_column(default=0.0)
     range_percent: Mapped[float] = mapped_column(default=100.0)
-    """How the recording was to be played (:class:`kata.motion.edit.Asked`). What was asked of the motors is made from both again
+    """How the recording was to be played (:class:`kata.motion.edit.PlaybackSettings`). What was asked of the motors is made from both again
     whenever it is needed."""
     method: Mapped[str | None] = mapped_column(String(16))
     """:data:`kata.motion.method.Method`. None where it was played before there were methods."""
