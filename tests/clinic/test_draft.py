@@ -139,8 +139,8 @@ def test_the_widest_range_of_all_runs_counts() -> None:
             {"outcome": "stopped", "stop": RunStop(code="drive_silent", message="Motor 3 does not answer.")},
             "「挙上」は停止した。原因：モータ3が応答しない。",
         ),
-        ({"reversals": 3}, "「挙上」で腕が抵抗を受け、3回引き戻された(負荷レベル8)。"),
-        ({"least_range_percent": 70.0}, "「挙上」では可動範囲を減らす操作があり、一部を範囲70%で実施。"),
+        ({"reversals": 3}, "「挙上」で腕が抵抗を受け、3回引き戻された(抵抗許容レベル8)。"),
+        ({"least_range_percent": 70.0}, "「挙上」では可動範囲を狭める操作があり、一部を範囲70%で実施。"),
         (
             {"comparison": compared(played_min_deg=4.6, played_max_deg=98.6)},
             "到達範囲：肩関節 外転・内転 5〜99°。追従誤差は最大2.4°(モータ4、RMSE 0.5°)。",

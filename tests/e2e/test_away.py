@@ -129,7 +129,7 @@ def test_a_session_is_done_at_the_page_while_the_database_is_dead(
         expect(page.get_by_test_id("mode")).to_have_text("Idle, torque off", timeout=LONG_MS)
         # How it has ended is known here, and that nothing is left of what was planned.
         expect(visit.get_by_role("combobox", name="Recording")).to_have_value("", timeout=LONG_MS)
-        visit.get_by_role("button", name="Enough played: on to pain after").click()
+        visit.get_by_role("button", name="Finish playing: go to pain after").click()
         visit.get_by_role("button", name="Worst pain during the session: 5").click()
         visit.get_by_role("button", name="Pain after: 3").click()
         visit.get_by_role("combobox", name="How did it end?").click()

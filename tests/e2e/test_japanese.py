@@ -180,7 +180,7 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefact
     page.get_by_role("button", name="確認", exact=True).click()
     expect(page.get_by_test_id("stop-banner")).to_be_hidden()
     page.get_by_role("button", name="停止", exact=True).click()
-    expect(page.get_by_test_id("stop-answer")).to_contain_text("装置が確認")
+    expect(page.get_by_test_id("stop-answer")).to_contain_text("装置から確認応答")
     look("after-stop")
     page.context.clear_cookies(name=COOKIE)
     page.goto(clinic.url)

@@ -21,7 +21,7 @@ export const ROLES = say<Record<Role, { name: string; may: string }>>(
     therapist: { name: "療法士", may: "患者の記録を管理し、装置を操作します。" },
     administrator: {
       name: "管理者",
-      may: "療法士のすべての操作に加え、アカウント、監査記録、バックアップを管理します。",
+      may: "療法士のすべての操作に加え、アカウント、監査証跡、バックアップを管理します。",
     },
     viewer: { name: "閲覧者", may: "患者の記録を閲覧します。変更はできません。" },
     technician: { name: "保守担当者", may: "装置とその状態を管理します。患者のデータは閲覧できません。" },

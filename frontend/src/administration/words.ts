@@ -101,9 +101,9 @@ export const FORM = say(
     stations: "ステーション",
     stationsMean: "このアカウントで装置を操作できるステーション。選ばなければ、すべてのステーション。",
     identity: (provider) => `${provider}の識別子`,
-    theProvider: "認証プロバイダー",
+    theProvider: "認証プロバイダ",
     identityMeans:
-      "プロバイダーがこの人を識別する「sub」の値です。未登録の人には、サインインを試みたときに表示されます。空欄の場合、この方法ではサインインできません。",
+      "プロバイダがこの人を識別する「sub」の値です。未登録の人には、サインインを試みたときに表示されます。空欄の場合、この方法ではサインインできません。",
     save: "保存",
     make: "アカウントを作成",
   },
@@ -173,7 +173,7 @@ export const AUDIT = say(
     patient: "The patient",
   },
   {
-    title: "監査記録",
+    title: "監査証跡",
     means:
       "記録は追加のみで、変更できません。改ざんの有無は、サービスのコンピュータで「kata audit verify」を実行して確認します。",
     from: "開始日",
@@ -278,7 +278,7 @@ export const BACKUPS = say(
     file: "ファイル",
     byItself: "自動",
     askedFor: "手動",
-    gone: "このコンピューターにはなし",
+    gone: "このコンピュータにはなし",
     failed: (problem) => `作成できませんでした：${problem}`,
     notRestorable: (problem) => `復元を確認できません：${problem}`,
     notTried: "未確認",

@@ -4,7 +4,7 @@ import type { Priority } from "./alarms";
 /** What each priority is called; its colour says the same once more. */
 export const PRIORITY_WORDS = say<Record<Priority, string>>(
   { high: "High priority alarm", medium: "Medium priority alarm", low: "Low priority alarm" },
-  { high: "優先度 高のアラーム", medium: "優先度 中のアラーム", low: "優先度 低のアラーム" },
+  { high: "高優先度アラーム", medium: "中優先度アラーム", low: "低優先度アラーム" },
 );
 
 export const WORDS = say(
@@ -60,10 +60,10 @@ export const WORDS = say(
     reversingNext: "再生を続ける前に、患者の様子を確かめてください。",
     databaseAway: (since) => `${since} からデータベースが応答していません`,
     databaseAwayNext:
-      "失われるものはありません。装置で起きたことはこのコンピューターに保存され、データベースが戻ると書き込まれます。進行中の操作は続けられ、「停止」も働きます。今日このステーションで扱った患者のセッションは開始できます。サインイン、記録の閲覧、教示は待つ必要があります。",
+      "失われるものはありません。装置で起きたことはこのコンピュータに保存され、データベースが戻ると書き込まれます。進行中の操作は続けられ、「停止」も働きます。今日このステーションで扱った患者のセッションは開始できます。サインイン、記録の閲覧、教示は待つ必要があります。",
     notKept: (since) => `${since} からディスクに書き込めず、装置で起きたことが保存されていません`,
     notKeptNext:
-      "進行中の操作を終え、このコンピューターのディスクに空きを作り、コンピューターの管理担当者に知らせてください。",
+      "進行中の操作を終え、このコンピュータのディスクに空きを作り、コンピュータの管理担当者に知らせてください。",
     pauseSound: "音を2分間止める",
     soundPaused: "音を止めています。新しいアラームの音は鳴ります。",
     soundOn: "音を再開",

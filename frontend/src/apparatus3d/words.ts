@@ -87,7 +87,7 @@ export const VIEW = say(
     no3d: "このブラウザでは立体表示ができません。角度は文字で示します。",
     elbow: "体の大きさと肘は作図で、測定値ではありません。",
     now: "5つのモータの角度から描いた患者・腕・装置。同じ内容を下に文字で示します。",
-    taught: "記録動作どおりに動く腕と装置の残像。同じ内容を下に文字で示します。",
+    taught: "記録動作どおりに動く腕と装置のゴースト表示。同じ内容を下に文字で示します。",
   },
 );
 
@@ -105,10 +105,10 @@ export const GHOST = say(
       `Motor ${motor} would leave its range at ${at} s, with ${angle}°.`,
   },
   {
-    title: "残像",
-    shows: "残像は読み込んだ動作を示します。まだ何も動きません。",
-    play: "残像を再生",
-    pause: "残像を一時停止",
+    title: "ゴースト表示",
+    shows: "ゴースト表示は読み込んだ動作を示します。まだ何も動きません。",
+    play: "ゴースト表示を再生",
+    pause: "ゴースト表示を一時停止",
     time: "記録動作の時刻",
     seconds: (seconds) => `${seconds}秒`,
     at: (at, length) => `${at}／${length}秒`,

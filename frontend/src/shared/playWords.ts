@@ -14,7 +14,7 @@ export const LEVEL = say(
       `How hard the arm may resist before it is taken back. 1: the lightest touch, which the arm's own weight may be. ${most}: the motors' rated torque.`,
   },
   {
-    label: "負荷レベル",
+    label: "抵抗許容レベル",
     of: (level, most) => `${most}段階中 ${level}`,
     asLast: "（前回と同じ）",
     choose: "レベルを選んでください",
@@ -75,9 +75,9 @@ export const PLAYING = say(
     paper: "論文方式",
     paperIs: "比較用に、毎秒10段階で動かします。開始時に急に動きます。",
     asTaught: "教示どおり、1回",
-    told: (settings) => `${settings}。可動範囲を減らすと、動作の中央を基準に両端が小さくなります。`,
+    told: (settings) => `${settings}。可動範囲を狭めると、動作の中央を基準に両端が小さくなります。`,
     toldAsLast: (settings) =>
-      `${settings}（前回と同じ）。可動範囲を減らすと、動作の中央を基準に両端が小さくなります。`,
+      `${settings}（前回と同じ）。可動範囲を狭めると、動作の中央を基準に両端が小さくなります。`,
     ofTheRange: (percent) => `範囲${percent}%`,
     ofTheSpeed: (percent) => `速度${percent}%`,
     times: (count) => `反復${count}回`,

@@ -30,7 +30,7 @@ describe("what the service says", () => {
       "This cannot be played so: motor 4 would jerk at 3.1 s.",
       "この方法では再生できません：モータ4の動きが3.1秒の時点で急変します。",
     ],
-    ["山田 花子 is archived.", "山田 花子は保管済みです。"],
+    ["山田 花子 is archived.", "山田 花子はアーカイブ済みです。"],
     ["The hand is still guiding the arm.", "手がまだ腕を導いています。"],
     ["Nobody has ever said this.", "Nobody has ever said this."],
     ["", ""],

@@ -60,7 +60,7 @@ export const ESTOP = say(
     unknown: "E-stop unknown",
   },
   {
-    closed: "非常停止 準備完了",
+    closed: "非常停止 正常（作動なし）",
     pressed: "非常停止 押されています",
     released: "非常停止 解除・未確認",
     missing: "非常停止 応答なし",
@@ -163,7 +163,7 @@ export const STOP = say(
     what: "減速して停止し、トルクを切ります。ネットワークが必要です。非常停止ではありません。キー：Esc",
     key: "キー：Esc",
     sent: "送信しました…",
-    confirmed: (time) => `装置が確認 ${time}`,
+    confirmed: (time) => `装置から確認応答 ${time}`,
     failed: (why) => `確認できません：${why}非常停止を使ってください。`,
     noAnswer: "応答がありません。",
   },

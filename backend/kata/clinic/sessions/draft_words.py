@@ -34,19 +34,19 @@ WORDS: Final[dict[str, tuple[str, str]]] = {
     ),
     "less": (
         "Less range was asked for in {name}: part of it was played with {percent:.0f} % of its range.",
-        "「{name}」では可動範囲を減らす操作があり、一部を範囲{percent:.0f}%で実施。",
+        "「{name}」では可動範囲を狭める操作があり、一部を範囲{percent:.0f}%で実施。",
     ),
     "reversed_once": (
         "In {name} the arm met resistance and was taken back once (level {level}).",
-        "「{name}」で腕が抵抗を受け、1回引き戻された(負荷レベル{level})。",
+        "「{name}」で腕が抵抗を受け、1回引き戻された(抵抗許容レベル{level})。",
     ),
     "reversed_twice": (
         "In {name} the arm met resistance and was taken back twice (level {level}).",
-        "「{name}」で腕が抵抗を受け、2回引き戻された(負荷レベル{level})。",
+        "「{name}」で腕が抵抗を受け、2回引き戻された(抵抗許容レベル{level})。",
     ),
     "reversed": (
         "In {name} the arm met resistance and was taken back {count} times (level {level}).",
-        "「{name}」で腕が抵抗を受け、{count}回引き戻された(負荷レベル{level})。",
+        "「{name}」で腕が抵抗を受け、{count}回引き戻された(抵抗許容レベル{level})。",
     ),
     "stopped": ("{name} was stopped: {cause}", "「{name}」は停止した。原因：{cause}"),
     "returned": ("{name} was ended early.", "「{name}」は途中で終了した。"),

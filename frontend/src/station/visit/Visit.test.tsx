@@ -74,7 +74,7 @@ describe("the checklist", () => {
     expect(screen.getByTestId("check-side").textContent).toContain("Ito Mai");
     expect(screen.getByTestId("check-estop").textContent).toContain("Not seen yet. Press the switch");
     expect(screen.getAllByRole("button")).toHaveLength(1);
-    fireEvent.click(button("It is so: About the belt."));
+    fireEvent.click(button("Confirm: About the belt."));
     await waitFor(() =>
       expect(tick).toHaveBeenCalledWith("s", "belt", { checked_by: "Ito Mai", recording_id: "r" }),
     );
