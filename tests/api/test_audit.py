@@ -211,7 +211,7 @@ def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
     assert asked.status_code == 201, asked.text
     before = of_patient(client, patient)
     done = client.post(
-        f"/api/erasures/{asked.json()['id']}/erase",
+        f"/api/erasures/{asked.json()['id']}/approve",
         json={"clinic_number": patient["clinic_number"], "decided_by": "Sato", "explanation": ""},
     )
     assert done.status_code == 200, done.text

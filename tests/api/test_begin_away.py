@@ -84,7 +84,7 @@ def wanted(patient: dict[str, Any]) -> dict[str, Any]:
 
 
 def ready(client: TestClient) -> list[str]:
-    return [one["patient"]["id"] for one in client.get("/api/station/ready").json()]
+    return [one["patient"]["id"] for one in client.get("/api/station/ready-patients").json()]
 
 
 def all_arrived(client: TestClient) -> None:
@@ -121,7 +121,7 @@ def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arri
     with client.websocket_connect("/api/live"), server.killed():
         live = until(client, lambda live: live["kept"]["away_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
-        (told,) = [one for one in client.get("/api/station/ready").json() if one["patient"]["id"] == patient["id"]]
+        (told,) = [one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]]
         assert (told["patient"]["name"], told["side"], told["session"]) == ("Kondo Emi", "right", None)
         assert told["programme"]["version_id"] == version_of(patient)
 
@@ -380,7 +380,7 @@ def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
         with monkeypatch.context() as full:
             full.setattr(app.state.kept.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
-        (told,) = [one for one in client.get("/api/station/ready").json() if one["patient"]["id"] == patient["id"]]
+        (told,) = [one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]]
         assert told["session"] is None
     all_arrived(client)
     assert client.get(f"/api/patients/{patient['id']}/sessions").json()["items"] == []

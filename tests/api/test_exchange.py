@@ -208,9 +208,9 @@ def test_what_was_erased_names_nobody_and_the_figures_stay(client: TestClient) -
     key, taken = history(client)
     before = client.get(f"/api/patients/{key}").json()
     request = asked(client, key)
-    told = problem(client.post(f"/api/erasures/{request['id']}/erase", json=consent("K-1")), 422, "other_number")
+    told = problem(client.post(f"/api/erasures/{request['id']}/approve", json=consent("K-1")), 422, "other_number")
     assert told["errors"][0]["pointer"] == "#/clinic_number"
-    done = client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken))
+    done = client.post(f"/api/erasures/{request['id']}/approve", json=consent(taken))
     assert done.status_code == 200, done.text
     assert (done.json()["decision"], done.json()["reason"]) == ("erased", "")
 
@@ -228,7 +228,7 @@ def test_what_was_erased_names_nobody_and_the_figures_stay(client: TestClient) -
 def test_an_erased_record_stays_erased(client: TestClient) -> None:
     key, taken = history(client, sessions=1)
     request = asked(client, key)
-    assert client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken)).status_code == 200
+    assert client.post(f"/api/erasures/{request['id']}/approve", json=consent(taken)).status_code == 200
     who = client.get(f"/api/patients/{key}").json()
     for change in ({"name": "Yamada"}, {"archived": False}):
         body = change | {"updated_at": who["updated_at"]}
@@ -237,13 +237,13 @@ def test_an_erased_record_stays_erased(client: TestClient) -> None:
     problem(client.get(f"/api/patients/{key}/export.zip"), 409, "erased")
     body = {"reason": "Again.", "noted_by": "Suzuki Aya"}
     problem(client.post(f"/api/patients/{key}/erasures", json=body), 409, "erased")
-    problem(client.post(f"/api/erasures/{request['id']}/erase", json=consent(taken)), 409, "decided")
+    problem(client.post(f"/api/erasures/{request['id']}/approve", json=consent(taken)), 409, "decided")
 
 
 def test_nothing_is_erased_while_a_session_is_open(client: TestClient, patient: dict[str, Any]) -> None:
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     request = asked(client, patient["id"])
-    url, body = f"/api/erasures/{request['id']}/erase", consent(patient["clinic_number"])
+    url, body = f"/api/erasures/{request['id']}/approve", consent(patient["clinic_number"])
     problem(client.post(url, json=body), 409, "session_open")
     assert client.get(f"/api/patients/{patient['id']}").json() == patient
     assert client.post(f"/api/sessions/{visit['id']}/end").status_code == 200

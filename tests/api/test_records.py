@@ -190,4 +190,4 @@ def test_sessions_are_narrowed_by_what_the_choices_say(client: TestClient, patie
         assert client.get("/api/sessions", params={name: "nobody's"}).json() == {"items": [], "next": None}
     problem(client.get("/api/sessions", params={"since": "2026-11-21T09:30:00"}), 422, "invalid")
     assert client.get("/api/sessions", params={"since": "0001-01-01T00:00:00+14:00"}).status_code == 200
-    assert set(client.get("/api/sessions/choices").json()) == {"therapists", "stations", "stops"}
+    assert set(client.get("/api/sessions/filter-options").json()) == {"therapists", "stations", "stops"}

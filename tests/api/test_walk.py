@@ -400,22 +400,22 @@ def test_the_glass_is_broken_with_a_reason_for_four_hours_and_an_administrator_l
     patient_id = records["restricted"]["patient_id"]
     path = f"/api/patients/{patient_id}"
     therapist, account_id = _as(service, "therapist")
-    assert therapist.post(f"{path}/break-glass", json={"reason": "because"}).status_code == 422
+    assert therapist.post(f"{path}/break-glass-accesses", json={"reason": "because"}).status_code == 422
     before = therapist.get(f"{path}/access").json()
     assert (before["restricted"], before["open_to_you"], before["glass_until"]) == (True, False, None)
 
-    told = therapist.post(f"{path}/break-glass", json=REASON).json()
+    told = therapist.post(f"{path}/break-glass-accesses", json=REASON).json()
     assert (told["open_to_you"], told["glass_until"] is not None) == (True, True)
     assert therapist.get(path).status_code == 200
-    assert therapist.post(f"{path}/break-glass", json=REASON).json()["code"] == "not_restricted"
+    assert therapist.post(f"{path}/break-glass-accesses", json=REASON).json()["code"] == "not_restricted"
     assert _as(service, "therapist")[0].get(path).json()["code"] == "restricted"
 
     administrator, _ = _as(service, "administrator")
-    first = administrator.get("/api/broken-glass").json()["items"][0]
+    first = administrator.get("/api/break-glass-accesses").json()["items"][0]
     assert (first["account_id"], first["reason"], first["reviewed_at"]) == (str(account_id), REASON["reason"], None)
-    reviewed = administrator.post(f"/api/broken-glass/{first['id']}/review").json()
+    reviewed = administrator.post(f"/api/break-glass-accesses/{first['id']}/review").json()
     assert reviewed["reviewed_by"] == "Test administrator"
-    assert administrator.post(f"/api/broken-glass/{first['id']}/review").json()["code"] == "reviewed"
+    assert administrator.post(f"/api/break-glass-accesses/{first['id']}/review").json()["code"] == "reviewed"
 
     with _database(service).write() as session:
         session.execute(update(BrokenGlassRow).values(until=utc_now()))
@@ -424,12 +424,12 @@ def test_the_glass_is_broken_with_a_reason_for_four_hours_and_an_administrator_l
 
 def test_nobody_reviews_what_they_did_themselves(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
     administrator, account_id = _as(service, "administrator")
-    path = f"/api/patients/{records['restricted']['patient_id']}/break-glass"
+    path = f"/api/patients/{records['restricted']['patient_id']}/break-glass-accesses"
     assert administrator.post(path, json=REASON).status_code == 200
     own = next(
-        one for one in administrator.get("/api/broken-glass").json()["items"] if one["account_id"] == str(account_id)
+        one for one in administrator.get("/api/break-glass-accesses").json()["items"] if one["account_id"] == str(account_id)
     )
-    assert administrator.post(f"/api/broken-glass/{own['id']}/review").json()["code"] == "own_glass"
+    assert administrator.post(f"/api/break-glass-accesses/{own['id']}/review").json()["code"] == "own_glass"
 
 
 def test_an_administrator_restricts_a_record_to_a_team(service: TestClient) -> None:

@@ -121,7 +121,7 @@ def test_a_session_is_done_at_the_page_while_the_database_is_dead(
         try_estop(page)
         expect(visit.get_by_test_id("check-estop")).to_contain_text("Seen by the apparatus", timeout=LONG_MS)
         page.screenshot(path=artefacts / "away-checklist.png", full_page=True)
-        visit.get_by_role("button", name="I have looked at all 3").click()
+        visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
         expect(visit.get_by_role("heading", name="Play")).to_be_visible(timeout=LONG_MS)
         load_and_play(page)

@@ -84,7 +84,7 @@ def test_what_is_done_every_day_takes_few_clicks(page: Page, counted: dict[str, 
     with task(page, counted, "a returning patient, until the arm is moved to the start"):
         choose(page)
         visit.get_by_role("button", name="Begin the session").click()
-        visit.get_by_role("button", name="I have looked at all 3: it is so").click()
+        visit.get_by_role("button", name="Confirm all 3 checks").click()
         visit.get_by_role("button", name="Pain before: 4").click()
         choose_level(page)
         visit.get_by_role("button", name="Load").click()

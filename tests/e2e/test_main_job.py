@@ -49,7 +49,7 @@ def teach(page: Page, motion: str) -> None:
     page.get_by_role("link", name="To the station").click()
     stand_for_left(page)
     before = page.get_by_role("region", name="Before teaching")
-    start = page.get_by_role("button", name="I have looked at all 3: start teaching")
+    start = page.get_by_role("button", name="Confirm all 3 checks and start teaching")
     expect(before.get_by_test_id("check-estop")).to_contain_text("Not seen yet")
     expect(start).to_be_disabled()
     try_estop(page)

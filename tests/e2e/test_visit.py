@@ -36,7 +36,7 @@ def teach(page: Page, artefacts: Path) -> None:
     try_estop(page, press)
     expect(switch).to_be_hidden(timeout=LONG_MS)
     write(page, page.get_by_label("Name of the motion"), "Raise the arm")
-    press(page, page.get_by_role("button", name="I have looked at all 3: start teaching"))
+    press(page, page.get_by_role("button", name="Confirm all 3 checks and start teaching"))
     expect(page.get_by_test_id("pedal")).to_contain_text("Press the pedal to record")
     motion = page.get_by_role("combobox", name="Motion that the hand follows")
     reach(page, motion)
@@ -84,7 +84,7 @@ def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(pag
     expect(visit.get_by_test_id("check-belt")).to_be_visible()
     expect(visit.get_by_test_id("check-side")).to_be_hidden()
     press(page, steps.get_by_role("button", name="Checklist"))
-    press(page, visit.get_by_role("button", name="I have looked at all 2: it is so"))
+    press(page, visit.get_by_role("button", name="Confirm all 2 checks"))
     expect(visit.get_by_role("heading", name="Pain before")).to_be_focused()
 
     # A reload loses nothing: the service knows where the session stands.

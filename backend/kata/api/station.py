@@ -307,7 +307,7 @@ async def pause(station: TheStation, here: Operator) -> Accepted:
     return await _send(station, messages.Pause(), here)
 
 
-@router.post("/less", responses=_COMMAND)
+@router.post("/reduce-range", responses=_COMMAND)
 async def less(station: TheStation, here: Operator) -> Accepted:
     """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
     return await _send(station, messages.Less(), here)

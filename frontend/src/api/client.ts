@@ -164,10 +164,15 @@ export const api = {
   changeRecordAccess: (patient_id: string, body: Schemas["RecordAccessChange"]) =>
     unwrap(client.PUT("/api/patients/{patient_id}/access", { params: { path: { patient_id } }, body })),
   breakGlass: (patient_id: string, body: Schemas["BreakGlass"]) =>
-    unwrap(client.POST("/api/patients/{patient_id}/break-glass", { params: { path: { patient_id } }, body })),
-  brokenGlass: () => unwrap(client.GET("/api/broken-glass")),
+    unwrap(
+      client.POST("/api/patients/{patient_id}/break-glass-accesses", {
+        params: { path: { patient_id } },
+        body,
+      }),
+    ),
+  brokenGlass: () => unwrap(client.GET("/api/break-glass-accesses")),
   reviewBrokenGlass: (glass_id: string) =>
-    unwrap(client.POST("/api/broken-glass/{glass_id}/review", { params: { path: { glass_id } } })),
+    unwrap(client.POST("/api/break-glass-accesses/{glass_id}/review", { params: { path: { glass_id } } })),
   patients: (search: string, archived: boolean, after: string | null = null) =>
     unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...behind(after) } } })),
   patient: (key: string) =>
@@ -234,7 +239,7 @@ export const api = {
     ),
   sessions: (wanted: SessionsWanted, after: string | null = null) =>
     unwrap(client.GET("/api/sessions", { params: { query: { ...wanted, ...behind(after) } } })),
-  sessionChoices: () => unwrap(client.GET("/api/sessions/choices")),
+  sessionChoices: () => unwrap(client.GET("/api/sessions/filter-options")),
   // Assessments and progress
   assessmentForm: () => unwrap(client.GET("/api/assessments/form")),
   assessments: (key: string, after: string | null = null) =>
@@ -264,7 +269,7 @@ export const api = {
         params: { path: { episode_id: key, chart } },
       }),
     ),
-  ready: () => unwrap(client.GET("/api/station/ready")),
+  ready: () => unwrap(client.GET("/api/station/ready-patients")),
   session: (key: string) =>
     unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
   createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
@@ -360,7 +365,7 @@ export const api = {
   play: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/play", { body })),
   turn: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
   pause: () => unwrap(client.POST("/api/station/pause")),
-  less: () => unwrap(client.POST("/api/station/less")),
+  less: () => unwrap(client.POST("/api/station/reduce-range")),
   goBack: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
   releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
   /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */
@@ -419,5 +424,5 @@ export const api = {
   refuseErasure: (erasure_id: string, body: Schemas["ErasureRefusal"]) =>
     unwrap(client.POST("/api/erasures/{erasure_id}/refuse", { params: { path: { erasure_id } }, body })),
   erasePatient: (erasure_id: string, body: Schemas["ErasureConsent"]) =>
-    unwrap(client.POST("/api/erasures/{erasure_id}/erase", { params: { path: { erasure_id } }, body })),
+    unwrap(client.POST("/api/erasures/{erasure_id}/approve", { params: { path: { erasure_id } }, body })),
 };

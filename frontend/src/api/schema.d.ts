@@ -494,7 +494,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/erasures/{erasure_id}/erase": {
+    "/api/erasures/{erasure_id}/approve": {
         parameters: {
             query?: never;
             header?: never;
@@ -1131,7 +1131,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/patients/{patient_id}/break-glass": {
+    "/api/patients/{patient_id}/break-glass-accesses": {
         parameters: {
             query?: never;
             header?: never;
@@ -1151,7 +1151,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/broken-glass": {
+    "/api/break-glass-accesses": {
         parameters: {
             query?: never;
             header?: never;
@@ -1171,7 +1171,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/broken-glass/{glass_id}/review": {
+    "/api/break-glass-accesses/{glass_id}/review": {
         parameters: {
             query?: never;
             header?: never;
@@ -1208,7 +1208,7 @@ export interface paths {
          * Create Session
          * @description Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
          *
-         *     While the database does not answer: for one of those of whom /api/station/ready tells, by the programme that it tells.
+         *     While the database does not answer: for one of those of whom /api/station/ready-patients tells, by the programme that it tells.
          */
         post: operations["create_session"];
         delete?: never;
@@ -1217,7 +1217,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/sessions/choices": {
+    "/api/sessions/filter-options": {
         parameters: {
             query?: never;
             header?: never;
@@ -1257,7 +1257,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/station/ready": {
+    "/api/station/ready-patients": {
         parameters: {
             query?: never;
             header?: never;
@@ -2057,7 +2057,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/station/less": {
+    "/api/station/reduce-range": {
         parameters: {
             query?: never;
             header?: never;

@@ -58,7 +58,7 @@ afterEach(cleanup);
 describe("before teaching", () => {
   it("one press says that somebody has looked at what is open, and begins", async () => {
     const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
-    fireEvent.click(await enabled("I have looked at all 3: start teaching"));
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
     await waitFor(() =>
       expect(teach).toHaveBeenCalledWith({
         patient_id: "p",
@@ -87,18 +87,18 @@ describe("before teaching", () => {
     expect((await screen.findByTestId("check-estop")).textContent).toContain(
       "Not seen yet. Press the switch",
     );
-    const button = screen.getByRole("button", { name: "I have looked at all 3: start teaching" });
+    const button = screen.getByRole("button", { name: "Confirm all 3 checks and start teaching" });
     expect(button.hasAttribute("disabled")).toBe(true);
   });
 
   it("asks for the fixtures that are chosen", async () => {
     const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
-    await enabled("I have looked at all 3: start teaching");
+    await enabled("Confirm all 3 checks and start teaching");
     fireEvent.click(screen.getByLabelText("Arm fixer 2 and elbow fixer 1 (motion 6)"));
     await waitFor(() =>
       expect(api.teachingChecklist).toHaveBeenLastCalledWith("p", ["arm_fixer_2", "elbow_fixer_1"]),
     );
-    fireEvent.click(await enabled("I have looked at all 3: start teaching"));
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
     await waitFor(() =>
       expect(teach).toHaveBeenCalledWith(
         expect.objectContaining({ fixtures: ["arm_fixer_2", "elbow_fixer_1"] }),

@@ -375,9 +375,7 @@ export const TEACH = say(
     start: "Start teaching",
     before: "Before teaching",
     allSo: (count: number) =>
-      count === 1
-        ? "I have looked, it is so: start teaching"
-        : `I have looked at all ${count}: start teaching`,
+      count === 1 ? "Confirm the check and start teaching" : `Confirm all ${count} checks and start teaching`,
     saved: (name: string, lasts: string) => `Saved: ${name}, ${lasts}`,
     liftFirst: "Lift your foot off the pedal first",
     noPedal: "The pedal does not answer",

@@ -41,7 +41,7 @@ def refuse_erasure(database: TheDatabase, erasure_id: UUID, refusal: ErasureRefu
         return Erasure.model_validate(erasures.refuse(session, erasure_id, refusal))
 
 
-@router.post("/api/erasures/{erasure_id}/erase", responses=PROBLEMS.of(404, 409, 422))
+@router.post("/api/erasures/{erasure_id}/approve", responses=PROBLEMS.of(404, 409, 422))
 def erase_patient(database: TheDatabase, erasure_id: UUID, consent: ErasureConsent) -> Erasure:
     """Take away what tells who the patient is, for good; what the shoulder did stays, without a person."""
     with database.write() as session:

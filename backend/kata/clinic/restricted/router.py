@@ -34,7 +34,7 @@ def change_record_access(
         return service.access(session, actor, patient_id)
 
 
-@router.post("/api/patients/{patient_id}/break-glass", responses=PROBLEMS.of(404, 409, 422))
+@router.post("/api/patients/{patient_id}/break-glass-accesses", responses=PROBLEMS.of(404, 409, 422))
 def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted: BreakGlass) -> RecordAccess:
     """Open a restricted record in an emergency, for four hours. Administrators are shown that you did, and why."""
     with database.write() as session:
@@ -42,14 +42,14 @@ def break_glass(database: TheDatabase, actor: TheActor, patient_id: UUID, wanted
         return service.access(session, actor, patient_id)
 
 
-@router.get("/api/broken-glass")
+@router.get("/api/break-glass-accesses")
 def list_broken_glass(database: TheDatabase) -> BrokenGlassList:
     """Records that were opened in an emergency: first those that nobody has looked at, then the newest."""
     with database.read() as session:
         return BrokenGlassList(items=service.broken(session))
 
 
-@router.post("/api/broken-glass/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
+@router.post("/api/break-glass-accesses/{glass_id}/review", responses=PROBLEMS.of(404, 409, 422))
 def review_broken_glass(database: TheDatabase, actor: TheActor, glass_id: UUID) -> BrokenGlass:
     """Say that you have looked at it; not of what you did yourself."""
     with database.write() as session:

@@ -53,7 +53,7 @@ def list_sessions(
         return SessionPage(items=items, next=further)
 
 
-@router.get("/api/sessions/choices", responses=PROBLEMS.of(422))
+@router.get("/api/sessions/filter-options", responses=PROBLEMS.of(422))
 def list_session_choices(database: TheDatabase) -> SessionChoices:
     """The therapists, stations and causes of stops that sessions can be looked for by."""
     with database.read() as session:

@@ -63,7 +63,7 @@ OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 """The session that something is loaded or played in just now."""
 
 
-@router.get("/api/station/ready")
+@router.get("/api/station/ready-patients")
 def list_ready(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
     """While the database does not answer: whom a session can begin or goes on for here. They are the patients of this day.
 
@@ -79,7 +79,7 @@ def create_session(
 ) -> Session:
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
 
-    While the database does not answer: for one of those of whom /api/station/ready tells, by the programme that it tells.
+    While the database does not answer: for one of those of whom /api/station/ready-patients tells, by the programme that it tells.
     """
     what = (wanted.patient_id, wanted.therapist, wanted.programme_version_id)
     # Made here: what the database may have written before it was lost is the same session.

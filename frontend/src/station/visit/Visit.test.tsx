@@ -91,7 +91,7 @@ describe("the checklist", () => {
       );
     const onComplete = vi.fn();
     show(<CheckList sessionId="s" recordingId="r" onComplete={onComplete} />);
-    fireEvent.click(await screen.findByRole("button", { name: "I have looked at all 3: it is so" }));
+    fireEvent.click(await screen.findByRole("button", { name: "Confirm all 3 checks" }));
     await waitFor(() => expect(onComplete).toHaveBeenCalledTimes(1));
     expect(tick.mock.calls.map(([, name]) => name)).toEqual(["side", "fixtures", "belt"]);
   });
