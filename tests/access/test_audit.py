@@ -23,7 +23,7 @@ from kata.access.deduplication import WINDOW_S, Repeats
 from kata.access.restored import note_restored
 from kata.access.tables import AccountRow, AuditRow, SignInRow
 from kata.access.verify import Verdict, verify
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import utc_now
@@ -61,7 +61,7 @@ def chained(database: Database) -> Database:
 
 @contextmanager
 def trail_of(database: Database, folder: Path, **given: Any) -> Iterator[AuditLog]:
-    kept = Keeping(database, "Station 1", folder / "spool", **given)
+    kept = EventSpool(database, "Station 1", folder / "spool", **given)
     try:
         made = AuditLog(database, folder / "audit.anchor", kept)
         try:
@@ -284,7 +284,7 @@ class TestQueue:
         with trail_of(database, tmp_path) as audit_log:
             assert audit_log.until_written()
             with monkeypatch.context() as patch:
-                patch.setattr(Keeping, "has_room", False)
+                patch.setattr(EventSpool, "has_room", False)
 
                 async def flood() -> None:
                     told = [asyncio.create_task(audit_log.tell(audit.entry(f"look {n}", "done"))) for n in range(20)]

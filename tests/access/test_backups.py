@@ -30,7 +30,7 @@ from kata.access.factor_key import factor_key
 from kata.access.second_factor import not_opened
 from kata.access.tables import AccountRow, AuditRow, BackupRow, SignInRow
 from kata.access.verify import Verdict, verify
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.database_copy import copy
@@ -201,7 +201,7 @@ def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
 def trail_of(settings: Settings, database: Database) -> Iterator[AuditLog]:
     """As a service has it."""
     with (
-        closing(Keeping(database, "Station 1", settings.spool)) as kept,
+        closing(EventSpool(database, "Station 1", settings.spool)) as kept,
         closing(AuditLog(database, settings.effective_audit_anchor, kept)) as audit_log,
     ):
         assert audit_log.until_written()

@@ -18,7 +18,7 @@ from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes.tables import ProgrammeRow
 from kata.clinic.sessions import checks, runs, service
-from kata.clinic.sessions import offline_cache as ahead_module
+from kata.clinic.sessions import offline_cache as offline_cache_module
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.replay import (
     CHANGED,
@@ -121,7 +121,9 @@ def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arri
     with client.websocket_connect("/api/live"), server.killed():
         live = until(client, lambda live: live["kept"]["away_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
-        (told,) = [one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]]
+        (told,) = [
+            one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
+        ]
         assert (told["patient"]["name"], told["side"], told["session"]) == ("Kondo Emi", "right", None)
         assert told["programme"]["version_id"] == version_of(patient)
 
@@ -243,7 +245,7 @@ def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a
             problem(client.post("/api/sessions", json=wanted(one)), 503, "database_away")
         # What had been fetched long before the outage is not gone by, either.
         with monkeypatch.context() as strict:
-            strict.setattr(ahead_module, "_FRESH", timedelta(0))
+            strict.setattr(offline_cache_module, "_MAX_AGE", timedelta(0))
             assert ready(client) == []
 
         visit = client.post("/api/sessions", json=wanted(one)).json()
@@ -302,7 +304,7 @@ def put(client: TestClient, *done: OfflineEvent) -> None:
     """It arrives."""
     app: Any = client.app
     for one in done:
-        assert app.state.kept.put_done(one, LIMIT_S)
+        assert app.state.kept.put_offline_event(one, LIMIT_S)
     assert app.state.kept.until_taken(LIMIT_S)
 
 
@@ -380,7 +382,9 @@ def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
         with monkeypatch.context() as full:
             full.setattr(app.state.kept.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
-        (told,) = [one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]]
+        (told,) = [
+            one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
+        ]
         assert told["session"] is None
     all_arrived(client)
     assert client.get(f"/api/patients/{patient['id']}/sessions").json()["items"] == []

@@ -269,7 +269,7 @@ def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not
     assert found
     with app.state.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
-    assert app.state.kept.put_done(found.begun, LIMIT_S)
+    assert app.state.kept.put_offline_event(found.begun, LIMIT_S)
     assert app.state.kept.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")

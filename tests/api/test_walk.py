@@ -427,7 +427,9 @@ def test_nobody_reviews_what_they_did_themselves(service: TestClient, records: d
     path = f"/api/patients/{records['restricted']['patient_id']}/break-glass-accesses"
     assert administrator.post(path, json=REASON).status_code == 200
     own = next(
-        one for one in administrator.get("/api/break-glass-accesses").json()["items"] if one["account_id"] == str(account_id)
+        one
+        for one in administrator.get("/api/break-glass-accesses").json()["items"]
+        if one["account_id"] == str(account_id)
     )
     assert administrator.post(f"/api/break-glass-accesses/{own['id']}/review").json()["code"] == "own_glass"
 

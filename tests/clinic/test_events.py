@@ -9,7 +9,7 @@ from uuid import uuid4
 import pytest
 from sqlalchemy import select
 
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service
 from kata.clinic.events.observer import ESTOP_TESTED, Ended, Happening, Observer
 from kata.clinic.events.tables import DeviceEventRow
@@ -128,7 +128,7 @@ def kept(database: Database) -> list[DeviceEventRow]:
 
 
 def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database, tmp_path: Path) -> None:
-    keeping = Keeping(database, "Station 1", tmp_path)
+    keeping = EventSpool(database, "Station 1", tmp_path)
     alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
     for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
         keeping.put_event(item)
@@ -140,7 +140,7 @@ def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(data
 
 
 def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database, tmp_path: Path) -> None:
-    keeping = Keeping(database, "Station 1", tmp_path)
+    keeping = EventSpool(database, "Station 1", tmp_path)
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
         keeping.put_event(item)
     keeping.close()
@@ -154,7 +154,7 @@ def sqlite(tmp_path: Path) -> Database:
 
 
 def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
-    keeping = Keeping(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
+    keeping = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
     assert keeping.until_taken(10)
     told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
     with sqlite.writer.connect() as locking, locking.begin():

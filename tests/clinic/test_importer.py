@@ -535,8 +535,10 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
 
 def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) -> None:
     recording_id = clinic.recording()
-    still_comes = [True]
-    importer = Importer(clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: still_comes[0])
+    has_undelivered = [True]
+    importer = Importer(
+        clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: has_undelivered[0]
+    )
     run_id = uuid4()
     path = clinic.journal("run", run_id, [2.0], end=JournalEnd(reason="completed"))
     importer.run(path)
@@ -548,7 +550,7 @@ def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) ->
     importer.run_due()
     assert (importer.due, clinic.saved[-1].id) == (0, run_id)
 
-    still_comes[0] = False
+    has_undelivered[0] = False
     lost = clinic.journal("run", uuid4(), [2.0], end=JournalEnd(reason="completed"))
     importer.run(lost)
     assert (clinic.folder / "unreadable" / lost.name).exists()
@@ -586,14 +588,16 @@ def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, m
 
 
 def test_nobody_is_given_up_whose_journal_waits(clinic: Clinic) -> None:
-    still_comes = [True]
-    importer = Importer(clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: still_comes[0])
+    has_undelivered = [True]
+    importer = Importer(
+        clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: has_undelivered[0]
+    )
     run_id = clinic.begin_run(clinic.recording())
     importer.run_ended(utc_now())
     with clinic.database.read() as session:
         assert runs.get(session, run_id).outcome == "loaded"
 
-    still_comes[0] = False
+    has_undelivered[0] = False
     importer.run_due()
 
     with clinic.database.read() as session:

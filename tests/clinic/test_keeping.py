@@ -4,7 +4,7 @@ from pathlib import Path
 
 from kata.access import chain
 from kata.access.audit import entry
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunRow
@@ -18,7 +18,7 @@ def test_a_run_whose_commit_was_given_up_and_stands_after_all_is_forgotten(datab
     recording_id = clinic.recording()
     with database.write() as session:
         visit_id = sessions.begin(session, clinic.patient_id).id
-    keeping = Keeping(database, "Station 1", tmp_path / "spool")
+    keeping = EventSpool(database, "Station 1", tmp_path / "spool")
     try:
         with database.write() as session:
             run = runs.begin(session, visit_id, recording_id)

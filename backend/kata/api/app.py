@@ -53,7 +53,7 @@ from kata.api.station import router as station_router
 from kata.clinic.assessments.router import router as assessments
 from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service as event_service
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.recording import recording as events_recorded
@@ -175,7 +175,7 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
     stack.callback(database.close)
     database.watch = AvailabilityMonitor(database.writer)
-    kept = await asyncio.to_thread(Keeping, database, _station_name(settings), settings.spool)
+    kept = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
     stack.push_async_callback(asyncio.to_thread, kept.close)
     audit_log = app.state.audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, kept)
     stack.push_async_callback(asyncio.to_thread, audit_log.close)
@@ -214,16 +214,16 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     def saved(record: Saved) -> None:
         loop.call_soon_threadsafe(app.state.station.tell, record)
 
-    def still_comes() -> bool:
+    def has_undelivered() -> bool:
         return kept.delivery.waiting > 0
 
-    offline_cache = app.state.offline_cache = OfflineCache(database, station_config.name, still_comes)
+    offline_cache = app.state.offline_cache = OfflineCache(database, station_config.name, has_undelivered)
 
     def waits(measured: Journal) -> None:
         if measured.kind == "run":
             offline_cache.finish_run(UUID(measured.id), runs.outcome_of(measured))
 
-    importer = Importer(database, settings.journal, station_config, saved, still_comes, waits)
+    importer = Importer(database, settings.journal, station_config, saved, has_undelivered, waits)
 
     def import_journal(finished: Path | None) -> None:
         work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
@@ -327,7 +327,7 @@ def _was_away(audit_log: AuditLog, since: datetime) -> None:
         audit_log.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
 
 
-def _kept(database: Database, kept: Keeping, importer: Importer) -> Kept:
+def _kept(database: Database, kept: EventSpool, importer: Importer) -> Kept:
     return Kept(
         away_since=database.away_since,
         waiting=kept.delivery.waiting + importer.due,

@@ -19,7 +19,7 @@ from kata.api.simulator import AnySimulation
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.programmes import planned
@@ -30,7 +30,7 @@ from kata.clinic.sessions import checks, learning, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.offline_cache import OfflineCache
-from kata.clinic.sessions.router import TheKeeping, TheOfflineCache
+from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
 from kata.clinic.types import By, Name, Schema, Side, side_of
 from kata.database.availability import DatabaseAwayError
@@ -205,7 +205,7 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
 
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
 async def teach(
-    station: TheStation, database: TheDatabase, kept: TheKeeping, here: Operator, wanted: TeachRequest
+    station: TheStation, database: TheDatabase, kept: TheEventSpool, here: Operator, wanted: TeachRequest
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down.
 
@@ -235,7 +235,7 @@ async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
 async def load(
     station: TheStation,
     database: TheDatabase,
-    kept: TheKeeping,
+    kept: TheEventSpool,
     offline_cache: TheOfflineCache,
     here: Operator,
     wanted: LoadRequest,
@@ -367,7 +367,7 @@ class _Begun:
 
 
 def _begin_teaching(
-    database: Database, kept: Keeping, wanted: TeachRequest, there: checks.Apparatus
+    database: Database, kept: EventSpool, wanted: TeachRequest, there: checks.Apparatus
 ) -> tuple[TeachingRow, PatientRow]:
     with _written(database, kept, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
@@ -392,7 +392,7 @@ def _begin_teaching(
 
 @contextmanager
 def _written(
-    database: Database, kept: Keeping, what: Literal["run", "teaching"]
+    database: Database, kept: EventSpool, what: Literal["run", "teaching"]
 ) -> Iterator[tuple[Session, list[UUID]]]:
     """As :meth:`Database.write`; the list takes the id of what begins.
 
@@ -408,7 +408,7 @@ def _written(
         raise
 
 
-def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
+def _begin_run(database: Database, kept: EventSpool, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
@@ -450,7 +450,7 @@ def _begin_run(database: Database, kept: Keeping, wanted: LoadRequest, there: ch
 
 
 def _begin_without_database(
-    offline_cache: OfflineCache, kept: Keeping, wanted: LoadRequest, there: checks.Apparatus
+    offline_cache: OfflineCache, kept: EventSpool, wanted: LoadRequest, there: checks.Apparatus
 ) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
     asked = runs.asked_of(wanted)
@@ -459,8 +459,8 @@ def _begin_without_database(
     if found is None:
         return None
     for told in found.told:
-        kept.put_done(told)
-    if not kept.put_done(found.begun):
+        kept.put_offline_event(told)
+    if not kept.put_offline_event(found.begun):
         kept.put_not_begun("run", found.begun.id)
         offline_cache.finish_run(found.begun.id, None)
         return None
@@ -476,7 +476,7 @@ def _begin_without_database(
     )
 
 
-def _forget_run(database: Database, kept: Keeping, offline_cache: OfflineCache, begun: _Begun) -> None:
+def _forget_run(database: Database, kept: EventSpool, offline_cache: OfflineCache, begun: _Begun) -> None:
     """The device refused: it never began."""
     if begun.without_database:
         # Behind what says that it began, which may be on its way still.

@@ -1,6 +1,6 @@
-"""What happens at the station goes through the spool: device events, what the audit trail is told, and what never began.
+"""Spool what happens at the station until the database has it: device events, audit entries and offline session events.
 
-Ids are made at the source. What has been delivered is not known to whoever put it: nobody at the station waits for the database.
+Ids are generated at the source, so an event that is delivered twice is stored once. Writers do not wait for delivery.
 """
 
 import logging
@@ -37,11 +37,11 @@ from kata.database.spool import Record, Spool
 log = logging.getLogger(__name__)
 
 _LAST_S: Final = 10.0
-"""So long the end of the service waits for a database that is slow; what is left is on disk."""
+"""Limits how long the service waits for a slow database when it ends. Undelivered events stay on disk."""
 _ON_DISK_S: Final = 2.0
-"""So long what is done without the database waits for the disk. Nothing begins that is not on it by then: it would belong to nobody."""
+"""Limits how long an offline action waits for the disk. It is refused if its event is not on disk by then."""
 _ROOM: Final = 5000
-"""So many may wait for a disk that takes nothing; behind them there is room for what the apparatus was told to do."""
+"""Above this number of events that wait for the disk, optional ones are refused. Commands to the apparatus are still accepted."""
 
 
 class _Happened(msgspec.Struct, frozen=True, tag="happened"):
@@ -57,26 +57,26 @@ class _Noted(msgspec.Struct, frozen=True, tag="noted"):
 
 
 class NotBegun(msgspec.Struct, frozen=True, tag="not_begun"):
-    """A run or teaching that was written down, or may have been, and never reached the device; a session that nobody was told of."""
+    """Remove a run or teaching that never reached the device, or a session that was never reported to its user."""
 
     what: Literal["run", "teaching", "session"]
     id: UUID
 
 
 _Alone = NotBegun | OfflineEvent
-"""Each by itself: what it changes is noted with it."""
+"""Stored in a transaction of its own, with its audit entry."""
 _Kept = _Happened | _Over | _Noted | _Alone
 _DECODER: Final = msgspec.json.Decoder(_Kept)
 
 
-class Keeping:
-    """Takes it, and has it brought into the database. Every ``put`` returns at once."""
+class EventSpool:
+    """Spool events and deliver them to the database. Every ``put`` but :meth:`put_offline_event` returns at once."""
 
     def __init__(self, database: Database, station: str, folder: Path, *, again_s: float = AGAIN_S) -> None:
-        """``folder`` is the spool's; ``again_s``: the pause before the database is tried again.
+        """``folder``: of the spool. ``again_s``: the pause before the next attempt to deliver, seconds.
 
-        :raises SpoolError: when something in it cannot be read.
-        :raises OSError: when it cannot be written to.
+        :raises SpoolError: if the folder holds a record that cannot be read.
+        :raises OSError: if the folder cannot be written to.
         """
         self._station = station
         self.spool = Spool(folder)
@@ -84,32 +84,32 @@ class Keeping:
 
     @property
     def has_room(self) -> bool:
-        """Whether what can wait outside may come in; it may not while the disk takes nothing and much waits for it."""
+        """False while so many events wait for the disk that optional ones must be refused."""
         return self.spool.unwritten < _ROOM
 
     def put_event(self, item: Happening | Ended) -> None:
-        """Something that the device told."""
+        """Spool a device event."""
         self._put(_Happened(item) if isinstance(item, Happening) else _Over(item))
 
     def put_entry(self, entry: Entry) -> None:
-        """A row of the audit trail, which gets its place in the chain when it arrives."""
+        """Spool an audit entry. It gets its place in the chain on delivery."""
         self._put(_Noted(entry))
 
     def put_not_begun(self, what: Literal["run", "teaching", "session"], id_: UUID) -> None:
-        """It is to be forgotten, if it stands in the database."""
+        """Spool the removal of something that never began."""
         self._put(NotBegun(what, id_))
 
-    def put_done(self, done: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
-        """Something was done in a session without the database; whether it is on disk within so many seconds."""
-        self._put(done)
+    def put_offline_event(self, event: OfflineEvent, limit_s: float = _ON_DISK_S) -> bool:
+        """Spool an offline event. True if it is on disk within ``limit_s`` seconds."""
+        self._put(event)
         return self.spool.until_written(limit_s)
 
     def until_taken(self, limit_s: float) -> bool:
-        """Whether the database has, within so many seconds, all that was put so far."""
+        """True if the database has every event put so far within ``limit_s`` seconds."""
         return self.delivery.until_taken(limit_s)
 
     def close(self) -> None:
-        """Bring what there is into the database as far as it takes it, and end."""
+        """Deliver what the database accepts within ``_LAST_S`` seconds, and end."""
         self.spool.until_written(_LAST_S)
         self.delivery.close(_LAST_S)
         self.spool.close()
@@ -151,7 +151,7 @@ class Keeping:
             case SessionClosed():
                 with by_program("ended_without_database", self._station):
                     note(session, "ended_without_database", subject=f"session {item.session_id}")
-        replay.keep(session, item)
+        replay.store(session, item)
 
 
 def _decoded(record: Record) -> _Kept:

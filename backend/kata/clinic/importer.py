@@ -58,10 +58,10 @@ class Importer:
         folder: Path,
         config: StationConfig,
         on_saved: Callable[[Saved], None],
-        still_comes: Callable[[], bool] = lambda: False,
+        has_undelivered: Callable[[], bool] = lambda: False,
         on_waiting: Callable[[journal.Journal], None] = lambda kept: None,
     ) -> None:
-        """``on_saved`` is called from the importing thread, after the commit. ``still_comes``: whether something that happened
+        """``on_saved`` is called from the importing thread, after the commit. ``has_undelivered``: whether something that happened
         before is not in the database yet; then whom a journal belongs to may be among it. ``on_waiting``: called with one that is
         known to wait for the database, each time it is looked at.
         """
@@ -69,7 +69,7 @@ class Importer:
         self._folder = folder
         self._config = config
         self._on_saved = on_saved
-        self._still_comes = still_comes
+        self._has_undelivered = has_undelivered
         self._on_waiting = on_waiting
         self._one_at_a_time = threading.Lock()
         self._due: dict[Path, None] = {}
@@ -123,7 +123,7 @@ class Importer:
 
     def _close_lost(self) -> None:
         before = self._ended_at
-        if before is None or self._due or self._still_comes():
+        if before is None or self._due or self._has_undelivered():
             return
         try:
             self._give_up_unended(before)
@@ -150,12 +150,12 @@ class Importer:
         if kept.truncated:
             log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
         # Asked before: what comes in between has not been looked for.
-        still_comes = self._still_comes()
+        has_undelivered = self._has_undelivered()
         if self._database.away_since:
             self._on_waiting(kept)
         with self._database.write() as session:
             saved = self._keep(session, kept, identity)
-        if saved is None and still_comes:
+        if saved is None and has_undelivered:
             raise _NotYetError(f"what {path.name} belongs to is not in the database yet")
         if saved is None:
             log.error("%s belongs to nothing this database knows; it is kept in %s", path.name, _UNREADABLE)

@@ -1,8 +1,8 @@
-"""What sessions at this station need of the database, fetched ahead: they begin and go on with it while the database does not answer.
+"""Cache the records that a session at this station needs, so that it can run while the database is unavailable.
 
-Of the patients of this day: who had a session here, and whose record somebody opened here, the last of them. Anew every few
-seconds, so that what is played is held against the record as it was just before. Who might have changed it elsewhere meanwhile is
-not guessed: :mod:`kata.clinic.sessions.replay`. Nothing of a restricted patient is fetched.
+The cache holds today's patients: those who had a session at this station and those whose record was opened here, at most
+``_MAX_PATIENTS`` of them. It is refreshed every ``_REFRESH_S``, so a run is checked against a recent record. Conflicts with changes made
+elsewhere are detected at replay (:mod:`kata.clinic.sessions.replay`). Restricted patients are never cached.
 """
 
 import threading
@@ -40,21 +40,20 @@ from kata.motion import edit
 from kata.motion.learning import Correction
 from kata.motion.method import Method
 
-_EVERY_S: Final = 10.0
-_MOST: Final = 20
-"""Patients."""
-_FRESH: Final = timedelta(seconds=60)
-"""What had been fetched longer than that before the database was lost is not played by."""
+_REFRESH_S: Final = 10.0
+_MAX_PATIENTS: Final = 20
+_MAX_AGE: Final = timedelta(seconds=60)
+"""Records that were older than this when the database was lost are not used."""
 _PAIN: Final[tuple[PainWhen, ...]] = ("pain_before", "pain_during", "pain_after")
 
 
 @dataclass(frozen=True)
 class ToPlay:
-    """A run that has been found in order."""
+    """A run that has passed every check and can be loaded."""
 
     begun: RunStarted
     told: tuple[CheckAnswered, ...]
-    """What the apparatus has told for the checklist, where that is not kept yet."""
+    """Checks that the apparatus answered and that are not stored yet."""
     run: Run
     recording: Playable
     motion: edit.Motion
@@ -64,30 +63,30 @@ class ToPlay:
 
 
 class OfflineCache:
-    """Holds the patients of this day. May be asked from any thread."""
+    """The records of today's patients. Thread-safe."""
 
-    def __init__(self, database: Database, station: str, still_comes: Callable[[], bool] = lambda: False) -> None:
-        """``still_comes``: whether something that was done here is not in the database yet. Nothing is fetched by itself."""
-        self._database, self._station, self._still_comes = database, station, still_comes
+    def __init__(self, database: Database, station: str, has_undelivered: Callable[[], bool] = lambda: False) -> None:
+        """``has_undelivered``: whether the spool holds events that are not in the database yet. Call :meth:`refresh` to fill the cache."""
+        self._database, self._station, self._has_undelivered = database, station, has_undelivered
         self._lock = threading.RLock()
         self._opened: dict[UUID, datetime] = {}
-        """Patients by when somebody had last to do with them here; the newest last."""
+        """Each patient's last activity at this station."""
         self._attended: UUID | None = None
         self._known: dict[UUID, Known] = {}
         self._unsent: dict[UUID, UUID] = {}
-        """Sessions that something was done in without the database, with their patients."""
-        self._done = 0
-        """How often that was."""
+        """Session to patient, for sessions that changed while the database was unavailable."""
+        self._changes = 0
+        """Number of changes made while the database was unavailable."""
         self._estop_tested_at: datetime | None = None
         self._due_s = 0.0
 
     def note_opened(self, patient_id: UUID) -> None:
-        """Somebody who may has opened this patient's record here."""
+        """Record that an authorized user opened this patient's record here."""
         with self._lock:
             self._touch(patient_id, utc_now())
 
     def attend(self, patient_id: UUID, session_id: UUID | None) -> None:
-        """Somebody is at this patient's session here; None: it has ended. What is known of another session of theirs is so no more."""
+        """Give a patient priority: a user works in this session of theirs. None: the session has ended. Drops any other cached session."""
         with self._lock:
             self._attended = patient_id
             self._touch(patient_id, utc_now())
@@ -97,22 +96,22 @@ class OfflineCache:
             self._due_s = 0.0
 
     def refresh_soon(self) -> None:
-        """Something of a session was changed in the database: it is asked at once."""
+        """Refresh at the next call: a session was changed in the database."""
         self._due_s = 0.0
 
     def on_event(self, item: Happening | Ended) -> None:
-        """Something that the device told."""
+        """Take note of a successful emergency-stop test."""
         if isinstance(item, Happening) and item.code == ESTOP_TESTED:
             self._estop_tested_at = item.at
 
     def refresh(self) -> None:
-        """If it is time. Asks the database, and may take seconds for recordings of an hour: for a thread of its own."""
+        """Read the records again if they are due. Blocks for seconds on recordings of an hour; call it from a worker thread."""
         with self._lock:
             now_s = time.monotonic()
-            if now_s < self._due_s or (self._unsent and self._still_comes()):
+            if now_s < self._due_s or (self._unsent and self._has_undelivered()):
                 return
-            self._due_s = now_s + _EVERY_S
-            before, done = dict(self._known), self._done
+            self._due_s = now_s + _REFRESH_S
+            before, changes = dict(self._known), self._changes
         today = checks.today()
         try:
             with self._database.read() as session:
@@ -123,8 +122,8 @@ class OfflineCache:
         except DatabaseAwayError:
             return
         with self._lock:
-            if done != self._done or self._due_s < now_s:
-                # Something was done meanwhile that this does not know.
+            if changes != self._changes or self._due_s < now_s:
+                # A change was made during the read: the result is outdated.
                 self._due_s = 0.0
                 return
             self._known, self._unsent = known, {}
@@ -132,11 +131,11 @@ class OfflineCache:
 
     @property
     def may_load(self) -> bool:
-        """Whether a session goes on that something can be loaded in."""
-        return any(known.visit and not known.visit.ended_at for known in self._held())
+        """True if a recording can be loaded in an open session."""
+        return any(known.visit and not known.visit.ended_at for known in self._usable())
 
     def ready(self) -> list[ReadyPatient]:
-        """Whom a session can begin or goes on for, in the order of their names; nobody while the database answers."""
+        """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
         if self._database.away_since is None:
             return []
         ready = [known.as_ready() for known in self._ready()]
@@ -144,37 +143,37 @@ class OfflineCache:
 
     @property
     def ready_patients(self) -> int:
-        """How many they would be, or are."""
+        """The number of patients whose session could begin or continue without the database."""
         return len(self._ready())
 
     def holds(self, patient_id: UUID) -> bool:
-        """Whether it is one of them: whoever reads records may see whose session it is."""
-        return any(known.patient.id == patient_id for known in self._held())
+        """True if the patient is in the cache."""
+        return any(known.patient.id == patient_id for known in self._usable())
 
     def owner_of(self, named: Iterable[tuple[str, UUID]]) -> UUID | None:
-        """Whose they are, if all the records that a request names, each with what it is, are of one of these patients; None otherwise."""
+        """Return the patient who owns every named record, else None."""
         wanted = set(named)
-        return next((known.patient.id for known in self._held() if wanted <= _of(known)), None)
+        return next((known.patient.id for known in self._usable() if wanted <= _of(known)), None)
 
     def is_pending(self, named: Iterable[tuple[str, UUID]]) -> bool:
-        """Whether something was done with one of these that may not be in the database yet."""
+        """True if a change to one of the named records may not be in the database yet."""
         with self._lock:
             return any(one in self._unsent or one in self._unsent.values() for _, one in named)
 
     def session(self, session_id: UUID) -> Session | None:
-        """A session as it stands here; None where it is not known."""
-        known = self._with(session_id)
+        """Return the cached session, None if it is unknown."""
+        known = self._find_session(session_id)
         return known.visit if known else None
 
     def open_session(
         self, session_id: UUID, patient_id: UUID, therapist: str, programme_version_id: UUID | None
     ) -> tuple[Session, SessionOpened | None] | None:
-        """A session of this patient, by that id where it begins; one that is still open goes on. None where it may not begin.
+        """Return this patient's open session, or begin one with the given id. None if no session may begin.
 
-        What has begun is to be put into the spool.
+        The caller spools the returned event.
         """
         with self._lock:
-            known = next((one for one in self._held() if one.patient.id == patient_id), None)
+            known = next((one for one in self._usable() if one.patient.id == patient_id), None)
             if known is None or self._database.away_since is None:
                 return None
             if known.visit and not known.visit.ended_at:
@@ -192,22 +191,22 @@ class OfflineCache:
             minutes = programme.timer_minutes
             timer = planned.PlanTimer(minutes=minutes, played_s=0.0, left_s=60.0 * minutes) if minutes else None
             self._attended = patient_id
-            self._keep(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
+            self._store(replace(known, visit=visit, timer=timer, at_s=time.monotonic()))
             return visit, opened
 
     def discard_session(self, session_id: UUID) -> None:
-        """It could not be kept: nobody was told of it."""
+        """Remove a session that could not be spooled."""
         with self._lock:
-            if known := self._with(session_id):
-                self._keep(replace(known, visit=None, timer=None))
+            if known := self._find_session(session_id):
+                self._store(replace(known, visit=None, timer=None))
 
     def update_session(self, session_id: UUID, given: SessionUpdate) -> tuple[Session, list[PainRecorded]] | None:
-        """How much it hurts; None where the session is not known, or where more than that is to be changed.
+        """Store pain scores. None if the session is unknown or the update has other fields.
 
         :raises ProblemError: 409 when somebody else has changed the session.
         """
         with self._lock:
-            known = self._with(session_id)
+            known = self._find_session(session_id)
             visit = known.visit if known else None
             said = given.model_dump(exclude_unset=True, exclude={"updated_at"})
             if known is None or visit is None or not said or not said.keys() <= set(_PAIN):
@@ -220,18 +219,18 @@ class OfflineCache:
                 if when in said
             ]
             changed = visit.model_copy(update={**said, "updated_at": at})
-            self._keep(replace(known, visit=changed))
+            self._store(replace(known, visit=changed))
             return changed, told
 
     def end_session(
         self, session_id: UUID, reason: EndReason | None, on_apparatus: UUID | None
     ) -> tuple[Session, SessionClosed | None] | None:
-        """End a session, once; None where it is not known. ``on_apparatus``: the session that something is played in just now.
+        """End a session. None if it is unknown. ``on_apparatus``: the session that is loaded on the apparatus now.
 
         :raises ProblemError: 409 while a run in it has not ended.
         """
         with self._lock:
-            known = self._with(session_id)
+            known = self._find_session(session_id)
             visit = known.visit if known else None
             if known is None or visit is None:
                 return None
@@ -242,32 +241,32 @@ class OfflineCache:
             ending.check_played(visit.runs)
             at = utc_now()
             ended = visit.model_copy(update={"ended_at": at, "end_reason": reason, "updated_at": at})
-            self._keep(replace(known, visit=ended))
+            self._store(replace(known, visit=ended))
             return ended, SessionClosed(session_id, reason, at, self._station)
 
     def checklist(
         self, session_id: UUID, recording_id: UUID | None, there: checks.Apparatus
     ) -> tuple[Checked, ...] | None:
-        """As :func:`kata.clinic.sessions.checks.checklist`; None where session or recording are not known."""
-        found = self._find(session_id, recording_id)
+        """As :func:`kata.clinic.sessions.checks.checklist`. None if session or recording is unknown."""
+        found = self._find_playable(session_id, recording_id)
         return self._checked(*found, there) if found else None
 
     def answer_check(
         self, session_id: UUID, recording_id: UUID | None, check: CheckName, by: str
     ) -> CheckAnswered | None:
-        """Somebody has looked; None where session or recording are not known. To be put into the spool.
+        """Store a user's answer to a check. None if session or recording is unknown. The caller spools the returned event.
 
-        :raises ProblemError: 409 for what only the apparatus tells, and when the session has ended.
+        :raises ProblemError: 409 for a check that only the apparatus answers, and after the session's end.
         """
         with self._lock:
-            found = self._find(session_id, recording_id)
+            found = self._find_playable(session_id, recording_id)
             if found is None:
                 return None
             known, visit, one = found
             ending.check_goes_on(visit.ended_at)
             need = checks.to_tick(one.needs, check)
             ticked = CheckAnswered(session_id, check, need.subject, utc_now(), by)
-            self._keep(replace(known, visit=_with_answers(visit, [ticked])))
+            self._store(replace(known, visit=_with_answers(visit, [ticked])))
             return ticked
 
     def start_run(
@@ -280,12 +279,12 @@ class OfflineCache:
         programme_position: int | None,
         there: checks.Apparatus,
     ) -> ToPlay | None:
-        """A run, held against all that it would be held against with the database; None where session or recording are not known.
+        """Check and start a run by the same rules as with the database. None if session or recording is unknown.
 
         :raises ProblemError: as :func:`kata.clinic.sessions.runs.to_begin`, :func:`kata.clinic.programmes.planned.check_timer`,
             :meth:`Allowed.check` and :func:`kata.clinic.sessions.checks.require`.
         """
-        found = self._find(session_id, recording_id)
+        found = self._find_playable(session_id, recording_id)
         if found is None:
             return None
         known, visit, one = found
@@ -293,7 +292,7 @@ class OfflineCache:
         if programme_position is not None:
             items = visit.programme.items if visit.programme else ()
             plans.check_place([(item.position, item.recording_id) for item in items], programme_position, recording_id)
-            # How much was played since then nobody has counted yet: no more than the time that has gone by.
+            # The time played since the refresh is unknown; it is at most the time that has passed.
             if known.timer and known.timer.left_s <= time.monotonic() - known.at_s:
                 raise planned.timer_over(known.timer.minutes)
         motion = runs.with_settings(one.taught, asked)
@@ -320,29 +319,29 @@ class OfflineCache:
         )
         run = runs.as_run(begun.row, one.name)
         with self._lock:
-            if now := self._with(session_id):
+            if now := self._find_session(session_id):
                 visit = now.visit or visit
                 visit = _with_answers(visit, told).model_copy(update={"runs": [*visit.runs, run]})
-                self._keep(replace(now, visit=visit))
+                self._store(replace(now, visit=visit))
         return ToPlay(begun, told, run, one, motion, learned, limits, known.patient)
 
     def finish_run(self, run_id: UUID, outcome: Outcome | None, ended_at: datetime | None = None) -> None:
-        """How a run has ended whose samples wait for the database; None: the device refused it, it never began."""
+        """Store a run's outcome. None: the device refused the run; it is removed."""
         with self._lock:
             for known in list(self._known.values()):
                 visit = known.visit
                 if visit is None or not any(run.id == run_id and run.outcome == "loaded" for run in visit.runs):
                     continue
-                over = {"outcome": outcome, "ended_at": ended_at}
+                ended = {"outcome": outcome, "ended_at": ended_at}
                 after = [
-                    run.model_copy(update=over) if run.id == run_id else run
+                    run.model_copy(update=ended) if run.id == run_id else run
                     for run in visit.runs
                     if outcome or run.id != run_id
                 ]
-                self._keep(replace(known, visit=visit.model_copy(update={"runs": after})))
+                self._store(replace(known, visit=visit.model_copy(update={"runs": after})))
 
     def _wanted(self, seen: Mapping[UUID, datetime], today: datetime) -> list[UUID]:
-        """Those of this day, the last first; whoever is attended before all others, on the day after too."""
+        """Return today's patients, the most recent first. The attended patient comes first, also after midnight."""
         with self._lock:
             for patient_id, at in seen.items():
                 self._touch(patient_id, max(at, self._opened.get(patient_id, at)))
@@ -352,38 +351,38 @@ class OfflineCache:
 
     def _touch(self, patient_id: UUID, at: datetime) -> None:
         self._opened[patient_id] = at
-        while len(self._opened) > _MOST:
+        while len(self._opened) > _MAX_PATIENTS:
             del self._opened[min((one for one in self._opened if one != self._attended), key=self._opened.__getitem__)]
 
-    def _held(self) -> list[Known]:
-        """What there is to go on with."""
-        since = (self._database.away_since or utc_now()) - _FRESH
+    def _usable(self) -> list[Known]:
+        """Return the entries that are recent enough to be used."""
+        since = (self._database.away_since or utc_now()) - _MAX_AGE
         with self._lock:
             return [known for known in self._known.values() if known.at >= since]
 
     def _ready(self) -> list[Known]:
-        return [known for known in self._held() if known.visit or self._may_begin(known)]
+        return [known for known in self._usable() if known.visit or self._may_begin(known)]
 
     def _may_begin(self, known: Known) -> bool:
         day = self._opened.get(known.patient.id)
         return known.programme is not None and day is not None and day >= checks.today()
 
-    def _with(self, session_id: UUID) -> Known | None:
-        return next((known for known in self._held() if known.visit and known.visit.id == session_id), None)
+    def _find_session(self, session_id: UUID) -> Known | None:
+        return next((known for known in self._usable() if known.visit and known.visit.id == session_id), None)
 
-    def _find(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Session, Playable] | None:
-        known = self._with(session_id)
+    def _find_playable(self, session_id: UUID, recording_id: UUID | None) -> tuple[Known, Session, Playable] | None:
+        known = self._find_session(session_id)
         if known is None or known.visit is None or recording_id is None:
             return None
         one = known.recordings.get(recording_id)
         return (known, known.visit, one) if one else None
 
-    def _keep(self, known: Known) -> None:
-        """Something was done without the database."""
+    def _store(self, known: Known) -> None:
+        """Store an entry that was changed without the database."""
         self._known[known.patient.id] = known
         if known.visit:
             self._unsent[known.visit.id] = known.patient.id
-        self._done += 1
+        self._changes += 1
         self._due_s = 0.0
 
     def _checked(self, known: Known, visit: Session, one: Playable, there: checks.Apparatus) -> tuple[Checked, ...]:
@@ -391,7 +390,7 @@ class OfflineCache:
 
 
 def _of(known: Known) -> set[tuple[str, UUID]]:
-    """All that a request can name of a patient."""
+    """Return every record that a request can name, of one patient."""
     named = {("patient_id", known.patient.id), *(("recording_id", one) for one in known.recordings)}
     if known.programme:
         named.add(("programme_version_id", known.programme.version_id))

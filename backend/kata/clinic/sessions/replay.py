@@ -1,7 +1,7 @@
-"""What was done in a session while the database was away, as it goes through the spool, and how it is written down when it is back.
+"""Store the events of a session that was held while the database was unavailable.
 
-Each once, and in the order in which it was done. What the record says by then that nobody here could know is not guessed away: an
-alarm of the session says so.
+Each event passes through the spool and is stored once, in the order in which it happened. If the record was changed elsewhere in the
+meantime, an alarm of the session says what differs.
 """
 
 from collections.abc import Iterator
@@ -58,7 +58,7 @@ NOT_KEPT: Final[dict[PainWhen, str]] = {
 
 
 class SessionOpened(msgspec.Struct, frozen=True, tag="opened"):
-    """A session that began while the database was away; its id is made here."""
+    """A session began while the database was unavailable. Its id is generated at the station."""
 
     id: UUID
     patient_id: UUID
@@ -70,19 +70,19 @@ class SessionOpened(msgspec.Struct, frozen=True, tag="opened"):
 
 
 class PainRecorded(msgspec.Struct, frozen=True, tag="pained"):
-    """How much it hurts, as it was said while the database was away."""
+    """A pain score was entered while the database was unavailable."""
 
     session_id: UUID
     when: PainWhen
     pain: int | None
     before: int | None
-    """What the session said until then, as far as was known."""
+    """The score that the cached session had before."""
     at: datetime
     station: str
 
 
 class SessionClosed(msgspec.Struct, frozen=True, tag="closed"):
-    """A session that was ended while the database was away."""
+    """A session was ended while the database was unavailable."""
 
     session_id: UUID
     reason: EndReason | None
@@ -91,7 +91,7 @@ class SessionClosed(msgspec.Struct, frozen=True, tag="closed"):
 
 
 class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
-    """A run that began while the database was away; its id is made here."""
+    """A run began while the database was unavailable. Its id is generated at the station."""
 
     id: UUID
     session_id: UUID
@@ -103,12 +103,12 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
     method: Method
     corrected_by: UUID | None
     allowed: str
-    """What the doctor allowed, as it was known."""
+    """The doctor's limits that the run was checked against (:func:`written`)."""
     station: str
 
     @property
     def row(self) -> RunRow:
-        """As it is written down."""
+        """Return the run's row in the database."""
         of = (self.id, self.session_id, self.recording_id, self.started_at)
         row = runs.new(*of, self.load_level, self.asked, self.method, self.programme_position)
         row.corrected_by = self.corrected_by
@@ -116,7 +116,7 @@ class RunStarted(msgspec.Struct, frozen=True, tag="begun"):
 
 
 class CheckAnswered(msgspec.Struct, frozen=True, tag="ticked"):
-    """An answer of the checklist that was given while the database was away."""
+    """A check was answered while the database was unavailable."""
 
     session_id: UUID
     check: CheckName
@@ -128,38 +128,38 @@ class CheckAnswered(msgspec.Struct, frozen=True, tag="ticked"):
 OfflineEvent = SessionOpened | PainRecorded | SessionClosed | RunStarted | CheckAnswered
 
 
-def keep(session: DatabaseSession, done: OfflineEvent) -> None:
-    """Write it down, and what the record says by now that nobody could know then.
+def store(session: DatabaseSession, event: OfflineEvent) -> None:
+    """Store an event, with an alarm if the record was changed elsewhere in the meantime.
 
-    :raises ValueError: when what it belongs to is not there any more.
+    :raises ValueError: if the record that it belongs to no longer exists.
     """
-    match done:
+    match event:
         case SessionOpened():
-            _store_session(session, done)
+            _store_session(session, event)
         case PainRecorded():
-            _store_pain(session, done)
+            _store_pain(session, event)
         case SessionClosed():
-            _store_end(session, done)
+            _store_end(session, event)
         case RunStarted():
-            _store_run(session, done)
+            _store_run(session, event)
         case CheckAnswered():
-            checks.keep(_visit(session, done.session_id), Answer(done.check, done.subject, done.at, done.by))
+            checks.keep(_visit(session, event.session_id), Answer(event.check, event.subject, event.at, event.by))
 
 
 def written(allowed: Allowed) -> str:
-    """What a doctor allows, to be compared."""
+    """Return the doctor's limits as text that can be compared."""
     told: dict[str, Any] = {
         "max_load_level": allowed.max_load_level,
         "motions": sorted(limit.model_dump_json() for limit in allowed.motions),
     }
     if allowed.max_speed_deg_s is not None:
-        # Left out where there is none: what an older program has put into the spool stays equal.
+        # Omitted if there is none, so that events spooled by an older version compare equal.
         told["max_speed_deg_s"] = allowed.max_speed_deg_s
     return msgspec.json.encode(told).decode()
 
 
 def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
-    # It was tried with the database first: a server that hung may still have that commit to do.
+    # The database was tried first: a server that hung may still commit that attempt.
     chain.wait_for_others(session)
     if session.get(SessionRow, opened.id):
         return
@@ -172,14 +172,14 @@ def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
     session.add(visit)
     session.flush()
     for change in _changed_of_visit(session, visit, patient, version):
-        _say(session, visit, opened.station, opened.started_at, CHANGED[change])
+        _add_alarm(session, visit, opened.station, opened.started_at, CHANGED[change])
 
 
 def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
     visit = _visit(session, said.session_id)
     if visit.signed_at or getattr(visit, said.when) not in (said.before, said.pain):
         sentence = NOT_KEPT[said.when].format(pain="-" if said.pain is None else said.pain)
-        _say(session, visit, said.station, said.at, sentence)
+        _add_alarm(session, visit, said.station, said.at, sentence)
         return
     setattr(visit, said.when, said.pain)
     visit.updated_at = said.at
@@ -188,7 +188,7 @@ def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
 def _store_end(session: DatabaseSession, closed: SessionClosed) -> None:
     visit = _visit(session, closed.session_id)
     if visit.signed_at or visit.ended_at:
-        _say(session, visit, closed.station, closed.at, CHANGED["ended_already"])
+        _add_alarm(session, visit, closed.station, closed.at, CHANGED["ended_already"])
         return
     visit.ended_at, visit.end_reason, visit.updated_at = closed.at, closed.reason, closed.at
 
@@ -202,7 +202,7 @@ def _store_run(session: DatabaseSession, begun: RunStarted) -> None:
     session.add(begun.row)
     visit.run_count += 1
     for change in _changed_of_run(session, visit, recording, begun):
-        _say(session, visit, begun.station, begun.started_at, CHANGED[change], begun.id)
+        _add_alarm(session, visit, begun.station, begun.started_at, CHANGED[change], begun.id)
 
 
 def _visit(session: DatabaseSession, session_id: UUID) -> SessionRow:
@@ -245,7 +245,7 @@ def _changed_of_run(
             yield "limits"
 
 
-def _say(
+def _add_alarm(
     session: DatabaseSession, visit: SessionRow, station: str, at: datetime, message: str, run_id: UUID | None = None
 ) -> None:
     session.add(

@@ -8,7 +8,7 @@ from fastapi.responses import StreamingResponse
 
 from kata.clinic import figures
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
-from kata.clinic.event_spool import Keeping
+from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.motion_preview import MotionShown, shown
 from kata.clinic.reports.words import Language
@@ -46,8 +46,8 @@ def _offline_cache(request: Request) -> OfflineCache:
     return offline_cache
 
 
-def _keeping(request: Request) -> Keeping:
-    kept: Keeping = request.app.state.kept
+def _keeping(request: Request) -> EventSpool:
+    kept: EventSpool = request.app.state.kept
     return kept
 
 
@@ -57,7 +57,7 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
 
 
 TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
-TheKeeping = Annotated[Keeping, Depends(_keeping)]
+TheEventSpool = Annotated[EventSpool, Depends(_keeping)]
 TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 """The session that something is loaded or played in just now."""
@@ -75,7 +75,11 @@ def list_ready(offline_cache: TheOfflineCache) -> list[ReadyPatient]:
 
 @router.post("/api/sessions", status_code=201, responses=PROBLEMS.of(404, 409, 422))
 def create_session(
-    database: TheDatabase, station: TheStation, offline_cache: TheOfflineCache, kept: TheKeeping, wanted: SessionCreate
+    database: TheDatabase,
+    station: TheStation,
+    offline_cache: TheOfflineCache,
+    kept: TheEventSpool,
+    wanted: SessionCreate,
 ) -> Session:
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
 
@@ -92,7 +96,7 @@ def create_session(
         if found is None:
             raise
         begun, opened = found
-        if opened and not kept.put_done(opened):
+        if opened and not kept.put_offline_event(opened):
             kept.put_not_begun("session", opened.id)
             offline_cache.discard_session(opened.id)
             raise
@@ -116,7 +120,7 @@ def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_i
 
 @router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
 def update_session(
-    database: TheDatabase, offline_cache: TheOfflineCache, kept: TheKeeping, session_id: UUID, change: SessionUpdate
+    database: TheDatabase, offline_cache: TheOfflineCache, kept: TheEventSpool, session_id: UUID, change: SessionUpdate
 ) -> Session:
     """Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone."""
     try:
@@ -128,7 +132,7 @@ def update_session(
             raise
         changed, told = said
         for one in told:
-            kept.put_done(one)
+            kept.put_offline_event(one)
         return changed
     offline_cache.refresh_soon()
     return changed
@@ -158,7 +162,7 @@ def tick_check(
     database: TheDatabase,
     there: TheApparatus,
     offline_cache: TheOfflineCache,
-    kept: TheKeeping,
+    kept: TheEventSpool,
     session_id: UUID,
     check: CheckName,
     given: CheckTick,
@@ -173,7 +177,7 @@ def tick_check(
         known = offline_cache.checklist(session_id, given.recording_id, there)
         if ticked is None or known is None:
             raise
-        kept.put_done(ticked)
+        kept.put_offline_event(ticked)
         return checks.as_checklist(known)
     offline_cache.attend(patient_id, session_id)
     return told
@@ -198,7 +202,7 @@ def get_teaching_checklist(
 def end_session(
     database: TheDatabase,
     offline_cache: TheOfflineCache,
-    kept: TheKeeping,
+    kept: TheEventSpool,
     played: OnApparatus,
     session_id: UUID,
     given: SessionEnd | None = None,
@@ -217,7 +221,7 @@ def end_session(
             raise
         ended, closed = found
         if closed:
-            kept.put_done(closed)
+            kept.put_offline_event(closed)
         return ended
     offline_cache.attend(ended.patient.id, None)
     return ended
