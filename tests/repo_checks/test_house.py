@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 from email import message_from_string
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
@@ -113,3 +114,11 @@ def test_the_page_draws_with_the_plotly_that_the_figures_are_made_for() -> None:
     assert match
     package = json.loads((ROOT / "frontend/package.json").read_text())
     assert package["dependencies"]["plotly.js-cartesian-dist-min"] == match.group(1)
+
+
+def test_no_symbolic_link_is_tracked() -> None:
+    """A link that was committed pointed to a folder of one developer's machine."""
+    listed = subprocess.run(["git", "ls-files", "--stage"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        pytest.skip("not a git checkout")
+    assert [line for line in listed.stdout.splitlines() if line.startswith("120000")] == []
