@@ -66,7 +66,7 @@ class Rehearsal:
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
         self.station, self.database = app.state.station, app.state.database
-        self._kept, self._offline_cache = app.state.kept, app.state.offline_cache
+        self._kept, self._offline_cache = app.state.event_spool, app.state.offline_cache
         self.browser = Browser(uuid4(), _WHO)
         self._simulation = app.state.simulation
         self._hand = self._simulation.process.client() if self._simulation else None

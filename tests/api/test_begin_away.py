@@ -90,7 +90,7 @@ def ready(client: TestClient) -> list[str]:
 def all_arrived(client: TestClient) -> None:
     until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None}, LIMIT_S)
     app: Any = client.app
-    assert app.state.kept.until_taken(LIMIT_S)
+    assert app.state.event_spool.until_taken(LIMIT_S)
 
 
 def alarms(client: TestClient, session_id: str) -> list[str]:
@@ -304,8 +304,8 @@ def put(client: TestClient, *done: OfflineEvent) -> None:
     """It arrives."""
     app: Any = client.app
     for one in done:
-        assert app.state.kept.put_offline_event(one, LIMIT_S)
-    assert app.state.kept.until_taken(LIMIT_S)
+        assert app.state.event_spool.put_offline_event(one, LIMIT_S)
+    assert app.state.event_spool.until_taken(LIMIT_S)
 
 
 def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
@@ -380,7 +380,7 @@ def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
     with client.websocket_connect("/api/live"), server.killed():
         until(client, lambda live: live["kept"]["away_since"])
         with monkeypatch.context() as full:
-            full.setattr(app.state.kept.spool, "until_written", lambda limit_s: False)
+            full.setattr(app.state.event_spool.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
         (told,) = [
             one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]

@@ -87,7 +87,7 @@ class _Stuck(Database):
 
 def put_so_far(app: Any) -> int:
     """Records that the station's spool has been given."""
-    spool = app.state.kept.spool
+    spool = app.state.event_spool.spool
     return int(spool.last + spool.unwritten)
 
 

@@ -53,7 +53,7 @@ def told(client: TestClient) -> list[Happening]:
     """What the device tells from now on, as it is put down."""
     app: Any = client.app
     heard: list[Happening] = []
-    put = app.state.kept.spool.put
+    put = app.state.event_spool.spool.put
 
     def listening(payload: bytes) -> None:
         kept = msgspec.json.decode(payload)
@@ -61,14 +61,14 @@ def told(client: TestClient) -> list[Happening]:
             heard.append(msgspec.convert(kept["happening"], Happening))
         put(payload)
 
-    app.state.kept.spool.put = listening
+    app.state.event_spool.spool.put = listening
     return heard
 
 
 def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict[str, Any]:
     """Every event once and in order, every sample of the run once; the run itself."""
     app: Any = client.app
-    assert app.state.kept.until_taken(LIMIT_S)
+    assert app.state.event_spool.until_taken(LIMIT_S)
     limit = time.monotonic() + LIMIT_S
     while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
         assert time.monotonic() < limit
@@ -269,14 +269,14 @@ def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not
     assert found
     with app.state.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
-    assert app.state.kept.put_offline_event(found.begun, LIMIT_S)
-    assert app.state.kept.until_taken(LIMIT_S)
+    assert app.state.event_spool.put_offline_event(found.begun, LIMIT_S)
+    assert app.state.event_spool.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
     assert [one["message"] for one in events if one["code"] == CHANGED_MEANWHILE] == [CHANGED["limits"]]
-    app.state.kept.put_not_begun("run", found.begun.id)
-    assert app.state.kept.until_taken(LIMIT_S)
+    app.state.event_spool.put_not_begun("run", found.begun.id)
+    assert app.state.event_spool.until_taken(LIMIT_S)
     assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
 
 

@@ -2,8 +2,9 @@
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import partial
 from importlib.metadata import version
@@ -161,13 +162,51 @@ def create_app(settings: Settings) -> FastAPI:
     return app
 
 
+@dataclass(frozen=True)
+class _Storage:
+    """What keeps the clinic's data."""
+
+    database: Database
+    event_spool: EventSpool
+    audit_log: AuditLog
+
+
+@dataclass(frozen=True)
+class _Apparatus:
+    """The apparatus that this service drives: a real one or a simulated one."""
+
+    config: config.StationConfig
+    config_file: Path
+    simulation: Simulation | None
+
+
 async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
-    """In order; the stack ends what was started, also when the next step fails."""
+    """Set everything up, in order. The stack ends what was started, also if a later step fails."""
     app.state.letterhead = letterhead.read(
         settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo
     )
     app.state.clinic_zone, app.state.metrics_token = settings.clinic_zone, settings.metrics_token
     await asyncio.to_thread(stack.enter_context, served(settings))
+    storage = await _set_up_storage(settings, stack)
+    app.state.database, app.state.audit_log = storage.database, storage.audit_log
+    app.state.event_spool = storage.event_spool
+    await _set_up_access(app, settings, stack)
+    app.state.figures = FigureWorker()
+    stack.callback(app.state.figures.close)
+    apparatus = await _set_up_apparatus(settings, stack, storage.database)
+    app.state.simulation = apparatus.simulation
+    importer, import_last = await _set_up_station(app, settings, storage, apparatus, stack)
+    await _set_up_metrics(app, storage, importer, stack)
+    await _set_up_events(app, storage.event_spool, stack)
+    stack.push_async_callback(import_last)
+    stack.push_async_callback(app.state.station.close)
+    app.state.backups = Backups(settings, storage.database, lambda: app.state.station.occupied)
+    await stack.enter_async_context(app.state.backups.each_night())
+    app.state.station.start()
+
+
+async def _set_up_storage(settings: Settings, stack: AsyncExitStack) -> _Storage:
+    """Open the database, the spool and the audit log, and deliver what the last service left in the spool."""
     settings.journal.mkdir(parents=True, exist_ok=True)
     if await asyncio.to_thread(make_key, settings):
         log.warning(_NEW_KEY, settings.backup_key_file)
@@ -175,21 +214,24 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
     stack.callback(database.close)
     database.watch = AvailabilityMonitor(database.writer)
-    kept = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
-    stack.push_async_callback(asyncio.to_thread, kept.close)
-    audit_log = app.state.audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, kept)
+    event_spool = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
+    stack.push_async_callback(asyncio.to_thread, event_spool.close)
+    audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, event_spool)
     stack.push_async_callback(asyncio.to_thread, audit_log.close)
     database.watch.on_back = partial(_was_away, audit_log)
-    # What was left behind comes before anything new.
-    await asyncio.to_thread(kept.until_taken, _LEFT_S)
-    app.state.access = await _opened(settings, database)
+    # Events of the last service are stored before new ones.
+    await asyncio.to_thread(event_spool.until_taken, _LEFT_S)
+    return _Storage(database, event_spool, audit_log)
+
+
+async def _set_up_access(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
+    """Let users sign in, and end login sessions that are revoked elsewhere."""
+    app.state.access = await _opened(settings, app.state.database)
     await stack.enter_async_context(app.state.access.revocations.watched(app.state.remembered))
-    figures = FigureWorker()
-    stack.callback(figures.close)
 
-    loop = asyncio.get_running_loop()
-    importing: set[asyncio.Task[None]] = set()
 
+async def _set_up_apparatus(settings: Settings, stack: AsyncExitStack, database: Database) -> _Apparatus:
+    """Read the station's configuration, start the simulator if there is one, and register the station."""
     station_config = config.read(settings.station) if settings.station else None
     simulation: Simulation | None = None
     if settings.simulate:
@@ -210,20 +252,33 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
         await asyncio.to_thread(simulation.turn, station_config.side)
     config.write(station_config, station_file)
     await asyncio.to_thread(_register, database, station_config, simulated=settings.simulate)
+    return _Apparatus(station_config, station_file, simulation)
+
+
+async def _set_up_station(
+    app: FastAPI, settings: Settings, storage: _Storage, apparatus: _Apparatus, stack: AsyncExitStack
+) -> tuple[Importer, Callable[[], Awaitable[None]]]:
+    """Make the station, its live state and its offline cache, and import the journals of the last service.
+
+    Returns the importer, and what waits for its last task. Starts no device process.
+    """
+    database, event_spool = storage.database, storage.event_spool
+    loop = asyncio.get_running_loop()
+    importing: set[asyncio.Task[None]] = set()
 
     def saved(record: Saved) -> None:
         loop.call_soon_threadsafe(app.state.station.tell, record)
 
     def has_undelivered() -> bool:
-        return kept.delivery.waiting > 0
+        return event_spool.delivery.waiting > 0
 
-    offline_cache = app.state.offline_cache = OfflineCache(database, station_config.name, has_undelivered)
+    offline_cache = app.state.offline_cache = OfflineCache(database, apparatus.config.name, has_undelivered)
 
     def waits(measured: Journal) -> None:
         if measured.kind == "run":
             offline_cache.finish_run(UUID(measured.id), runs.outcome_of(measured))
 
-    importer = Importer(database, settings.journal, station_config, saved, has_undelivered, waits)
+    importer = Importer(database, settings.journal, apparatus.config, saved, has_undelivered, waits)
 
     def import_journal(finished: Path | None) -> None:
         work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
@@ -234,60 +289,57 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     async def import_last() -> None:
         await asyncio.gather(*importing)
 
-    station = Station(
-        station_config,
-        station_file,
+    station = app.state.station = Station(
+        apparatus.config,
+        apparatus.config_file,
         settings.journal,
         simulated=settings.simulate,
         real_time=settings.real_time,
         on_journal=import_journal,
-        on_due=operating.noting(audit_log, station_config.name),
+        on_due=operating.noting(storage.audit_log, apparatus.config.name),
     )
     app.state.access.revocations.at_the_arm = lambda: station.at_the_arm
     app.state.live_view = operating.LiveStateView(
-        station, lambda: _kept(database, kept, importer), lambda: offline_cache.may_load
-    )
-    app.state.database, app.state.figures, app.state.station, app.state.simulation = (
-        database,
-        figures,
-        station,
-        simulation,
+        station, lambda: _kept(database, event_spool, importer), lambda: offline_cache.may_load
     )
     await asyncio.to_thread(importer.run_at_start)
     app.state.overview = Overview(station, database, lambda: _stations(database))
     await stack.enter_async_context(app.state.overview.going_on())
-    app.state.kept = kept
 
     def in_between() -> None:
         importer.run_due()
         offline_cache.refresh()
 
-    kept.delivery.each_round = in_between
-    app.state.probe = health.Probe(database)
-    app.state.metrics = measured = metrics.Metrics(station)
-    database.on_waited = measured.write_waited_s.observe
+    event_spool.delivery.each_round = in_between
+    return importer, import_last
+
+
+async def _set_up_metrics(app: FastAPI, storage: _Storage, importer: Importer, stack: AsyncExitStack) -> None:
+    """Measure the service for ``/metrics`` and the health probe."""
+    app.state.probe = health.Probe(storage.database)
+    app.state.metrics = measured = metrics.Metrics(app.state.station)
+    storage.database.on_waited = measured.write_waited_s.observe
     measured.ask_for(
         "kata_spool_waiting",
         "What happened at the station and is kept on its computer, not in the database yet.",
-        lambda: kept.delivery.waiting + importer.due,
+        lambda: storage.event_spool.delivery.waiting + importer.due,
     )
     measured.ask_for(
         "kata_ready_patients",
         "Patients of this day whom a session could begin or go on for without the database.",
-        lambda: offline_cache.ready_patients,
+        lambda: app.state.offline_cache.ready_patients,
     )
-    await stack.enter_async_context(measured.counting_stops(station))
+    await stack.enter_async_context(measured.counting_stops(app.state.station))
+
+
+async def _set_up_events(app: FastAPI, event_spool: EventSpool, stack: AsyncExitStack) -> None:
+    """Spool every event of the device."""
 
     def happened(item: Happening | Ended) -> None:
-        kept.put_event(item)
-        offline_cache.on_event(item)
+        event_spool.put_event(item)
+        app.state.offline_cache.on_event(item)
 
-    await stack.enter_async_context(events_recorded(station, happened))
-    stack.push_async_callback(import_last)
-    stack.push_async_callback(station.close)
-    app.state.backups = Backups(settings, database, lambda: station.occupied)
-    await stack.enter_async_context(app.state.backups.each_night())
-    station.start()
+    await stack.enter_async_context(events_recorded(app.state.station, happened))
 
 
 async def _opened(settings: Settings, database: Database) -> login.Access:

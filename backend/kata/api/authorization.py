@@ -231,7 +231,7 @@ def _wait_for_arrival(state: Any, named: list[tuple[str, UUID]]) -> None:
     offline_cache: OfflineCache = state.offline_cache
     if state.database.away_since is not None or not offline_cache.is_pending(named):
         return
-    if not state.kept.until_taken(_ARRIVES_S) and state.database.away_since is None:
+    if not state.event_spool.until_taken(_ARRIVES_S) and state.database.away_since is None:
         raise DatabaseAwayError(utc_now())
 
 

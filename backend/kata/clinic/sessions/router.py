@@ -47,7 +47,7 @@ def _offline_cache(request: Request) -> OfflineCache:
 
 
 def _keeping(request: Request) -> EventSpool:
-    kept: EventSpool = request.app.state.kept
+    kept: EventSpool = request.app.state.event_spool
     return kept
 
 
