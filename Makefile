@@ -16,11 +16,11 @@ BROWSER := .cache/chromium/chromium
 JUDGES := .cache/judges
 PAGE_SOURCES := $(shell find frontend/src frontend/public -type f 2>/dev/null) frontend/index.html frontend/vite.config.ts
 
-.PHONY: help run seed test dev campaign check audit lock clean
+.PHONY: help run seed test test-fast dev campaign check audit lock clean
 .DELETE_ON_ERROR:
 
 help: ## what there is
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' Makefile
 
 run: $(PACKAGES) $(PAGE) ## the clinic with a simulated apparatus, at http://127.0.0.1:8000
 	@$(BIN)/kata serve --simulate --data .data
@@ -43,6 +43,9 @@ test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every 
 	@$(TWO_BY_TWO) $(TIMED)
 	@$(TWO_BY_TWO) $(DESK)
 	@$(BIN)/python -m pytest tests/e2e $(addprefix --ignore=,$(DESK))
+
+test-fast: $(PACKAGES) ## the tests of device, motion, station and database, without a browser
+	@$(TWO_BY_TWO) tests/device tests/motion tests/station tests/database
 
 dev: $(PACKAGES) $(NODE_MODULES) ## like run, both ends reloading; the page is at http://127.0.0.1:5173
 	@$(BIN)/kata serve --simulate --data .data --reload & service=$$!; \
