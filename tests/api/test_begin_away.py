@@ -397,8 +397,8 @@ def test_only_the_last_twenty_are_kept_and_whoever_is_treated_among_them(client:
     held.attend(UUID(patient["id"]), None)
     began = time.monotonic()
     for _ in range(30):
-        held.opened(uuid4())
+        held.note_opened(uuid4())
     assert len(held._opened) == 20
     assert time.monotonic() - began < 1.0
-    held.fetch()
-    assert held.knows(UUID(patient["id"]))
+    held.refresh()
+    assert held.holds(UUID(patient["id"]))
