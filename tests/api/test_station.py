@@ -39,7 +39,12 @@ def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[st
 
 
 def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Send a command. While the drives' settings are being checked it waits a moment, as the refusal asks for."""
+    limit = time.monotonic() + 30.0
     answer = operate(client, command, body)
+    while answer.status_code == 409 and answer.json()["code"] == "not_verified" and time.monotonic() < limit:
+        until(client, lambda live: command not in live["refusals"])
+        answer = operate(client, command, body)
     assert answer.status_code == 200, answer.text
     told: dict[str, Any] = answer.json()
     return told
