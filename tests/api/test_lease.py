@@ -23,7 +23,7 @@ from tests.signed_in import signed_in
 
 LIMIT_S = 60.0
 OPERATING = (
-    "finish-teaching", "unload", "approach", "play", "pause", "less", "return", "release-torque", "acknowledge",
+    "finish-teaching", "unload", "approach", "play", "pause", "reduce-range", "return", "release-torque", "acknowledge",
 )  # fmt: skip
 
 

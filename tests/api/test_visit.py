@@ -124,7 +124,7 @@ def test_a_visit_goes_from_its_programme_to_its_addendum(
 
     def less() -> None:
         until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
-        accepted(client, "less")
+        accepted(client, "reduce-range")
 
     first = play(client, item, less)
     assert (first["outcome"], first["programme_position"], first["repetitions_done"]) == ("completed", 1, 2)

@@ -131,12 +131,12 @@ def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
         read.append(given)
         return samples(*given)
 
-    def counted_as_asked(motion: Any, asked: Any) -> Any:
+    def counted_with_settings(motion: Any, asked: Any) -> Any:
         made.append(asked)
         return with_settings(motion, asked)
 
     monkeypatch.setattr(recordings, "samples", counted_samples)
-    monkeypatch.setattr(edit, "as_asked", counted_as_asked)
+    monkeypatch.setattr(edit, "with_settings", counted_with_settings)
 
     # Counted, held against with less range, and compared.
     run = play(clinic, (PHASE_LESSENED, 0.0, 2.0), (PHASE_PLAYING, 2.0, ends_s(1)))

@@ -18,7 +18,7 @@ PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Where the action stands among the arguments of what writes it down."""
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
-    "doing.action": set(RULES),
+    "context.action": set(RULES),
     "request.scope['route'].name": set(RULES),
     "f'backup_{note.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
     "_DOOR": {"at_the_door"},

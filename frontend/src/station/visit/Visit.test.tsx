@@ -104,7 +104,7 @@ describe("the checklist", () => {
       .mockRejectedValue(new ProblemError({ detail: "This session has ended." }));
     const onComplete = vi.fn();
     show(<CheckList sessionId="s" recordingId="r" onComplete={onComplete} />);
-    fireEvent.click(await screen.findByRole("button", { name: /looked at all 2/ }));
+    fireEvent.click(await screen.findByRole("button", { name: /Confirm all 2 checks/ }));
     expect((await screen.findByRole("alert")).textContent).toContain("has ended");
     expect(tick).toHaveBeenCalledTimes(1);
     expect(onComplete).not.toHaveBeenCalled();
