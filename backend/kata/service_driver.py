@@ -66,7 +66,7 @@ class Rehearsal:
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
         self.station, self.database = app.state.station, app.state.database
-        self._kept, self._offline_cache = app.state.event_spool, app.state.offline_cache
+        self._event_spool, self._offline_cache = app.state.event_spool, app.state.offline_cache
         self.browser = Browser(uuid4(), _WHO)
         self._simulation = app.state.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
@@ -106,7 +106,7 @@ class Rehearsal:
         )  # fmt: skip
         teach = checks.Teach(self._patient_id, side, wanted.fixtures)
         await self._try_estop_once(lambda session, there: checks.teaching_checklist(session, teach, there))
-        teaching = await commands.teach(self.station, self.database, self._kept, self.browser, wanted)
+        teaching = await commands.teach(self.station, self.database, self._event_spool, self.browser, wanted)
         await self.guide(motion, "Teaching by hand and pedal", pedal=True)
         await commands.finish_teaching(self.station, self.browser)
 
@@ -133,7 +133,9 @@ class Rehearsal:
         wanted = commands.LoadRequest(
             session_id=self._visit_id, recording_id=recording.id, load_level=LOAD_LEVELS, method=method
         )
-        run = await commands.load(self.station, self.database, self._kept, self._offline_cache, self.browser, wanted)
+        run = await commands.load(
+            self.station, self.database, self._event_spool, self._offline_cache, self.browser, wanted
+        )
         await commands.approach(self.station, await self._guard(), self.browser)
         await self.until_mode({"paused"}, "Moving to the start", _SPARE_S)
         await commands.play(self.station, await self._guard(), self.browser)

@@ -128,11 +128,11 @@ def kept(database: Database) -> list[DeviceEventRow]:
 
 
 def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database, tmp_path: Path) -> None:
-    keeping = EventSpool(database, "Station 1", tmp_path)
+    event_spool = EventSpool(database, "Station 1", tmp_path)
     alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
     for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
-        keeping.put_event(item)
-    keeping.close()
+        event_spool.put_event(item)
+    event_spool.close()
     rows = kept(database)
     assert [(row.code, row.kind) for row in rows] == [("operator_stop", "alarm"), ("torque", "event")]
     assert rows[0].ended_at == AT + timedelta(minutes=1)
@@ -140,10 +140,10 @@ def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(data
 
 
 def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database, tmp_path: Path) -> None:
-    keeping = EventSpool(database, "Station 1", tmp_path)
+    event_spool = EventSpool(database, "Station 1", tmp_path)
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
-        keeping.put_event(item)
-    keeping.close()
+        event_spool.put_event(item)
+    event_spool.close()
     assert [row.code for row in kept(database)] == ["a", "c"]
     assert '"code":"b"' in (tmp_path / "refused.jsonl").read_text()
 
@@ -154,22 +154,22 @@ def sqlite(tmp_path: Path) -> Database:
 
 
 def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
-    keeping = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
-    assert keeping.until_taken(10)
+    event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
+    assert event_spool.until_taken(10)
     told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
     with sqlite.writer.connect() as locking, locking.begin():
 
         def put_all() -> None:
             for one in told:
-                keeping.put_event(one)
+                event_spool.put_event(one)
 
         putting = threading.Thread(target=put_all)
         putting.start()
         putting.join(5.0)
         assert not putting.is_alive()
-        assert keeping.spool.until_written(5.0)
-        assert keeping.delivery.waiting == 50
-    keeping.close()
+        assert event_spool.spool.until_written(5.0)
+        assert event_spool.delivery.waiting == 50
+    event_spool.close()
     assert [row.code for row in kept(sqlite)] == [one.code for one in told]
 
 

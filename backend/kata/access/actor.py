@@ -28,7 +28,7 @@ class Actor:
     """A second factor is asked of this account and there is none yet: nothing but setting it up is allowed."""
 
 
-CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("acting", default=None)
+CURRENT_ACTOR: Final[ContextVar[Actor | None]] = ContextVar("current_actor", default=None)
 """Whose request this is; None where the program itself acts (importer, nightly backup)."""
 
 
@@ -55,7 +55,7 @@ class RequestContext:
     the edge."""
 
 
-REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("doing", default=None)
+REQUEST_CONTEXT: Final[ContextVar[RequestContext | None]] = ContextVar("request_context", default=None)
 """What is being done in this request; set for every one that has a route, also where it is then refused."""
 
 

@@ -172,6 +172,17 @@ class _Storage:
 
 
 @dataclass(frozen=True)
+class _AtTheStation:
+    """What drives the apparatus and stores what it measured."""
+
+    station: Station
+    offline_cache: OfflineCache
+    importer: Importer
+    import_last: Callable[[], Awaitable[None]]
+    """Wait for the imports that have begun."""
+
+
+@dataclass(frozen=True)
 class _Apparatus:
     """The apparatus that this service drives: a real one or a simulated one."""
 
@@ -190,19 +201,19 @@ async def _start(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> Non
     storage = await _set_up_storage(settings, stack)
     app.state.database, app.state.audit_log = storage.database, storage.audit_log
     app.state.event_spool = storage.event_spool
-    await _set_up_access(app, settings, stack)
+    await _set_up_access(app, settings, storage.database, stack)
     app.state.figures = FigureWorker()
     stack.callback(app.state.figures.close)
     apparatus = await _set_up_apparatus(settings, stack, storage.database)
     app.state.simulation = apparatus.simulation
-    importer, import_last = await _set_up_station(app, settings, storage, apparatus, stack)
-    await _set_up_metrics(app, storage, importer, stack)
-    await _set_up_events(app, storage.event_spool, stack)
-    stack.push_async_callback(import_last)
-    stack.push_async_callback(app.state.station.close)
-    app.state.backups = Backups(settings, storage.database, lambda: app.state.station.occupied)
-    await stack.enter_async_context(app.state.backups.each_night())
-    app.state.station.start()
+    here = await _set_up_station(app, settings, storage, apparatus, stack)
+    await _set_up_metrics(app, storage, here, stack)
+    await _set_up_events(storage.event_spool, here, stack)
+    stack.push_async_callback(here.import_last)
+    stack.push_async_callback(here.station.close)
+    backups_made = app.state.backups = Backups(settings, storage.database, lambda: here.station.occupied)
+    await stack.enter_async_context(backups_made.each_night())
+    here.station.start()
 
 
 async def _set_up_storage(settings: Settings, stack: AsyncExitStack) -> _Storage:
@@ -224,10 +235,10 @@ async def _set_up_storage(settings: Settings, stack: AsyncExitStack) -> _Storage
     return _Storage(database, event_spool, audit_log)
 
 
-async def _set_up_access(app: FastAPI, settings: Settings, stack: AsyncExitStack) -> None:
+async def _set_up_access(app: FastAPI, settings: Settings, database: Database, stack: AsyncExitStack) -> None:
     """Let users sign in, and end login sessions that are revoked elsewhere."""
-    app.state.access = await _opened(settings, app.state.database)
-    await stack.enter_async_context(app.state.access.revocations.watched(app.state.remembered))
+    access = app.state.access = await _opened(settings, database)
+    await stack.enter_async_context(access.revocations.watched(app.state.remembered))
 
 
 async def _set_up_apparatus(settings: Settings, stack: AsyncExitStack, database: Database) -> _Apparatus:
@@ -257,17 +268,14 @@ async def _set_up_apparatus(settings: Settings, stack: AsyncExitStack, database:
 
 async def _set_up_station(
     app: FastAPI, settings: Settings, storage: _Storage, apparatus: _Apparatus, stack: AsyncExitStack
-) -> tuple[Importer, Callable[[], Awaitable[None]]]:
-    """Make the station, its live state and its offline cache, and import the journals of the last service.
-
-    Returns the importer, and what waits for its last task. Starts no device process.
-    """
+) -> _AtTheStation:
+    """Make the station, its live state and its offline cache, and import the journals of the last service. Starts no device process."""
     database, event_spool = storage.database, storage.event_spool
     loop = asyncio.get_running_loop()
     importing: set[asyncio.Task[None]] = set()
 
     def saved(record: Saved) -> None:
-        loop.call_soon_threadsafe(app.state.station.tell, record)
+        loop.call_soon_threadsafe(station.tell, record)
 
     def has_undelivered() -> bool:
         return event_spool.delivery.waiting > 0
@@ -303,43 +311,43 @@ async def _set_up_station(
         station, lambda: _kept(database, event_spool, importer), lambda: offline_cache.may_load
     )
     await asyncio.to_thread(importer.run_at_start)
-    app.state.overview = Overview(station, database, lambda: _stations(database))
-    await stack.enter_async_context(app.state.overview.going_on())
+    overview = app.state.overview = Overview(station, database, lambda: _stations(database))
+    await stack.enter_async_context(overview.going_on())
 
     def in_between() -> None:
         importer.run_due()
         offline_cache.refresh()
 
     event_spool.delivery.each_round = in_between
-    return importer, import_last
+    return _AtTheStation(station, offline_cache, importer, import_last)
 
 
-async def _set_up_metrics(app: FastAPI, storage: _Storage, importer: Importer, stack: AsyncExitStack) -> None:
+async def _set_up_metrics(app: FastAPI, storage: _Storage, here: _AtTheStation, stack: AsyncExitStack) -> None:
     """Measure the service for ``/metrics`` and the health probe."""
     app.state.probe = health.Probe(storage.database)
-    app.state.metrics = measured = metrics.Metrics(app.state.station)
+    app.state.metrics = measured = metrics.Metrics(here.station)
     storage.database.on_waited = measured.write_waited_s.observe
     measured.ask_for(
         "kata_spool_waiting",
         "What happened at the station and is kept on its computer, not in the database yet.",
-        lambda: storage.event_spool.delivery.waiting + importer.due,
+        lambda: storage.event_spool.delivery.waiting + here.importer.due,
     )
     measured.ask_for(
         "kata_ready_patients",
         "Patients of this day whom a session could begin or go on for without the database.",
-        lambda: app.state.offline_cache.ready_patients,
+        lambda: here.offline_cache.ready_patients,
     )
-    await stack.enter_async_context(measured.counting_stops(app.state.station))
+    await stack.enter_async_context(measured.counting_stops(here.station))
 
 
-async def _set_up_events(app: FastAPI, event_spool: EventSpool, stack: AsyncExitStack) -> None:
+async def _set_up_events(event_spool: EventSpool, here: _AtTheStation, stack: AsyncExitStack) -> None:
     """Spool every event of the device."""
 
     def happened(item: Happening | Ended) -> None:
         event_spool.put_event(item)
-        app.state.offline_cache.on_event(item)
+        here.offline_cache.on_event(item)
 
-    await stack.enter_async_context(events_recorded(app.state.station, happened))
+    await stack.enter_async_context(events_recorded(here.station, happened))
 
 
 async def _opened(settings: Settings, database: Database) -> login.Access:

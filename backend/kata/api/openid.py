@@ -65,7 +65,7 @@ class OidcCallback(Schema):
 
 
 class LoginResult(Schema):
-    """Whoever is there."""
+    """The result of a login: the account, and the screen to show."""
 
     me: Me | None = Field(description="Null: the code of the account's second factor is needed, too.")
     to: str = Field(description="The screen that was wanted; empty: none, this tab can be closed.")

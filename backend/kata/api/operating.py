@@ -87,12 +87,12 @@ def _told(refusal: Refusal) -> dict[str, Any]:
     return RefusalLive.model_validate(refusal, from_attributes=True).model_dump(mode="json")
 
 
-def _board(request: Request) -> LiveStateView:
+def _live_view(request: Request) -> LiveStateView:
     live_view: LiveStateView = request.app.state.live_view
     return live_view
 
 
-TheLiveView = Annotated[LiveStateView, Depends(_board)]
+TheLiveView = Annotated[LiveStateView, Depends(_live_view)]
 
 
 def noting(audit_log: AuditLog, station: str) -> Callable[[Browser, Due], None]:

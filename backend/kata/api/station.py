@@ -205,7 +205,7 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
 
 @router.post("/teach", responses=PROBLEMS.of(404, 409, 422, 503))
 async def teach(
-    station: TheStation, database: TheDatabase, kept: TheEventSpool, here: Operator, wanted: TeachRequest
+    station: TheStation, database: TheDatabase, event_spool: TheEventSpool, here: Operator, wanted: TeachRequest
 ) -> Teaching:
     """Begin teaching: torque is off, and samples are recorded while the pedal is down.
 
@@ -213,10 +213,10 @@ async def teach(
     """
     _refuse_by_mode(station, "teach")
     there = checks.apparatus(station.info.name, station.live())
-    teaching, patient = await run_in_threadpool(_begin_teaching, database, kept, wanted, there)
+    teaching, patient = await run_in_threadpool(_begin_teaching, database, event_spool, wanted, there)
     occupation = Occupation(str(teaching.id), PatientRef(id=patient.id, name=patient.name))
     command = messages.Teach(teaching_id=str(teaching.id), side=side_of(teaching.side))
-    never_begun = partial(kept.put_not_begun, "teaching", teaching.id)
+    never_begun = partial(event_spool.put_not_begun, "teaching", teaching.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
@@ -235,7 +235,7 @@ async def finish_teaching(station: TheStation, here: Operator) -> Accepted:
 async def load(
     station: TheStation,
     database: TheDatabase,
-    kept: TheEventSpool,
+    event_spool: TheEventSpool,
     offline_cache: TheOfflineCache,
     here: Operator,
     wanted: LoadRequest,
@@ -249,9 +249,9 @@ async def load(
     there = checks.apparatus(station.info.name, station.live())
     # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
     try:
-        begun = await run_in_threadpool(_begin_run, database, kept, wanted, there)
+        begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
     except DatabaseAwayError:
-        away = await run_in_threadpool(_begin_without_database, offline_cache, kept, wanted, there)
+        away = await run_in_threadpool(_begin_without_database, offline_cache, event_spool, wanted, there)
         if away is None:
             raise
         begun = away
@@ -274,11 +274,11 @@ async def load(
     )
     changes = (*motion.done, *_METHOD_WORDS[wanted.method, learned is not None])
     occupation = Occupation(str(run.id), begun.patient, run.recording_name, run.session_id, changes)
-    never_begun = partial(kept.put_not_begun, "run", run.id)
+    never_begun = partial(event_spool.put_not_begun, "run", run.id)
     refusal = await station.command(command, occupation, by=here, refused_late=never_begun)
     if refusal:
         if refusal.code != NO_ANSWER:
-            await run_in_threadpool(_forget_run, database, kept, offline_cache, begun)
+            await run_in_threadpool(_forget_run, database, event_spool, offline_cache, begun)
         raise refused(refusal)
     return run
 
@@ -367,9 +367,9 @@ class _Begun:
 
 
 def _begin_teaching(
-    database: Database, kept: EventSpool, wanted: TeachRequest, there: checks.Apparatus
+    database: Database, event_spool: EventSpool, wanted: TeachRequest, there: checks.Apparatus
 ) -> tuple[TeachingRow, PatientRow]:
-    with _written(database, kept, "teaching") as (session, began):
+    with _written(database, event_spool, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
             raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
@@ -392,7 +392,7 @@ def _begin_teaching(
 
 @contextmanager
 def _written(
-    database: Database, kept: EventSpool, what: Literal["run", "teaching"]
+    database: Database, event_spool: EventSpool, what: Literal["run", "teaching"]
 ) -> Iterator[tuple[Session, list[UUID]]]:
     """As :meth:`Database.write`; the list takes the id of what begins.
 
@@ -404,11 +404,11 @@ def _written(
             yield session, began
     except DatabaseAwayError:
         for id_ in began:
-            kept.put_not_begun(what, id_)
+            event_spool.put_not_begun(what, id_)
         raise
 
 
-def _begin_run(database: Database, kept: EventSpool, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
+def _begin_run(database: Database, event_spool: EventSpool, wanted: LoadRequest, there: checks.Apparatus) -> _Begun:
     """Looked at first, which takes seconds for a recording of an hour, and then written down: nobody waits for the one writer."""
     asked = runs.asked_of(wanted)
     what = (wanted.session_id, wanted.recording_id, wanted.load_level, asked, wanted.method, there.station)
@@ -423,7 +423,7 @@ def _begin_run(database: Database, kept: EventSpool, wanted: LoadRequest, there:
         taught = runs.taught(session, recording.id)
     motion = runs.with_settings(taught, asked)
     limits = allowed.check(motion, wanted.load_level, wanted.method)
-    with _written(database, kept, "run") as (session, began):
+    with _written(database, event_spool, "run") as (session, began):
         row = runs.begin(session, *what, wanted.programme_position, looked_at=looked_at)
         began.append(row.id)
         if wanted.programme_position is not None:
@@ -450,7 +450,7 @@ def _begin_run(database: Database, kept: EventSpool, wanted: LoadRequest, there:
 
 
 def _begin_without_database(
-    offline_cache: OfflineCache, kept: EventSpool, wanted: LoadRequest, there: checks.Apparatus
+    offline_cache: OfflineCache, event_spool: EventSpool, wanted: LoadRequest, there: checks.Apparatus
 ) -> _Begun | None:
     """None where it is not known well enough, or cannot be kept."""
     asked = runs.asked_of(wanted)
@@ -459,9 +459,9 @@ def _begin_without_database(
     if found is None:
         return None
     for told in found.told:
-        kept.put_offline_event(told)
-    if not kept.put_offline_event(found.begun):
-        kept.put_not_begun("run", found.begun.id)
+        event_spool.put_offline_event(told)
+    if not event_spool.put_offline_event(found.begun):
+        event_spool.put_not_begun("run", found.begun.id)
         offline_cache.finish_run(found.begun.id, None)
         return None
     return _Begun(
@@ -476,15 +476,15 @@ def _begin_without_database(
     )
 
 
-def _forget_run(database: Database, kept: EventSpool, offline_cache: OfflineCache, begun: _Begun) -> None:
+def _forget_run(database: Database, event_spool: EventSpool, offline_cache: OfflineCache, begun: _Begun) -> None:
     """The device refused: it never began."""
     if begun.without_database:
         # Behind what says that it began, which may be on its way still.
-        kept.put_not_begun("run", begun.run.id)
+        event_spool.put_not_begun("run", begun.run.id)
         offline_cache.finish_run(begun.run.id, None)
         return
     try:
         with database.write() as session:
             runs.forget(session, begun.run.id)
     except DatabaseAwayError:
-        kept.put_not_begun("run", begun.run.id)
+        event_spool.put_not_begun("run", begun.run.id)

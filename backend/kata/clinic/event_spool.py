@@ -41,7 +41,7 @@ _LAST_S: Final = 10.0
 _ON_DISK_S: Final = 2.0
 """Limits how long an offline action waits for the disk. It is refused if its event is not on disk by then."""
 _ROOM: Final = 5000
-"""Above this number of events that wait for the disk, optional ones are refused. Commands to the apparatus are still accepted."""
+"""From this number of events that wait for the disk, looks and refusals wait to be noted. Commands to the apparatus never wait."""
 
 
 class _Happened(msgspec.Struct, frozen=True, tag="happened"):
@@ -84,7 +84,7 @@ class EventSpool:
 
     @property
     def has_room(self) -> bool:
-        """False while so many events wait for the disk that optional ones must be refused."""
+        """False while so many events wait for the disk that looks and refusals must wait to be noted."""
         return self.spool.unwritten < _ROOM
 
     def put_event(self, item: Happening | Ended) -> None:

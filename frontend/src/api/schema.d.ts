@@ -4216,7 +4216,7 @@ export interface components {
         };
         /**
          * LoginResult
-         * @description Whoever is there.
+         * @description The result of a login: the account, and the screen to show.
          */
         LoginResult: {
             /** @description Null: the code of the account's second factor is needed, too. */

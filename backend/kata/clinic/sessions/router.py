@@ -46,9 +46,9 @@ def _offline_cache(request: Request) -> OfflineCache:
     return offline_cache
 
 
-def _keeping(request: Request) -> EventSpool:
-    kept: EventSpool = request.app.state.event_spool
-    return kept
+def _event_spool(request: Request) -> EventSpool:
+    event_spool: EventSpool = request.app.state.event_spool
+    return event_spool
 
 
 async def _on_apparatus(station: TheStation) -> UUID | None:
@@ -57,7 +57,7 @@ async def _on_apparatus(station: TheStation) -> UUID | None:
 
 
 TheOfflineCache = Annotated[OfflineCache, Depends(_offline_cache)]
-TheEventSpool = Annotated[EventSpool, Depends(_keeping)]
+TheEventSpool = Annotated[EventSpool, Depends(_event_spool)]
 TheApparatus = Annotated[checks.Apparatus, Depends(_apparatus)]
 OnApparatus = Annotated[UUID | None, Depends(_on_apparatus)]
 """The session that something is loaded or played in just now."""
@@ -78,7 +78,7 @@ def create_session(
     database: TheDatabase,
     station: TheStation,
     offline_cache: TheOfflineCache,
-    kept: TheEventSpool,
+    event_spool: TheEventSpool,
     wanted: SessionCreate,
 ) -> Session:
     """Begin a session at this station. A patient has one open session at most: if there is one, it goes on.
@@ -96,8 +96,8 @@ def create_session(
         if found is None:
             raise
         begun, opened = found
-        if opened and not kept.put_offline_event(opened):
-            kept.put_not_begun("session", opened.id)
+        if opened and not event_spool.put_offline_event(opened):
+            event_spool.put_not_begun("session", opened.id)
             offline_cache.discard_session(opened.id)
             raise
         return begun
@@ -120,7 +120,11 @@ def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_i
 
 @router.patch("/api/sessions/{session_id}", responses=PROBLEMS.of(404, 409, 422))
 def update_session(
-    database: TheDatabase, offline_cache: TheOfflineCache, kept: TheEventSpool, session_id: UUID, change: SessionUpdate
+    database: TheDatabase,
+    offline_cache: TheOfflineCache,
+    event_spool: TheEventSpool,
+    session_id: UUID,
+    change: SessionUpdate,
 ) -> Session:
     """Change note, pain, therapist or programme, until it is signed; while the database does not answer, pain alone."""
     try:
@@ -132,7 +136,7 @@ def update_session(
             raise
         changed, told = said
         for one in told:
-            kept.put_offline_event(one)
+            event_spool.put_offline_event(one)
         return changed
     offline_cache.refresh_soon()
     return changed
@@ -162,7 +166,7 @@ def tick_check(
     database: TheDatabase,
     there: TheApparatus,
     offline_cache: TheOfflineCache,
-    kept: TheEventSpool,
+    event_spool: TheEventSpool,
     session_id: UUID,
     check: CheckName,
     given: CheckTick,
@@ -177,7 +181,7 @@ def tick_check(
         known = offline_cache.checklist(session_id, given.recording_id, there)
         if ticked is None or known is None:
             raise
-        kept.put_offline_event(ticked)
+        event_spool.put_offline_event(ticked)
         return checks.as_checklist(known)
     offline_cache.attend(patient_id, session_id)
     return told
@@ -202,7 +206,7 @@ def get_teaching_checklist(
 def end_session(
     database: TheDatabase,
     offline_cache: TheOfflineCache,
-    kept: TheEventSpool,
+    event_spool: TheEventSpool,
     played: OnApparatus,
     session_id: UUID,
     given: SessionEnd | None = None,
@@ -221,7 +225,7 @@ def end_session(
             raise
         ended, closed = found
         if closed:
-            kept.put_offline_event(closed)
+            event_spool.put_offline_event(closed)
         return ended
     offline_cache.attend(ended.patient.id, None)
     return ended

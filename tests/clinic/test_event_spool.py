@@ -18,16 +18,16 @@ def test_a_run_whose_commit_was_given_up_and_stands_after_all_is_forgotten(datab
     recording_id = clinic.recording()
     with database.write() as session:
         visit_id = sessions.begin(session, clinic.patient_id).id
-    keeping = EventSpool(database, "Station 1", tmp_path / "spool")
+    event_spool = EventSpool(database, "Station 1", tmp_path / "spool")
     try:
         with database.write() as session:
             run = runs.begin(session, visit_id, recording_id)
             # As every writing session of a service does, last.
             chain.append(session, [entry("load", "done")], "", 0)
-            keeping.put_not_begun("run", run.id)
-            assert not keeping.until_taken(1.0)
-        assert keeping.until_taken(30.0)
+            event_spool.put_not_begun("run", run.id)
+            assert not event_spool.until_taken(1.0)
+        assert event_spool.until_taken(30.0)
         with database.read() as session:
             assert session.get(RunRow, run.id) is None
     finally:
-        keeping.close()
+        event_spool.close()
