@@ -3,7 +3,7 @@ FROM python:3.11-slim AS build
 WORKDIR /src
 COPY . .
 RUN pip wheel --no-cache-dir --no-deps --wheel-dir /wheels . \
-    && pip wheel --no-cache-dir --require-hashes --wheel-dir /wheels --requirement requirements.txt
+    && pip wheel --no-cache-dir --require-hashes --no-deps --wheel-dir /wheels --requirement requirements.txt
 
 FROM python:3.11-slim
 RUN --mount=type=bind,from=build,source=/wheels,target=/wheels \

@@ -81,8 +81,10 @@ $(PACKAGES): requirements-dev.txt pyproject.toml
 		{ echo "Python's venv is missing here. On Debian and Ubuntu: sudo apt install python3-venv"; exit 1; }
 	@echo "Installing Python packages (a minute or two, once) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-dev.txt
+	@# The pins name every package. Resolved again, an extra (coverage[toml]) is looked for apart from its pin.
+	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements-dev.txt
 	@$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --editable .
+	@$(BIN)/python -m pip check --quiet
 	@mkdir -p $(@D) && touch $@
 
 $(NODE_MODULES): $(PACKAGES) frontend/package-lock.json
