@@ -38,6 +38,22 @@ def check_played(played: Iterable[Played]) -> None:
         raise run_not_ended()
 
 
+def check_results(played: Iterable[Played]) -> None:
+    """Check that the result of every playback of an ended session is in the record.
+
+    A run's end comes from its journal, which may be imported after the session has been ended elsewhere.
+
+    :raises ProblemError: 409.
+    """
+    if any(run.outcome == "loaded" for run in played):
+        raise ProblemError(
+            409,
+            "run_not_arrived",
+            "The result of a playback in this session has not arrived yet.",
+            "Wait a moment and sign again.",
+        )
+
+
 def run_not_ended() -> ProblemError:
     """Something is played in the session, or may be."""
     return ProblemError(409, "run_not_ended", "A playback in this session has not ended.", "End it first, or stop it.")

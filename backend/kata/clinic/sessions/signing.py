@@ -4,7 +4,7 @@ from uuid import UUID, uuid4
 
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic.sessions import service
+from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import AddendumCreate, SessionSign
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
 from kata.database.base import utc_now
@@ -12,13 +12,15 @@ from kata.errors import ProblemError
 
 
 def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> SessionRow:
-    """Sign the note: from now on it stays as it is.
+    """Sign the note; it cannot be changed afterwards.
 
-    :raises ProblemError: 404; 409 when it is signed already, has not ended, or has changed since the signer saw it.
+    :raises ProblemError: 404; 409 when it is signed already, the session has not ended, a playback's result has not been
+        imported, or the note has changed since the signer saw it.
     """
     row = service.to_change(session, session_id, given.updated_at)
     if row.ended_at is None:
         raise ProblemError(409, "session_open", "This session has not ended.", "End it first.")
+    ending.check_results(row.runs)
     row.note = given.note
     row.signed_at = row.updated_at = utc_now()
     row.signed_by = given.signed_by
