@@ -203,10 +203,11 @@ def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(
         assert box is not None
         assert min(box["width"], box["height"]) >= 44
     level.press("Home")
-    level.press("ArrowRight")
+    for _ in range(4):
+        level.press("ArrowRight")
     page.get_by_role("button", name="One level higher").click()
-    # Too low a level for this arm: its own weight is resistance.
-    expect(page.get_by_test_id("level")).to_have_text("3 of 25")
+    # Too low a level for this arm: its own weight is resistance. High enough for the friction at the start: 0.6 Nm.
+    expect(page.get_by_test_id("level")).to_have_text("6 of 25")
     page.screenshot(path=artefacts / "resistance-level.png", full_page=True)
 
     load_and_play(page)
@@ -235,10 +236,10 @@ def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(
 
     # What fits this patient is not forgotten, by another computer neither.
     page.reload()
-    expect(page.get_by_test_id("level")).to_have_text("3 of 25, as last time")
+    expect(page.get_by_test_id("level")).to_have_text("6 of 25, as last time")
     page.get_by_role("link", name="Sessions").click()
     page.get_by_role("row", name=re.compile("Tanaka Ren")).get_by_role("link").first.click()
-    expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 3 of 25")
+    expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 6 of 25")
 
 
 def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(page: Page) -> None:
