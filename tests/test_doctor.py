@@ -51,7 +51,7 @@ def test_a_port_that_is_not_there_is_a_problem(tmp_path: Path) -> None:
     assert "Plug the RS-485 adapter in" in told.what_to_do
 
 
-def test_a_station_that_cannot_be_read_is_a_problem_and_the_other_lines_come(tmp_path: Path) -> None:
+def test_unreadable_station_is_a_problem_and_other_lines_still_print(tmp_path: Path) -> None:
     (tmp_path / "station.toml").write_text("rate_hz = 30")
     findings = examine(Settings(data=tmp_path, database_url="", station=tmp_path / "station.toml"))
     states = {finding.name: finding for finding in findings}
@@ -94,7 +94,7 @@ def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     assert "written by a newer version of Kata" in told.message
 
 
-def test_backups_are_asked_for_until_one_is_known_to_be_restorable(tmp_path: Path) -> None:
+def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> None:
     assert found("Backups", tmp_path).state == "ok", "nothing to lose yet"
     database = Database(upgraded_file(tmp_path / "kata.db"))
     settings = Settings(data=tmp_path, database_url="", station=None)
@@ -129,9 +129,7 @@ def test_whoever_is_granted_nothing_is_told_what_to_set(tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize(("station", "code"), [(None, 0), ('port = "/dev/ttyKATA"', 1)])
-def test_the_command_prints_lines_and_ends_with_1_when_there_is_a_problem(
-    tmp_path: Path, station: str | None, code: int
-) -> None:
+def test_command_prints_lines_and_exits_1_on_problems(tmp_path: Path, station: str | None, code: int) -> None:
     command = [sys.executable, "-m", "kata", "doctor", "--data", str(tmp_path)]
     if station is not None:
         (tmp_path / "station.toml").write_text(station)

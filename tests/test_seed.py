@@ -76,7 +76,7 @@ def test_the_command_refuses_while_somebody_works_there(tmp_path: Path) -> None:
     assert result.exit_code == 1
 
 
-def test_as_many_as_there_are_can_be_asked_for_and_no_more(tmp_path: Path) -> None:
+def test_seed_accepts_any_number_up_to_the_available_patients(tmp_path: Path) -> None:
     most = signature(fill).parameters["patients"].default
     assert signature(seed).parameters["patients"].default == most
     refused = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", str(most + 1)])

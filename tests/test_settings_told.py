@@ -78,7 +78,7 @@ def test_every_command_names_the_setting_and_what_it_takes(
 
 
 @pytest.mark.parametrize(("setting", "given", "takes"), [(name, *told) for name, told in WRONG.items()])
-def test_each_setting_says_what_it_takes_and_nothing_of_what_stands_in_it(
+def test_each_setting_documents_its_values_and_reveals_none(
     setting: str, given: str, takes: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv(setting, given)
@@ -86,7 +86,7 @@ def test_each_setting_says_what_it_takes_and_nothing_of_what_stands_in_it(
     assert capsys.readouterr().err == f"{setting} {takes}.\n"
 
 
-def test_settings_that_do_not_fit_together_and_several_wrong_ones_are_told_too(
+def test_conflicting_and_multiple_wrong_settings_are_all_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("KATA_TLS_KEY", "key.pem")
@@ -100,7 +100,7 @@ def test_settings_that_do_not_fit_together_and_several_wrong_ones_are_told_too(
     assert "secret" not in told
 
 
-def test_each_setting_that_the_program_its_pages_and_its_documents_name_is_one() -> None:
+def test_every_setting_named_by_program_pages_and_documents_exists() -> None:
     known = {f"KATA_{name.upper()}" for name in Settings.model_fields}
     files = [ROOT / "README.md"]
     for folder, kind in (("backend/kata", "*.py"), ("frontend/src", "*.ts*"), ("docs", "*.md")):

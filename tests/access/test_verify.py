@@ -71,7 +71,7 @@ def test_what_was_cut_off_is_said_to_the_row(audit_log: tuple[Database, Path]) -
     )
 
 
-def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_kept_elsewhere(
+def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     audit_log: tuple[Database, Path],
 ) -> None:
     database, file = audit_log
@@ -92,7 +92,7 @@ def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_
     assert (finding.first, finding.last) == (161, 200)
 
 
-def test_only_the_last_line_of_an_anchor_can_be_missing_unseen_as_after_a_crash_and_no_row_with_it(
+def test_only_the_last_anchor_line_can_be_missing_without_notice(
     audit_log: tuple[Database, Path],
 ) -> None:
     database, file = audit_log

@@ -40,7 +40,7 @@ def enrol(browser: TestClient, at: float) -> tuple[pyotp.TOTP, list[str]]:
     return app, confirmed.json()["codes"]
 
 
-def test_a_second_factor_is_asked_for_and_each_code_is_good_once(shared: Clinic) -> None:
+def test_second_factor_is_required_and_each_code_works_once(shared: Clinic) -> None:
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
@@ -77,7 +77,7 @@ def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, 
         assert browser.get("/api/station").status_code == 200
 
 
-def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(shared: Clinic) -> None:
+def test_passer_by_cannot_change_credentials_at_an_open_screen(shared: Clinic) -> None:
     browser = shared.sign_in(shared.account())
     shared.clock.forward(660)
     assert code(browser.post("/api/me/second-factor", json={}), 403) == "password_needed"
@@ -85,7 +85,7 @@ def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(share
     assert browser.post("/api/me/second-factor", json={"password": PASSWORD}).status_code == 200
 
 
-def test_the_page_speaks_to_somebody_in_the_language_they_chose_at_whichever_browser(shared: Clinic) -> None:
+def test_page_uses_the_accounts_language_in_every_browser(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
@@ -112,7 +112,7 @@ def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
 
 
 @pytest.mark.parametrize("how", ["unlocked", "a new password", "a second factor"])
-def test_whoever_shows_again_who_they_are_goes_on_under_another_secret(shared: Clinic, how: str) -> None:
+def test_reauthenticated_user_continues_under_a_new_secret(shared: Clinic, how: str) -> None:
     browser = shared.sign_in(shared.account())
     before, here = browser.cookies[COOKIE], browser.get("/api/me/sign-ins").json()["items"][0]["id"]
     stolen = shared.browser()
@@ -201,7 +201,7 @@ def test_other_rights_sign_every_browser_out(shared: Clinic, change: dict[str, A
     assert browser.get("/api/me").status_code == 401
 
 
-def test_a_reset_ends_password_second_factor_and_sign_ins_until_the_code_is_used(shared: Clinic) -> None:
+def test_reset_suspends_the_password_factor_and_logins_until_completed(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     enrol(browser, shared.clock.seconds())
@@ -219,7 +219,7 @@ def test_a_reset_ends_password_second_factor_and_sign_ins_until_the_code_is_used
     assert code(again, 401) == "wrong_code", "good for a day"
 
 
-def test_who_is_locked_out_by_anothers_guessing_comes_back_in_by_a_code(shared: Clinic) -> None:
+def test_user_locked_out_by_anothers_guessing_returns_with_a_code(shared: Clinic) -> None:
     username = shared.account()
     for _ in range(6):
         answer = shared.browser("10.0.0.9").post("/api/sign-in", json={"username": username, "password": OTHER})
@@ -241,7 +241,7 @@ def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
         assert answer.status_code == 200
 
 
-def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> None:
+def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
     username = shared.account()
     here, there = shared.sign_in(username), shared.sign_in(username)
     other = next(item["id"] for item in there.get("/api/me/sign-ins").json()["items"] if item["here"])
@@ -329,9 +329,7 @@ def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: st
 
 
 @pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
-def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
-    how: str, tmp_path: Path, services_url: str
-) -> None:
+def test_user_shut_out_by_one_service_is_refused_everywhere(how: str, tmp_path: Path, services_url: str) -> None:
     """Two stations on one database: within a second, as for sockets, also while no page of theirs listens."""
     with (
         running(tmp_path / "1", simulate=False, database_url=services_url) as first,
@@ -360,7 +358,7 @@ def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
         assert stays.post("/api/station/stop").status_code in (200, 503)
 
 
-def test_a_sign_in_is_one_row_of_the_trail_and_a_try_in_vain_names_the_account(shared: Clinic) -> None:
+def test_sign_in_is_one_audit_row_and_failures_name_accounts(shared: Clinic) -> None:
     username = shared.account()
     shared.sign_in(username)
     shared.browser().post("/api/sign-in", json={"username": username, "password": OTHER})

@@ -51,7 +51,7 @@ def test_an_assessment_is_entered_changed_and_withdrawn(client: TestClient, pati
 
 
 @pytest.mark.parametrize("whose", ["episode", "patient"])
-def test_assessments_are_leafed_through_newest_first_also_those_of_one_moment(
+def test_assessments_are_paged_newest_first_even_at_equal_times(
     client: TestClient, patient: dict[str, Any], url: str, whose: str
 ) -> None:
     days = ("02", "03", "03", "03", "04")

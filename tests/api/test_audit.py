@@ -82,7 +82,7 @@ def is_whole(folder: Path, client: TestClient) -> bool:
         return verify(session, [Settings(data=folder).effective_audit_anchor]).whole
 
 
-def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
+def test_audit_trail_records_who_did_what_with_a_record(
     client: TestClient, patient: dict[str, Any], folder: Path
 ) -> None:
     path = f"/api/patients/{patient['id']}"
@@ -158,7 +158,9 @@ def test_a_form_that_is_filled_in_wrongly_is_no_refusal(client: TestClient) -> N
     assert len(audit_log(client, action="create_patient")) == before
 
 
-def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestClient, patient: dict[str, Any]) -> None:
+def test_audit_search_applies_every_filter_and_pages_through_results(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
     for n in range(5):
         client.patch(f"/api/patients/{patient['id']}", json={"notes": f"{n}"})
     # Whoever looks a patient up in the trail stands in it, too; so of one kind of act only.
@@ -179,7 +181,7 @@ def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestC
     assert client.get("/api/audit", params={"after": "there"}).status_code == 422
 
 
-def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: TestClient) -> None:
+def test_events_delayed_by_an_outage_are_ordered_by_their_time(client: TestClient) -> None:
     begun = replace(entry("unnamed", "done"), station="Drill")
     for minutes in (0, -30, 30, -60):
         one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
@@ -196,14 +198,14 @@ def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: Te
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
-def test_only_administrators_read_the_trail_and_that_they_did_is_in_it(client: TestClient, role: str) -> None:
+def test_only_administrators_read_the_trail_and_reading_is_recorded(client: TestClient, role: str) -> None:
     with acting_as(client, role):
         assert client.get("/api/audit").status_code == 403
     assert (role, "list_audit", "refused") in acts(client, action="list_audit")
     assert ("administrator", "list_audit", "done") in acts(client, action="list_audit")
 
 
-def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
+def test_erasing_a_patient_leaves_the_trail_which_has_no_names(
     client: TestClient, patient: dict[str, Any], folder: Path
 ) -> None:
     path = f"/api/patients/{patient['id']}"

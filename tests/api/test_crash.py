@@ -128,9 +128,7 @@ def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
         second.end(signal.SIGTERM)
 
 
-def test_a_service_that_is_killed_in_an_outage_finds_the_session_that_began_in_it_when_both_are_back(
-    server: postgresql.Server, tmp_path: Path
-) -> None:
+def test_service_killed_during_an_outage_recovers_its_session(server: postgresql.Server, tmp_path: Path) -> None:
     first = Served(tmp_path, server.url)
     patient_id, recording_id = taught(first)
     items = {"name": "Morning", "items": [{"load_level": 25, "recording_id": recording_id}]}

@@ -55,7 +55,7 @@ def test_demo_says_what_is_wrong_with_a_file(tmp_path: Path) -> None:
         assert "Traceback" not in done.stderr
 
 
-def test_demo_says_when_a_motion_is_too_fast_for_the_apparatus(tmp_path: Path) -> None:
+def test_demo_reports_a_motion_too_fast_for_the_apparatus(tmp_path: Path) -> None:
     slow = built_in_motions()[3]
     fast = Taught("fast", slow.times_s / 8, slow.poses_deg)
     done = kata("demo", "--taught", write_csv(fast, tmp_path / "fast.csv"), folder=tmp_path)

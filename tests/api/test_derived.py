@@ -76,7 +76,7 @@ def listed(client: TestClient, recording: dict[str, Any]) -> list[dict[str, Any]
     return items
 
 
-def test_a_trimmed_recording_is_a_new_one_that_names_its_parent(client: TestClient, recording: dict[str, Any]) -> None:
+def test_trimmed_recording_is_new_and_names_its_parent(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="trim", start_s=1.0, end_s=5.5)
 
     assert made["parent_id"] == recording["id"]
@@ -195,7 +195,7 @@ def test_what_leaves_the_limits_is_refused_with_motor_and_time(client: TestClien
     assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
 
 
-def test_what_the_other_shoulder_cannot_do_is_refused_with_motor_and_time(
+def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
     client: TestClient, patient: dict[str, Any]
 ) -> None:
     """The linkage is not symmetric: a scapula that one side's motors hold, the other's cannot."""
@@ -241,7 +241,7 @@ def test_what_cannot_be_done_is_said_in_words(
         ({"do": "mirror", "name": " "}, ["#/name"]),
     ],
 )
-def test_what_is_wrong_with_the_request_is_said_field_by_field(
+def test_invalid_request_is_reported_field_by_field(
     client: TestClient, recording: dict[str, Any], edit: dict[str, Any], pointers: list[str]
 ) -> None:
     told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")

@@ -76,7 +76,7 @@ def test_nothing_is_opened_for_an_archived_patient(
     problem(client.post(f"/api/episodes/{episode['id']}/reopen"), 409, "archived")
 
 
-def test_an_episode_is_not_closed_while_a_session_in_it_is_open(
+def test_episode_with_an_open_session_cannot_be_closed(
     client: TestClient, patient: dict[str, Any], episode: dict[str, Any]
 ) -> None:
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -85,7 +85,7 @@ def test_an_episode_is_not_closed_while_a_session_in_it_is_open(
     assert client.post(f"/api/episodes/{episode['id']}/close", json={}).status_code == 200
 
 
-def test_stages_are_noted_by_their_days_and_a_wrong_one_is_removed(
+def test_stages_are_recorded_by_day_and_can_be_removed(
     client: TestClient, patient: dict[str, Any], episode: dict[str, Any]
 ) -> None:
     url = f"/api/episodes/{episode['id']}/stages"

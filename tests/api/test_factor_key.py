@@ -34,7 +34,7 @@ def sealed_of(clinic: Clinic, username: str) -> str:
     return sealed
 
 
-def test_the_database_gives_nobody_codes_and_the_key_is_not_in_it(shared: Clinic, folder: Path) -> None:
+def test_database_reveals_no_codes_and_does_not_contain_the_key(shared: Clinic, folder: Path) -> None:
     username = shared.account()
     app, _ = enrol(shared.sign_in(username), shared.clock.seconds())
     written = b"".join(file.read_bytes() for file in folder.glob("kata.db*"))
@@ -61,7 +61,7 @@ def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) ->
     shared.sign_in(mine, code=given["code"])
 
 
-def test_without_the_key_a_recovery_code_lets_in_and_a_reset_sets_up_anew(shared: Clinic) -> None:
+def test_without_the_key_recovery_codes_work_and_reset_enrols_again(shared: Clinic) -> None:
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
@@ -82,9 +82,7 @@ def test_without_the_key_a_recovery_code_lets_in_and_a_reset_sets_up_anew(shared
         shared.app.state.access = kept
 
 
-def test_a_start_with_another_key_says_whose_second_factors_it_does_not_open(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with clinic(tmp_path) as first:
         enrol(first.sign_in(first.account()), first.clock.seconds())
     settings = Settings(data=tmp_path)

@@ -65,7 +65,7 @@ def subclasses(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
         yield from subclasses(one)
 
 
-def test_what_is_true_or_false_is_said_so_by_whoever_asks(document: dict[str, Any]) -> None:
+def test_boolean_parameters_must_be_given_explicitly(document: dict[str, Any]) -> None:
     """0 and "no" are neither: the document says boolean."""
     bodies = json.dumps([one.get("requestBody") for path in document["paths"].values() for one in path.values()])
     asked = set(re.findall(r"#/components/schemas/(\w+)", bodies))

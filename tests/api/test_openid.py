@@ -99,7 +99,7 @@ def last_row(clinic: Clinic) -> dict[str, Any]:
     return row
 
 
-def test_whoever_is_linked_comes_in_and_is_where_they_wanted_to_go(clinic: Clinic, theirs: Provider) -> None:
+def test_linked_user_signs_in_and_returns_to_the_requested_page(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert browser.get("/api/sign-in").json() == {"openid": "Clinic ID"}
@@ -115,7 +115,7 @@ def test_whoever_is_linked_comes_in_and_is_where_they_wanted_to_go(clinic: Clini
     )
 
 
-def test_the_provider_is_asked_for_the_subject_alone_and_anew_each_time(clinic: Clinic, theirs: Provider) -> None:
+def test_provider_is_asked_only_for_the_subject_and_every_time(clinic: Clinic, theirs: Provider) -> None:
     address = begin(clinic.browser())
     assert address.startswith(f"{theirs.issuer}/authorize?")
     asked = dict(parse_qsl(urlsplit(address).query))
@@ -213,7 +213,7 @@ def test_what_was_not_begun_at_this_browser_is_refused(clinic: Clinic, theirs: P
         pytest.param({}, {"kid": "unknown"}, id="an unknown key"),
     ],
 )
-def test_a_word_that_is_not_for_this_sign_in_is_not_taken(
+def test_id_token_for_another_login_is_refused(
     clinic: Clinic, theirs: Provider, claims: dict[str, Any], header: dict[str, Any]
 ) -> None:
     linked(clinic, theirs)
@@ -301,7 +301,7 @@ def test_a_locked_screen_is_unlocked_by_whoever_locked_it(clinic: Clinic, theirs
     assert len(browser.get("/api/me/sign-ins").json()["items"]) == 1
 
 
-def test_whoever_has_no_password_shows_again_who_they_are_at_the_provider(clinic: Clinic, theirs: Provider) -> None:
+def test_user_without_password_reauthenticates_at_the_provider(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     reset = clinic.administrator.post(f"/api/accounts/{clinic.id_of(username)}/reset", json={})
     assert reset.json()["account"]["password"] is False
@@ -313,7 +313,7 @@ def test_whoever_has_no_password_shows_again_who_they_are_at_the_provider(clinic
     assert browser.post("/api/me/second-factor", json={}).status_code == 200
 
 
-def test_the_providers_second_factor_counts_only_in_the_words_that_were_set(clinic: Clinic, theirs: Provider) -> None:
+def test_providers_second_factor_counts_only_with_configured_values(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs, "administrator")
     for claims, enrolling in (
         ({}, True),
@@ -326,9 +326,7 @@ def test_the_providers_second_factor_counts_only_in_the_words_that_were_set(clin
         assert come_back(clinic.browser(), theirs).json()["me"]["enrolling"] is enrolling, claims
 
 
-def test_ones_own_second_factor_is_asked_for_where_the_provider_has_asked_for_none(
-    clinic: Clinic, theirs: Provider
-) -> None:
+def test_own_second_factor_is_required_when_provider_asks_none(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     app, _ = enrol(clinic.sign_in(username), clinic.clock.seconds())
     clinic.clock.forward(60)
@@ -357,7 +355,7 @@ def test_codes_are_guessed_no_faster_than_passwords(clinic: Clinic, theirs: Prov
     assert code(browser.post("/api/sign-in/openid/code", json={"code": "000000"}), 429) == "too_many_tries"
 
 
-def test_unlinking_ends_what_is_signed_in_and_one_identity_is_one_account(clinic: Clinic, theirs: Provider) -> None:
+def test_unlinking_ends_login_sessions_and_identities_are_unique(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert come_back(browser, theirs).status_code == 200
@@ -436,9 +434,7 @@ def test_a_provider_that_hangs_holds_up_nobody_else(clinic: Clinic, theirs: Prov
         {"authorization_endpoint": "javascript:alert(1)"},
     ],
 )
-def test_a_provider_that_is_another_or_speaks_in_the_open_is_none(
-    tmp_path: Path, theirs: Provider, metadata: dict[str, Any]
-) -> None:
+def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provider, metadata: dict[str, Any]) -> None:
     theirs.metadata = metadata
     ours = OurSide(Settings(data=tmp_path, **settings(tmp_path, theirs)))
     with pytest.raises(Exception, match="does not answer"):

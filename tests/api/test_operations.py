@@ -91,7 +91,7 @@ def put_so_far(app: Any) -> int:
     return int(spool.last + spool.unwritten)
 
 
-def test_a_service_whose_database_hangs_is_alive_but_not_ready_and_asks_it_once(client: TestClient) -> None:
+def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient) -> None:
     stuck = _Stuck()
     app: Any = client.app
     waiting = put_so_far(app)
@@ -110,7 +110,7 @@ def test_a_service_whose_database_hangs_is_alive_but_not_ready_and_asks_it_once(
 # -- metrics --------------------------------------------------------------------------------------------------------
 
 
-def test_metrics_are_for_technicians_and_administrators_and_whoever_shows_the_token(client: TestClient) -> None:
+def test_metrics_need_technician_administrator_or_token(client: TestClient) -> None:
     app: Any = client.app
     allowed = {}
     for role in ("viewer", "therapist", "technician", "administrator"):
@@ -219,7 +219,7 @@ def test_every_expression_of_the_dashboard_asks_for_what_there_is(client: TestCl
 # -- logs -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_log_in_json_is_an_object_a_line_with_its_traceback() -> None:
+def test_json_log_has_one_object_per_line_with_traceback() -> None:
     try:
         raise ValueError("two\nlines")
     except ValueError:

@@ -64,7 +64,9 @@ def test_two_headers_count_as_one(client: TestClient) -> None:
 
 
 @pytest.mark.parametrize(("name", "kind"), [("page-1a2b.js", "javascript"), ("page-1a2b.css", "text/css")])
-def test_it_stays_what_it_is_and_is_kept_for_ever_in_both_forms(client: TestClient, name: str, kind: str) -> None:
+def test_static_file_is_unchanged_and_cached_forever_in_both_encodings(
+    client: TestClient, name: str, kind: str
+) -> None:
     forms = [client.get(f"/assets/{name}", headers={"accept-encoding": one}).headers for one in ("gzip", "identity")]
     for headers in forms:
         assert kind in headers["content-type"]

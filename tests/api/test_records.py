@@ -40,7 +40,7 @@ def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> Non
 
 
 @pytest.mark.parametrize("search", ["satō k", "A-1", "サトウ", "ken SAT"])
-def test_patients_are_found_by_any_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
+def test_patients_are_found_by_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
     if not client.get("/api/patients", params={"search": "Ito"}).json()["items"]:
         for number, name, kana in (("A-1", "Satō Ken", "サトウ ケン"), ("B-2", "Ito Mai", "イトウ マイ")):
             body = {"clinic_number": f"find-{number}", "name": name, "kana": kana, "affected_side": "left"}
@@ -154,7 +154,7 @@ def test_an_unexpected_error_is_a_sentence_for_the_user(client: TestClient, monk
     assert "secret" not in told["detail"]
 
 
-def test_the_page_is_served_for_every_screen_and_only_for_screens(client: TestClient) -> None:
+def test_page_is_served_for_screens_and_for_nothing_else(client: TestClient) -> None:
     for path in ("/", "/patients", f"/sessions/{uuid4()}"):
         answer = client.get(path)
         assert answer.status_code == 200

@@ -59,9 +59,7 @@ def table(text: str) -> Floats:
     return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
 
 
-def test_a_recording_goes_out_as_csv_and_comes_in_again_as_the_same_motion(
-    client: TestClient, patient: dict[str, Any]
-) -> None:
+def test_recording_survives_a_csv_export_and_import_unchanged(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     answer = client.get(f"/api/recordings/{recording['id']}/samples.csv")
     assert answer.headers["content-type"].startswith("text/csv")
@@ -76,9 +74,7 @@ def test_a_recording_goes_out_as_csv_and_comes_in_again_as_the_same_motion(
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_a_file_of_poses_becomes_the_motor_angles_of_its_side(
-    client: TestClient, patient: dict[str, Any], side: Any
-) -> None:
+def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, patient: dict[str, Any], side: Any) -> None:
     made = sent(client, patient, poses_csv(), side).json()
     recording, told = made["recording"], made["understood"]
     assert (recording["teaching_id"], recording["parent_id"], recording["take"]) == (None, None, None)
@@ -163,13 +159,11 @@ def test_radians_and_milliseconds_are_recognised_by_their_size(client: TestClien
         (b'"' + poses_csv(40.0).encode(), "cannot be read as CSV"),
     ],
 )
-def test_what_is_no_motion_at_all_is_said_to_be_none(
-    client: TestClient, patient: dict[str, Any], csv: bytes, sentence: str
-) -> None:
+def test_file_without_motion_is_refused(client: TestClient, patient: dict[str, Any], csv: bytes, sentence: str) -> None:
     assert sentence in refused(client, patient, csv)["detail"]
 
 
-def test_what_the_station_may_not_play_is_refused_at_its_line(client: TestClient, patient: dict[str, Any]) -> None:
+def test_file_beyond_the_stations_limits_is_refused_with_its_line(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
     quick = [lines[0], *(f"{float(line.split(',')[0]) / 10:.6f},{line.partition(',')[2]}" for line in lines[1:])]
@@ -228,7 +222,7 @@ def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any
     return str(key), columns
 
 
-def test_a_run_goes_out_as_csv_with_nothing_where_nothing_is_known(client: TestClient, patient: dict[str, Any]) -> None:
+def test_run_csv_leaves_unknown_values_empty(client: TestClient, patient: dict[str, Any]) -> None:
     key, columns = played(client, patient, taught(client, patient, lifted()))
     lines = client.get(f"/api/runs/{key}/samples.csv").text.splitlines()
     header = lines[0].split(",")
@@ -238,7 +232,7 @@ def test_a_run_goes_out_as_csv_with_nothing_where_nothing_is_known(client: TestC
     assert float(lines[51].split(",")[2]) == columns["path_s"][50]
 
 
-def test_a_run_as_parquet_is_read_by_others_with_its_units_and_where_it_comes_from(
+def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
     client: TestClient, patient: dict[str, Any], tmp_path: Any
 ) -> None:
     key, columns = played(client, patient, taught(client, patient, lifted()))
@@ -283,7 +277,7 @@ def test_a_recording_as_parquet_says_the_same_as_its_csv(
     assert told["columns"]["time_s"][-1] == LASTS_S
 
 
-def test_samples_that_are_damaged_or_not_there_are_said_to_be(client: TestClient, patient: dict[str, Any]) -> None:
+def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     app: Any = client.app
     with app.state.database.write() as session:

@@ -101,7 +101,7 @@ def test_a_cookie_over_https_is_this_hosts_alone(client: TestClient) -> None:
     assert "Domain" not in told
 
 
-def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(client: TestClient) -> None:
+def test_login_session_locks_when_idle_and_ends_after_a_day(client: TestClient) -> None:
     database, limits = database_of(client), sign_in.Limits()
     cookie, now = signed_in(database), utc_now()
     with database.read() as session:
@@ -117,7 +117,7 @@ def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(clien
     assert before is None, "the clock was set back"
 
 
-def test_a_sign_in_does_not_end_while_its_user_operates_an_arm_that_is_held(client: TestClient) -> None:
+def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClient) -> None:
     database, limits = database_of(client), sign_in.Limits()
     cookie, other, now = signed_in(database), signed_in(database), utc_now()
     with database.read() as session:
@@ -158,7 +158,7 @@ def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     "settings", [{"simulate": False}, {"host": "0.0.0.0"}, {"host": "192.168.1.7"}, {"host": "kata"}]
 )
-def test_off_loopback_or_with_an_apparatus_there_are_no_demonstration_links(
+def test_demonstration_links_exist_only_on_loopback_with_a_simulated_apparatus(
     tmp_path: Any, settings: dict[str, Any]
 ) -> None:
     with running(tmp_path, **settings) as client:

@@ -94,7 +94,7 @@ def taught_patient(client: TestClient) -> dict[str, Any]:
     return made
 
 
-def test_the_first_message_is_a_snapshot_and_every_message_has_the_emergency_stop(client: TestClient) -> None:
+def test_first_message_is_a_snapshot_and_all_have_the_estop(client: TestClient) -> None:
     until_mode(client, "idle")
     with client.websocket_connect("/api/live") as socket:
         messages = [socket.receive_json() for _ in range(30)]
@@ -145,7 +145,7 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
     assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
 
 
-def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
+def test_turned_apparatus_teaches_the_other_shoulder_and_stays_turned(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     wanted = teaching(client, taught_patient["id"], name="Left", side="left")
@@ -231,7 +231,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     until_mode(client, "idle")
 
 
-def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left_unread(
+def test_websocket_stop_is_answered_and_other_messages_are_ignored(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
@@ -279,7 +279,7 @@ def test_a_refused_load_leaves_no_run_behind(
 
 
 @pytest.mark.parametrize("level", [0, 26, 8.5, "high", None])
-def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
+def test_invalid_load_level_is_reported_at_its_field(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], level: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -290,7 +290,7 @@ def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
 
 
 @pytest.mark.parametrize(("settings", "level"), [({"load_level": 7}, 7), ({}, 25)])
-def test_the_load_level_reaches_the_device_and_stays_with_the_run(
+def test_load_level_reaches_the_device_and_is_stored_with_runs(
     client: TestClient,
     taught_patient: dict[str, Any],
     recording: dict[str, Any],
@@ -313,7 +313,7 @@ def test_the_load_level_reaches_the_device_and_stays_with_the_run(
         ("pause_s", -1), ("pause_s", 121), ("range_percent", 9), ("range_percent", 101), ("range_percent", None),
     ],
 )  # fmt: skip
-def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
+def test_invalid_playback_settings_are_reported_at_their_fields(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -323,7 +323,7 @@ def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
     assert until_mode(client, "idle")["run"] is None
 
 
-def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
+def test_playback_longer_than_an_hour_is_refused_without_a_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -341,7 +341,7 @@ def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
     assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before
 
 
-def test_a_run_is_played_as_it_was_asked_for_and_compared_with_that(
+def test_run_is_played_with_its_settings_and_compared_with_them(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     settings = {"speed_percent": 150.0, "repetitions": 2, "pause_s": 0.5, "range_percent": 50.0}
@@ -424,7 +424,7 @@ def test_what_a_playback_has_taught_is_played_by_the_next(
     until_mode(client, "idle")
 
 
-def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_somebody_supports_it(
+def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     client: TestClient, taught_patient: dict[str, Any]
 ) -> None:
     abduction = teach(client, taught_patient, "built-in-4")
@@ -455,7 +455,7 @@ def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_s
     until(client, lambda live: live["mode"] == "idle" and live["torque"] == "off")
 
 
-def test_when_service_and_device_mean_different_runs_the_arm_is_stopped(
+def test_arm_stops_when_service_and_device_disagree_about_the_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
@@ -485,7 +485,7 @@ def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion
     problem(client.post("/api/simulator/guide", json={"motion_id": "none"}), 404, "not_found")
 
 
-def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path: Path) -> None:
+def test_missing_apparatus_is_reported_and_its_state_is_unknown(tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     station.write_text(f'port = "{tmp_path}/no-such-adapter"\n')
     with running(tmp_path, simulate=False, station=station) as client:
@@ -497,9 +497,7 @@ def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path:
         problem(client.post("/api/simulator/estop", json={"pressed": True}), 404, "not_simulating")
 
 
-def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device_process, "_RESTART_S", (3.0,))
     with running(tmp_path) as client:
         body = {"clinic_number": "1", "name": "N", "affected_side": "right"}
@@ -543,7 +541,7 @@ def test_a_refused_load_does_not_change_whose_run_is_shown(
     until_mode(client, "idle")
 
 
-def test_an_apparatus_that_was_turned_stays_turned_when_the_service_starts_again(tmp_path: Path) -> None:
+def test_turned_apparatus_stays_turned_after_a_service_restart(tmp_path: Path) -> None:
     with running(tmp_path) as client:
         until_mode(client, "idle")
         accepted(client, "side", {"side": "left"})

@@ -105,7 +105,7 @@ def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) 
     asyncio.run(look())
 
 
-def test_a_connection_that_is_lost_is_made_anew_and_the_own_station_is_known_meanwhile(postgresql_url: str) -> None:
+def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: str) -> None:
     ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
 
     async def look() -> None:
@@ -140,7 +140,7 @@ def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> N
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_a_listener_can_be_stopped_while_something_is_just_being_said(turns: int, tmp_path: Path) -> None:
+def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path: Path) -> None:
     """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
 
     async def listen(overview: Overview) -> None:
@@ -241,7 +241,7 @@ def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestC
     assert service.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404
 
 
-def test_a_patient_at_another_station_is_named_to_whom_the_record_is_open(service: TestClient) -> None:
+def test_patient_at_another_station_is_named_only_to_permitted_users(service: TestClient) -> None:
     app: Any = service.app
     body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
     patient_id = UUID(service.post("/api/patients", json=body).json()["id"])

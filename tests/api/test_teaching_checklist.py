@@ -33,7 +33,7 @@ def sign_up(client: TestClient, number: str) -> dict[str, Any]:
     return made
 
 
-def test_nothing_is_taught_before_the_emergency_stop_was_tried_and_somebody_has_looked(unchecked: TestClient) -> None:
+def test_teaching_requires_a_tried_estop_and_a_visual_check(unchecked: TestClient) -> None:
     client, patient = unchecked, sign_up(unchecked, "T-1")
     wanted = {"patient_id": patient["id"], "fixtures": list(SECOND), "taught_by": WHO}
     assert open_before_teaching(client, patient["id"], SECOND) == [*LOOKED_AT, "estop"]
@@ -68,9 +68,7 @@ def test_nothing_is_taught_before_the_emergency_stop_was_tried_and_somebody_has_
     problem(client.post("/api/station/teach", json=wanted), 409, "checklist_open")
 
 
-def test_what_a_session_knows_is_not_asked_again_and_what_is_looked_at_stays_with_it(
-    client: TestClient, patient: dict[str, Any]
-) -> None:
+def test_session_answers_are_reused_and_checks_stay_with_it(client: TestClient, patient: dict[str, Any]) -> None:
     until_mode(client, "idle")
     wanted = teaching(client, patient["id"], taught_by=WHO)
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()

@@ -88,7 +88,7 @@ def test_the_care_team_sees_its_patient(clinic: Database) -> None:
     assert told["run"]["patient"]["name"] == "Yamada Hanako"
 
 
-def test_only_those_whose_patient_it_is_hear_that_something_was_saved(clinic: Database) -> None:
+def test_save_notices_reach_only_users_with_the_patient(clinic: Database) -> None:
     everybodys, restricted = patient(clinic), patient(clinic, restricted=True)
 
     def hears(role: Role, of: UUID) -> bool:

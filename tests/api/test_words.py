@@ -95,7 +95,7 @@ def _own_errors() -> dict[str, set[str]]:
     return found
 
 
-def test_every_error_that_a_request_can_meet_has_a_sentence_in_both_languages(document: dict[str, Any]) -> None:
+def test_every_request_error_has_a_sentence_in_both_languages(document: dict[str, Any]) -> None:
     kinds = {"json_invalid"} | set(_own_errors())
     for _, schema in _asked_for(document):
         for keyword in schema:
@@ -106,13 +106,13 @@ def test_every_error_that_a_request_can_meet_has_a_sentence_in_both_languages(do
     assert kinds - set(i18n.SENTENCES) == set()
 
 
-def test_every_field_that_a_request_can_have_has_a_name_in_japanese(document: dict[str, Any]) -> None:
+def test_every_request_field_has_a_japanese_name(document: dict[str, Any]) -> None:
     fields = {name for name, _ in _asked_for(document) if name}
     plain = {name for name in fields if i18n.name([name], "ja").isascii()}
     assert plain == set(), "add these to NAMES in api/i18n.py, without their unit"
 
 
-def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
+def test_error_sentences_use_only_placeholders_their_error_provides() -> None:
     known: dict[str, set[str]] = {error["type"]: set(error.get("example_context") or {}) for error in list_all_errors()}
     known |= {**_own_errors(), "string_empty": set()}
     for kind, sentences in i18n.SENTENCES.items():
@@ -133,7 +133,7 @@ def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
         ("", "en"),
     ],
 )
-def test_the_language_is_the_one_of_ours_that_the_browser_likes_best(accepted: str, language: str) -> None:
+def test_language_is_the_browsers_best_supported_preference(accepted: str, language: str) -> None:
     assert i18n.preferred(accepted) == language
 
 

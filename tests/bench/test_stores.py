@@ -55,7 +55,7 @@ def test_what_was_not_kept_is_gone() -> None:
     assert not folder.exists()
 
 
-def test_a_database_that_was_filled_quickly_is_as_one_that_was_not(tmp_path: Path) -> None:
+def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) -> None:
     with (
         store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _),
         database.writer.connect() as connection,

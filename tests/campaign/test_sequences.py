@@ -28,7 +28,7 @@ def test_nor_does_any_of_ten_thousand(core: int) -> None:
 
 
 @pytest.mark.timeout(600)
-def test_a_stop_waits_for_nothing_on_its_way_from_the_service() -> None:
+def test_stop_waits_for_nothing_on_its_way_from_service() -> None:
     few = settings(max_examples=40, stateful_step_count=30, derandomize=True, deadline=None, suppress_health_check=_ALL)
     run_state_machine_as_test(Crossings, settings=few)
 

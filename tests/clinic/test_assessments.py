@@ -75,7 +75,7 @@ def test_a_change_replaces_what_is_given_and_leaves_the_rest(database: Database,
     assert kept.updated_at > row.updated_at
 
 
-def test_the_second_of_two_editors_is_told_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
+def test_second_of_two_editors_is_refused_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found())
         seen = row.updated_at
@@ -91,7 +91,7 @@ def test_the_second_of_two_editors_is_told_and_nothing_is_lost(database: Databas
         assert service.get(session, row.id).note == "first"
 
 
-def test_what_is_withdrawn_stays_to_be_seen_and_counts_for_nothing(database: Database, episode_id: UUID) -> None:
+def test_withdrawn_assessment_stays_visible_and_counts_for_nothing(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         first, second, third = (service.create(session, episode_id, found(day)) for day in (0, 7, 14))
     with database.write() as session:

@@ -29,7 +29,7 @@ def answer(check: CheckName, subject: str, minutes: int = 0) -> Answer:
         (("arm_fixer_2", "elbow_fixer_1"), False, ("arm_fixer_2", "elbow_fixer_2")),
     ],
 )
-def test_a_rotated_arm_lies_in_the_second_fixers_any_other_in_the_first_unless_it_was_taught_otherwise(
+def test_fixer_follows_teaching_or_else_the_rotation(
     taught_with: tuple[str, ...], rotates: bool, fixtures: tuple[str, ...]
 ) -> None:
     assert playback_fixtures(taught_with, rotates=rotates) == fixtures

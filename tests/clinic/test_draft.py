@@ -119,7 +119,7 @@ def test_each_thing_that_happened_is_one_sentence(given: dict[str, Any], sentenc
     assert draft(session(run())) == "Left shoulder, without a programme. Abduction: 1 of 1 repetition."
 
 
-def test_planned_repetitions_are_the_programmes_and_what_was_left_out_is_named() -> None:
+def test_planned_repetitions_come_from_the_programme_and_omissions_are_named() -> None:
     planned = programme("Abduction", "Flexion")
     text = draft(session(run(programme_position=1, repetitions=5, repetitions_done=5), programme=planned))
     assert "Abduction: 5 of 10 repetitions. Not played: Flexion." in text

@@ -51,7 +51,7 @@ def told(session: Session) -> list[str]:
     return [line for line in text if any(word in line or "datetime.date(1968, 4, 12)" in line for word in TELLING)]
 
 
-def test_erasing_leaves_no_word_of_who_it_was_and_every_figure(database: Database) -> None:
+def test_erasure_removes_every_identifier_and_preserves_every_figure(database: Database) -> None:
     patient_id = treated(database, sessions=3)
     with database.write() as session:
         asked = erasures.note(session, patient_id, ErasureRequest(reason="Mrs Yamada asked.", noted_by="S"))

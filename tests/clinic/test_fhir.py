@@ -61,9 +61,7 @@ def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: 
     assert kinds["Observation"] == 50 * 2 + 50 * 2 + 25 + 5 * (64 + 4 + 1 + 1)
 
 
-def test_the_same_record_is_the_same_bundle_and_its_references_lead_to_its_entries(
-    database: Database, tmp_path: Path
-) -> None:
+def test_same_record_makes_the_same_bundle_with_resolvable_references(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=3)
     told = exported(database, patient_id, tmp_path / "bundle.json")
     assert exported(database, patient_id, tmp_path / "again.json") == told
@@ -157,7 +155,7 @@ def test_what_is_told_is_what_stands_in_the_record(database: Database, tmp_path:
     assert seen["note"][0]["authorString"] == "Suzuki Aya"
 
 
-def test_a_patient_of_whom_next_to_nothing_is_known_is_accepted_too(database: Database, tmp_path: Path) -> None:
+def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=0)
     with database.write() as session:
         row = patients.get(session, patient_id)
@@ -204,9 +202,7 @@ BREAKS: dict[str, Callable[[Json], Any]] = {
 
 
 @pytest.mark.parametrize("database", ["sqlite"], indirect=True)
-def test_what_is_broken_is_refused_by_at_least_one_so_that_the_judges_are_known_to_judge(
-    database: Database, tmp_path: Path
-) -> None:
+def test_broken_bundle_is_refused_by_at_least_one_validator(database: Database, tmp_path: Path) -> None:
     whole = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     cases = {}
     for name, damage in BREAKS.items():
@@ -290,7 +286,7 @@ def test_what_is_not_understood_is_refused_by_its_path(change: Json, path: str, 
     assert caught.value.places[0][1].startswith(what)
 
 
-def test_every_path_of_a_bundle_is_told_and_one_without_patients_is_refused() -> None:
+def test_every_bundle_path_is_reported_and_patients_are_required() -> None:
     patients_in = [incoming(), incoming(gender="f"), incoming(birthDate="today")]
     with pytest.raises(NotUnderstoodError) as caught:
         read_patients({"resourceType": "Bundle", "entry": [{"resource": one} for one in patients_in]}, "left")

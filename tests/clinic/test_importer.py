@@ -170,7 +170,7 @@ def pose(time_s: float) -> list[float]:
     return [float(angle) for angle in motor_angles_deg([0.0, 10 * share, 10 + 80 * share, 0.0, 0.0])]
 
 
-def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: Clinic) -> None:
+def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     finished = JournalEnd(reason="finished")
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=finished)
     clinic.importer.run()
@@ -231,7 +231,7 @@ def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
     assert trace(told, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic) -> None:
+def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     """Each falls short by a degree: what is added grows, and is what the run before has taught."""
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
@@ -316,9 +316,7 @@ def numbers(encoded: dict[str, str]) -> NDArray[np.float64]:
     return np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"]).astype(np.float64)
 
 
-def test_what_lasts_is_kept_with_an_overview_from_which_it_is_drawn(
-    clinic: Clinic, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kata.clinic.downsampling.BLOCK_SAMPLES", 100)
     recording_id = clinic.recording()
     run_id = clinic.begin_run(recording_id)
@@ -361,7 +359,7 @@ def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     assert run.stop.code == "estop_pressed"
 
 
-def test_a_stopped_run_is_found_by_its_cause_and_whose_session_it_was(clinic: Clinic) -> None:
+def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
     clinic.journal("run", run_id, [1.0], end=end)
@@ -383,7 +381,7 @@ def test_a_stopped_run_is_found_by_its_cause_and_whose_session_it_was(clinic: Cl
     assert (found("Sato"), found("Ito")) == ([visit.id], [])
 
 
-def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clinic: Clinic) -> None:
+def test_run_of_a_dead_process_is_interrupted_with_its_samples(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0])
     path.write_bytes(path.read_bytes()[:-30])
@@ -395,7 +393,7 @@ def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clin
     assert run.comparison.samples == 100
 
 
-def test_a_journal_that_a_last_device_process_still_writes_is_waited_for(clinic: Clinic) -> None:
+def test_journal_still_being_written_is_waited_for(clinic: Clinic) -> None:
     """A service that was killed and is started again at once finds the old device process on its ramp."""
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0], end=JournalEnd(reason="stopped", cause_code="service_silent"))
@@ -432,14 +430,14 @@ def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypat
         assert runs.get(session, run_id).ended_at is None
 
 
-def test_a_run_without_any_journal_is_interrupted_at_the_next_start(clinic: Clinic) -> None:
+def test_run_without_a_journal_is_interrupted_at_next_start(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.importer.run_at_start()
     with clinic.database.read() as session:
         assert runs.get(session, run_id).outcome == "interrupted"
 
 
-def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) -> None:
+def test_unreadable_or_unknown_journals_are_set_aside(clinic: Clinic) -> None:
     (clinic.folder / "run-broken.journal").write_bytes(b"\0" * 100)
     stranger = clinic.journal("teaching", uuid4(), [1.0], end=JournalEnd(reason="finished"))
     clinic.importer.run()
@@ -450,9 +448,7 @@ def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) 
 
 
 @pytest.mark.parametrize("left", [b"", b'{"format":"kata-journal/2","kind":"r', b"\0" * 4096])
-def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothing_was_measured(
-    clinic: Clinic, left: bytes
-) -> None:
+def test_journal_without_a_header_reports_that_nothing_was_measured(clinic: Clinic, left: bytes) -> None:
     """At once, not only at the next start: the session could not be ended otherwise."""
     run_id = clinic.begin_run(clinic.recording())
     other_id = clinic.begin_run(clinic.saved[-1].id)
@@ -471,7 +467,7 @@ def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothi
     assert {path.name for path in (clinic.folder / "unreadable").iterdir()} == names
 
 
-def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_journal_does_not_block_the_next_one(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     bad = clinic.journal("run", clinic.begin_run(clinic.recording()), [1.0])
     clinic.journal("teaching", clinic.begin_teaching(), [1.0], end=JournalEnd(reason="finished"))
 
@@ -484,7 +480,7 @@ def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, m
     assert bad.exists()
 
 
-def test_a_damaged_recording_is_told_and_does_not_break_the_list(clinic: Clinic) -> None:
+def test_damaged_recording_is_reported_and_does_not_break_the_list(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     with clinic.database.write() as session:
         session.get_one(RecordingSamplesRow, recording_id).data = b"damaged"
@@ -507,7 +503,7 @@ def test_a_recording_that_lacks_a_minute_is_not_played(clinic: Clinic, monkeypat
     assert caught.value.code == "unreadable_samples"
 
 
-def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Clinic) -> None:
+def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=-0.5, end=JournalEnd(reason="completed"))
     clinic.importer.run()
@@ -533,7 +529,7 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     assert trace(told, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
 
 
-def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) -> None:
+def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     has_undelivered = [True]
     importer = Importer(
@@ -556,7 +552,7 @@ def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) ->
     assert (clinic.folder / "unreadable" / lost.name).exists()
 
 
-def test_a_run_that_was_loaded_when_its_device_process_ended_has_ended_with_it(clinic: Clinic) -> None:
+def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     lost = clinic.begin_run(recording_id)
     ended_at = utc_now()

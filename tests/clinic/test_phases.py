@@ -25,11 +25,11 @@ MOTION = Motion(TIMES_S, SWING)
         ([PHASE_PLAYING, PHASE_REVERSING, PHASE_PAUSED, PHASE_REVERSING, PHASE_RETURNING], 1),
     ],
 )
-def test_each_time_the_arm_is_taken_back_counts_once_however_it_is_paused(phases: list[int], times: int) -> None:
+def test_each_reversal_counts_once_however_it_is_paused(phases: list[int], times: int) -> None:
     assert reversals(np.repeat(np.array(phases, dtype=np.uint8), 3)) == times
 
 
-def test_less_range_is_how_little_of_the_way_was_really_gone() -> None:
+def test_reduced_range_is_measured_by_the_way_really_moved() -> None:
     phase = np.where(TIMES_S < 4, PHASE_PLAYING, PHASE_LESSENED).astype(np.uint8)
     share = np.where(TIMES_S < 4, 1.0, np.where(TIMES_S < 6, 0.8, 0.6))
     assert least_range_percent(MOTION, phase, TIMES_S, SWING * share[:, None]) == pytest.approx(60, abs=1)

@@ -123,7 +123,7 @@ def test_every_change_is_a_version_and_what_was_said_stays(clinic: Clinic) -> No
     assert told.side == "right"
 
 
-def test_the_second_of_two_editors_is_told_and_nothing_is_lost(clinic: Clinic) -> None:
+def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) -> None:
     lift = clinic.recording()
     made = clinic.programme(lift)
     clinic.version(made.id, 1, lift, note="First.")
@@ -134,7 +134,7 @@ def test_the_second_of_two_editors_is_told_and_nothing_is_lost(clinic: Clinic) -
         service.update(session, made.id, ProgrammeUpdate(name="Evening", updated_at=made.created_at))
 
 
-def test_of_two_who_save_at_the_same_moment_one_is_told(clinic: Clinic) -> None:
+def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
     """The second looks before the first has committed, and writes after it."""
     lift = clinic.recording()
     made = clinic.programme(lift)
@@ -251,7 +251,7 @@ def run(position: int | None, recording: RecordingRow, **given: Any) -> RunRow:
     return played(programme_position=position, **told | given)
 
 
-def test_each_item_has_its_runs_and_what_was_played_besides_stands_apart() -> None:
+def test_each_item_has_its_runs_and_others_are_separate() -> None:
     plan = planned.compare(
         [item(1, LIFT), item(2, TURN), item(3, LIFT)],
         [
@@ -378,7 +378,7 @@ def test_monday_begins_where_the_clinic_is() -> None:
     assert (london.begins_on, tokyo.begins_on) == (date(2026, 11, 9), date(2026, 11, 16))
 
 
-def test_the_wish_is_what_was_last_said_by_the_end_of_a_week() -> None:
+def test_goal_is_the_last_one_set_by_each_week() -> None:
     one, other = uuid4(), uuid4()
     said = [
         Said(one, MONDAY, 2, None),

@@ -112,7 +112,7 @@ def fill(database: Database) -> Callable[[Callable[[Episode], None]], UUID]:
 Fill = Callable[[Callable[[Episode], None]], UUID]
 
 
-def test_range_of_motion_is_held_against_baseline_other_side_and_reference(database: Database, fill: Fill) -> None:
+def test_range_of_motion_is_compared_with_baseline_other_side_reference(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.assess(0, rom=[rom(90), rom(100, kind="passive"), rom(165, side="right")])
         episode.assess(7, rom=[rom(105), rom(175, side="right"), rom(12, motion="extension")])
@@ -223,7 +223,7 @@ def test_errors_are_told_by_recording_and_method(database: Database, fill: Fill)
     assert table.rows[-1] == [DAY + timedelta(days=7), "Lift", "learned", 1, 0.5, 1.5]
 
 
-def test_what_was_learned_is_told_as_it_was_at_the_end_of_a_session(database: Database, fill: Fill) -> None:
+def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
         learned = [run(lift, 1.0, 3.0, minute, learned_rms_deg=rms) for minute, rms in ((5, 0.5), (0, 0.25))]

@@ -168,7 +168,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
     assert "Trends" not in text
 
 
-def test_a_run_whose_samples_are_damaged_is_told_without_its_curves(
+def test_run_with_damaged_samples_is_reported_without_curves(
     signed: tuple[SessionContent, EpisodeContent],
 ) -> None:
     visit, _ = signed
@@ -204,7 +204,7 @@ def test_what_is_not_there_has_no_report(sqlite: Database) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_an_unsigned_session_is_a_draft_on_every_page_and_a_signed_one_on_none(
+def test_unsigned_reports_say_draft_on_every_page(
     draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
 ) -> None:
     mark = WORDS["draft"][LANGUAGES.index(language)]
@@ -214,7 +214,7 @@ def test_an_unsigned_session_is_a_draft_on_every_page_and_a_signed_one_on_none(
     assert not any(mark in page for page in texts_of(paper.session_pdf(signed[0], how(language))))
 
 
-def test_every_page_says_whose_it_is_which_it_is_and_when_it_was_printed(draft: SessionContent) -> None:
+def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> None:
     pages = texts_of(paper.session_pdf(draft, how()))
     for number, page in enumerate(pages, start=1):
         assert f"{number} / {len(pages)}" in page
@@ -222,7 +222,7 @@ def test_every_page_says_whose_it_is_which_it_is_and_when_it_was_printed(draft: 
         assert "Printed 30 November 2026 12:04 JST" in page
 
 
-def test_sixty_runs_go_over_many_pages_and_every_page_of_a_table_has_its_head(draft: SessionContent) -> None:
+def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
     one = draft.runs[0]
     many = replace(draft, runs=tuple(replace(one, number=number) for number in range(1, 61)))
     pages = texts_of(paper.session_pdf(many, how()))

@@ -60,7 +60,7 @@ def test_a_minute_of_motion_is_small() -> None:
     assert len(blob) < 0.08 * (time_s.nbytes + counts.nbytes)
 
 
-def test_what_goes_along_with_the_clock_costs_nothing_where_the_clock_itself_jitters() -> None:
+def test_columns_beside_a_jittering_clock_compress_to_nothing() -> None:
     time_s = np.cumsum(np.random.default_rng(1).normal(0.01, 0.0003, 6000))
     columns = (Column("time_s", "s", 1e-6), Column("path_s", "s", 1e-6, along="time_s"))
     alone = encode({"time_s": time_s}, columns[:1])

@@ -53,7 +53,7 @@ def test_down_and_up_again(database: Database) -> None:
         assert "patients" in inspect(connection).get_table_names()
 
 
-def test_a_run_of_before_there_were_load_levels_and_settings_is_kept_and_has_none(database: Database) -> None:
+def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
     taught = {"taught_at": _NOW, "duration_s": 1.0, "rate_hz": 100, "samples": 101, "archived_at": None}
     played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
     tracked = {"peak_deg": 1.0, "peak_at_s": 0.5, "rmse_deg": 0.2, "start_deg": 0.0}
@@ -102,7 +102,7 @@ def test_a_run_of_before_there_were_load_levels_and_settings_is_kept_and_has_non
         )
 
 
-def test_what_was_made_of_a_recording_goes_down_as_a_take_and_loses_nothing(database: Database) -> None:
+def test_derived_recording_downgrades_to_a_take_without_loss(database: Database) -> None:
     told = {"name": "N", "side": "left"}
     row = {"station": "S", "duration_s": 1.0, "rate_hz": 100, "samples": 101, "note": "", "archived_at": None, **told}
     with database.write() as session:
@@ -181,7 +181,7 @@ def test_a_database_of_a_newer_program_is_left_alone(database: Database) -> None
         upgrade(database)
 
 
-def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
+def test_file_that_is_no_database_is_refused(tmp_path: Path) -> None:
     (tmp_path / "kata.db").write_text("this is a letter to my aunt, not a database at all")
     with pytest.raises(DatabaseError, match="cannot be opened"):
         upgrade(Database(f"sqlite:///{tmp_path / 'kata.db'}"))
@@ -263,9 +263,7 @@ class TestSqlite:
             with pytest.raises(OperationalError, match="readonly"):
                 session.flush()
 
-    def test_a_reader_that_closes_last_leaves_the_log_to_the_next_writer(
-        self, database: Database, tmp_path: Path
-    ) -> None:
+    def test_last_closing_reader_leaves_the_log_to_the_next_writer(self, database: Database, tmp_path: Path) -> None:
         """Before 3.51.3 a log can be corrupted when two connections write and checkpoint together: ever only one does."""
         file, log = tmp_path / "kata.db", tmp_path / "kata.db-wal"
         with database.write() as session:

@@ -97,7 +97,7 @@ def test_a_damaged_head_is_told_apart_wherever_the_damage_is(series: Series) -> 
         unpack(Series(b""))
 
 
-def test_what_was_kept_in_one_piece_is_read_as_it_is() -> None:
+def test_series_stored_in_one_piece_is_read_unchanged() -> None:
     before = Series(encode(taught(1000), SAMPLE_COLUMNS))
     assert numbers_within(before.head, *WINDOW) == []
     assert len(unpack(before)["time_s"]) == 1000

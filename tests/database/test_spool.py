@@ -105,9 +105,7 @@ def test_a_folder_of_somebody_elses_is_refused(tmp_path: Path) -> None:
         Spool(tmp_path)
 
 
-def test_a_disk_that_is_full_is_said_and_nothing_is_written_twice_when_it_is_not_any_more(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_full_disk_is_reported_and_nothing_is_written_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = filled(tmp_path, "before")
     write, full, tried = os.write, threading.Event(), threading.Semaphore(0)
     full.set()
@@ -203,7 +201,7 @@ def _crashed(*_: object) -> None:
     raise RuntimeError("crashed")
 
 
-def test_a_crash_between_the_commit_and_the_files_imports_nothing_twice(
+def test_crash_between_commit_and_files_imports_nothing_twice(
     clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spool = filled(tmp_path / "spool", "a", "b")
@@ -251,9 +249,7 @@ def test_a_commit_whose_answer_is_lost_is_found_to_stand(
     assert clinic.arrived() == ["a", "b"]
 
 
-def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing(
-    clinic: Clinic, tmp_path: Path
-) -> None:
+def test_rows_the_database_refuses_are_set_aside_without_blocking(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a", "", "c")
     delivery = clinic.delivery(spool)
     assert delivery.until_taken(20)
@@ -263,7 +259,7 @@ def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing
     assert (tmp_path / "refused.jsonl").read_bytes() == b"\n"
 
 
-def test_a_folder_that_was_put_back_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
+def test_spool_restored_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a")
     with clinic.database.write() as session:
         session.add(SpoolRow(id=spool.id, station="Station 1", taken=7, at=utc_now()))

@@ -122,14 +122,14 @@ def test_damaged_answers_are_told_apart_from_none() -> None:
         assert evaluate_faults(bad, CONFIG) == [("drive_garbled", 1)]
 
 
-def test_a_lost_bus_says_nothing_of_the_drives_and_the_switch_on_it() -> None:
+def test_lost_bus_says_nothing_about_drives_and_switch() -> None:
     lost = msgspec.structs.replace(
         MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5
     )
     assert evaluate_faults(lost, CONFIG) == [("bus_lost", None)]
 
 
-def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
+def test_torque_remaining_after_switching_off_is_a_fault() -> None:
     off = msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
     assert evaluate_faults(off, CONFIG) == [("torque_remains", 1)]
 
@@ -149,7 +149,7 @@ def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
         ("disagreements", 100),
     ],
 )
-def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
+def test_moving_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
     """Nor what a computer may, that moves nothing."""
     resting = msgspec.structs.replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
     assert evaluate_faults(resting, CONFIG) == []
@@ -213,7 +213,7 @@ def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_step_longer_than_one_and_a_half_of_the_highest_speed_and_a_degree_is_not_sent(direction: int) -> None:
+def test_step_above_one_and_a_half_maximum_speed_is_blocked(direction: int) -> None:
     # 100 deg/s at 100 Hz: 1 deg a period. At 10 Hz: 10 deg.
     assert refused(100.0, 100.0 + direction * 2.499) == []
     assert refused(100.0, 100.0 + direction * 2.501) == ["setpoint_step"]

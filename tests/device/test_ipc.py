@@ -169,7 +169,7 @@ def a_reference() -> Reference:
 # -- the disk -----------------------------------------------------------------------------------------------------
 
 
-def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(tmp_path: Path) -> None:
+def test_samples_are_written_and_stops_heard_while_disk_is_busy(tmp_path: Path) -> None:
     busy, may_end = threading.Event(), threading.Event()
 
     class SlowSync(Files):
@@ -225,7 +225,7 @@ def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None
     assert kept.end is not None
 
 
-def test_a_journal_is_on_the_disk_when_the_process_ends_without_anybody_to_tell(tmp_path: Path) -> None:
+def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) -> None:
     service, device = socket.socketpair()
     with device:
         exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), FakeLoader())
@@ -393,7 +393,7 @@ def test_a_load_in_another_mode_does_not_reach_the_builder(service: Service, sna
     assert service.loader.sent != []
 
 
-def test_a_load_of_the_other_side_does_not_reach_the_builder(service: Service) -> None:
+def test_recording_of_the_other_side_does_not_reach_the_builder(service: Service) -> None:
     service.deliver(1, message(side="right" if StationConfig().side == "left" else "left"))
     assert service.answers() == [(1, "other_side")]
     assert service.loader.sent == []
@@ -424,7 +424,7 @@ def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command:
     assert service.loader.sent[-1].id == 4
 
 
-def test_a_load_stopped_in_the_middle_of_its_parts_is_forgotten(service: Service) -> None:
+def test_load_stopped_between_its_parts_is_discarded(service: Service) -> None:
     *parts, last = parts_of(1, message())
     for part in parts:
         service.take(part)
@@ -486,7 +486,7 @@ def test_a_damaged_length_ends_the_connection_but_no_thread(tmp_path: Path) -> N
         assert service.exchange._thread.is_alive()
 
 
-def test_a_reply_goes_out_with_the_cycle_that_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
+def test_reply_is_sent_with_the_cycle_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
     """A Load sent on the strength of a reply is judged by that cycle's snapshot, not by the one before."""
     with running(tmp_path) as service:
         service.exchange.reply(Reply(id=1))

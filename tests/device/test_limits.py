@@ -49,7 +49,7 @@ def test_the_tighter_of_mechanism_and_patient_counts_at_each_end(stepped: Steppe
     assert stepped.loop._machine.limits_deg == stepped.config.mechanism_deg
 
 
-def test_an_arm_outside_the_patients_limits_is_fetched_and_brought_back_to_them(stepped: Stepped) -> None:
+def test_arm_outside_patient_limits_is_fetched_back_inside(stepped: Stepped) -> None:
     load(stepped, 5.0, 42.0)
     assert stepped.send(Approach()) is None
     assert stepped.loop._machine.limits_deg[MOVING] == (0.0, 42.0)
@@ -79,7 +79,7 @@ def test_limits_tighten_behind_the_arm_during_the_approach(stepped: Stepped) -> 
     assert highest[-1] == 42.0
 
 
-def test_an_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
+def test_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
     """Limits that have tightened do not widen for an arm that leaves them."""
     stepped.apparatus.angles_deg[MOVING] = 60.0
     stepped.forward(0.05)
@@ -95,7 +95,7 @@ def test_an_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped
 
 
 @pytest.mark.parametrize(("outside_deg", "waits_s"), [(0.9, 0.0), (1.1, 1.0), (2.1, 1.0)])
-def test_the_approach_ends_when_the_arm_is_inside_or_a_second_later(
+def test_approach_ends_with_the_arm_inside_or_after_a_second(
     stepped: Stepped, outside_deg: float, waits_s: float
 ) -> None:
     """A drive that stays behind its setpoint is outside for a while. Beyond half of the tolerance it is a fault."""
@@ -211,7 +211,7 @@ def test_an_arm_pushed_beyond_the_patients_limits_is_a_fault(stepped: Stepped) -
 
 
 @pytest.mark.parametrize(("angle_deg", "refused"), [(-23.0, False), (-23.1, True), (47.0, False), (47.1, True)])
-def test_torque_is_not_switched_on_where_the_arm_stands_out_of_its_range_by_more_than_the_tolerance(
+def test_torque_is_refused_when_the_arm_exceeds_range_plus_tolerance(
     stepped: Stepped, angle_deg: float, refused: bool
 ) -> None:
     stepped.apparatus.angles_deg[0] = angle_deg
@@ -289,14 +289,14 @@ def settling(high_deg: float = 42.0) -> RunLimits:
     return limits
 
 
-def test_an_arm_that_stays_outside_has_exactly_its_time_to_settle() -> None:
+def test_arm_that_stays_outside_has_exactly_its_settling_time() -> None:
     limits = settling()
     inside, outside = (40.0,) * 5, (50.0,) * 5
     assert [limits.settle(inside, outside, SETTLE_S / 4) for _ in range(4)] == [False, False, False, True]
     assert not limits.widened
 
 
-def test_limits_do_not_tighten_in_front_of_a_setpoint_that_is_still_outside() -> None:
+def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
     limits = settling()
     inside, just_outside = (40.0,) * 5, (42.5,) * 5
     assert not limits.settle(just_outside, inside, 2 * SETTLE_S)
@@ -307,5 +307,5 @@ def test_limits_do_not_tighten_in_front_of_a_setpoint_that_is_still_outside() ->
 @pytest.mark.parametrize(
     ("arm_deg", "settles"), [(42.9, True), (43.1, False), (4.1, True), (3.9, False), (42.0, True), (5.0, True)]
 )
-def test_an_arm_within_a_quarter_of_the_tolerance_counts_as_inside(arm_deg: float, settles: bool) -> None:
+def test_arm_within_a_quarter_of_the_tolerance_is_inside(arm_deg: float, settles: bool) -> None:
     assert settling().settle((40.0,) * 5, (arm_deg,) * 5, 0.0) is settles

@@ -62,9 +62,7 @@ def test_each_method_has_its_reference(loading: Loading, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
-def test_in_every_method_a_recording_beyond_the_range_is_refused_by_motor_and_time(
-    loading: Loading, method: str
-) -> None:
+def test_every_method_refuses_recordings_beyond_the_range_by_motor(loading: Loading, method: str) -> None:
     far = angles(motor3=10 + 117 * np.sin(np.pi * TIMES_S / SECONDS))
     refusal = loading(message(far, method=method)).refusal
     assert refusal is not None
@@ -83,7 +81,7 @@ def test_so_is_one_beyond_the_patients_limits_by_however_little(loading: Loading
     assert "motor 3 would go to 40.0 deg at 1.5 s; its range is 5 to 40 deg" in refusal.message
 
 
-def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(loading: Loading) -> None:
+def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading) -> None:
     wave = angles(motor4=5.0 * np.sin(2 * np.pi * 3.0 * TIMES_S))
     sharp = (2 * np.pi * 3.0) ** 2 * 5.0 * (1 / (1 + (3 / 6) ** 4))
 
@@ -148,7 +146,7 @@ def test_what_was_learned_goes_with_the_recording(loading: Loading) -> None:
         ({"correction_deg": correction(count=1), "correction_step_s": 3.0}, "as long as another recording"),
     ],
 )
-def test_what_was_learned_must_be_whole_bounded_and_of_this_recording(
+def test_learned_correction_must_be_complete_bounded_and_match_the_recording(
     loading: Loading, changes: dict[str, object], sentence: str
 ) -> None:
     good = message(method="learned", correction_deg=correction(), correction_step_s=0.02)

@@ -113,7 +113,7 @@ def test_an_error_of_the_builder_is_a_refusal(loading: Loading) -> None:
     assert isinstance(loading.load(message()), Reference)
 
 
-def test_a_killed_builder_is_a_refusal_and_the_next_load_works(tmp_path: Path) -> None:
+def test_killed_builder_refuses_its_load_and_the_next_succeeds(tmp_path: Path) -> None:
     """The first one is killed between a Load and its parts."""
     program = """
 import os, signal, socket, sys
@@ -152,7 +152,7 @@ def test_a_builder_that_hangs_is_a_refusal() -> None:
         assert refusal.code == "unplayable"
 
 
-def test_the_rest_of_a_discarded_load_is_not_added_to_the_next(loading: Loading) -> None:
+def test_rest_of_a_discarded_load_is_not_added_to_another(loading: Loading) -> None:
     *parts, _ = parts_of(7, message(angles(motor3=20.0 + 0 * TIMES_S)))
     for part in parts:
         loading.loader.send(part)

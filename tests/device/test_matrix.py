@@ -150,7 +150,7 @@ def test_the_matrix_is_whole() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_faulty_pedal_records_nothing_that_it_does_not_plainly_ask_for(tmp_path: Path, kind: Kind) -> None:
+def test_faulty_pedal_records_only_what_it_clearly_requests(tmp_path: Path, kind: Kind) -> None:
     """Up, or not known to be down, is up. Only a pedal that says "down" for long enough records, truly or not."""
     apparatus = FaultyApparatus(kind=None, pedal_down=False)
     stepped = Stepped(tmp_path, apparatus=apparatus)

@@ -56,7 +56,7 @@ def test_before_it_has_said_anything_nobody_knows(foot: Foot, pedal: UsbPedal) -
     assert pedal.down() is None
 
 
-def test_down_is_down_until_it_is_up_and_repetition_changes_nothing(foot: Foot, pedal: UsbPedal) -> None:
+def test_held_pedal_stays_down_and_repetitions_change_nothing(foot: Foot, pedal: UsbPedal) -> None:
     foot.key(1)
     assert pedal.down() is True
     foot.key(2)
@@ -82,7 +82,7 @@ def test_events_that_the_kernel_had_to_drop_make_it_unknown(foot: Foot, pedal: U
     assert pedal.down() is None
 
 
-def test_pulled_out_it_is_unknown_and_plugged_in_again_it_is_found(path: Path, foot: Foot, pedal: UsbPedal) -> None:
+def test_unplugged_pedal_is_unknown_and_found_when_plugged_in(path: Path, foot: Foot, pedal: UsbPedal) -> None:
     foot.key(1)
     assert pedal.down() is True
     foot.unplug()

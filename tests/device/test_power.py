@@ -125,7 +125,7 @@ def test_nor_when_the_disk_takes_a_little_at_a_time(tmp_path: Path, most_at_once
     assert session.problems() == set()
 
 
-def test_blocks_that_were_another_journals_are_not_taken_for_this_ones(tmp_path: Path) -> None:
+def test_blocks_of_another_journal_are_not_read_as_this_ones(tmp_path: Path) -> None:
     older = Session(tmp_path, CutDisk(), msgspec.structs.replace(HEADER, id="b-run"))
     older.run(begins_ns=5 * MS, lasts_ns=330 * MS)
     session = Session(tmp_path, CutDisk(sync_ns=3 * MS))
@@ -133,7 +133,7 @@ def test_blocks_that_were_another_journals_are_not_taken_for_this_ones(tmp_path:
     assert session.problems(stale=bytes(older.disk.data)) == set()
 
 
-def test_the_journal_is_whole_on_the_disk_before_anybody_is_told_that_it_is_closed(tmp_path: Path) -> None:
+def test_journal_is_on_disk_before_its_end_is_reported(tmp_path: Path) -> None:
     disk = CutDisk()
     keeper = JournalKeeper(tmp_path, disk)
     writer = keeper.open(HEADER)
@@ -179,7 +179,7 @@ def test_without_its_syncs_it_would_lose_more(tmp_path: Path, disk: CutDisk) -> 
     assert session.problems() == {"lost"}
 
 
-def test_without_the_header_in_the_crc_another_journals_samples_would_be_read(
+def test_crc_with_the_header_excludes_samples_of_other_journals(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     crc32 = zlib.crc32
@@ -208,7 +208,7 @@ def test_a_full_disk_is_told_and_keeps_what_it_has(tmp_path: Path, room: int) ->
 
 
 @pytest.mark.parametrize("what", ["create", "write", "sync", "sync_folder"])
-def test_an_error_that_passes_is_told_too_and_the_next_try_leaves_no_hole(tmp_path: Path, what: str) -> None:
+def test_passing_error_is_reported_and_the_retry_leaves_no_gap(tmp_path: Path, what: str) -> None:
     session = Session(tmp_path, CutDisk(failing={what}))
     session.run(begins_ns=0, lasts_ns=330 * MS, finish=False)
 
@@ -245,7 +245,7 @@ def _break_once(disk: CutDisk) -> None:
 
 
 @pytest.mark.parametrize("happen", [_fill, _break_once])
-def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
+def test_failing_disk_stops_the_playback_along_its_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
 ) -> None:
     monkeypatch.setattr("tests.device.stepped.SteppedExchange", OnThatDisk)
@@ -282,7 +282,7 @@ def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
     assert np.all(np.diff(kept.t_ns) == 10 * MS)
 
 
-def test_a_journal_that_could_be_closed_after_all_ends_the_fault(tmp_path: Path) -> None:
+def test_journal_closed_later_ends_the_fault(tmp_path: Path) -> None:
     session = Session(tmp_path, CutDisk(failing={"sync"}))
     session.run(begins_ns=0, lasts_ns=330 * MS)
     assert session.ok

@@ -13,7 +13,7 @@ from tests.device.conftest import LOAD, a_trajectory
 from tests.device.stepped import Stepped, SteppedApparatus
 
 
-def test_the_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:
+def test_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.cycle()
 
@@ -47,7 +47,7 @@ def test_between_two_cycles_nothing_else_is_done(playing: Stepped) -> None:
     assert playing.mode == "playing"
 
 
-def test_a_port_that_is_gone_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
+def test_port_lost_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
     playing.apparatus.gone = True
     playing.loop.glance()
     playing.cycle()
@@ -121,7 +121,7 @@ def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
     assert (end.reason, end.cause_code) == ("stopped", "estop_pressed")
 
 
-def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
+def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.cycle()
     assert playing.mode == "stopped"
@@ -146,7 +146,7 @@ def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> No
     assert playing.causes() == ["operator_stop", "estop_pressed"]
 
 
-def test_a_stop_with_nothing_going_on_is_taken_and_latches_nothing(stepped: Stepped) -> None:
+def test_stop_with_nothing_active_is_accepted_and_latches_nothing(stepped: Stepped) -> None:
     stepped.exchange.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "idle"
@@ -270,7 +270,7 @@ def test_a_late_loop_stops_the_movement(playing: Stepped) -> None:
     assert playing.causes() == ["overrun"]
 
 
-def test_torque_that_will_not_go_off_is_cut_again_every_cycle_and_told(playing: Stepped) -> None:
+def test_torque_that_stays_on_is_cut_every_cycle_and_reported(playing: Stepped) -> None:
     playing.apparatus.deaf_to_torque_off = {3}
     playing.apparatus.estop_open = True
     playing.forward(0.5)

@@ -38,7 +38,7 @@ def test_the_same_fault_of_another_motor_is_another_cause() -> None:
     assert [(cause.axis, cause.cleared) for cause in stop.causes()] == [(3, True), (5, False)]
 
 
-def test_a_cause_names_the_motor_as_people_count_and_none_where_it_belongs_to_none() -> None:
+def test_cause_names_its_motor_counted_from_1_or_none() -> None:
     stop = LatchedStop(at_ns=0)
     of_motor, of_none = stop.update([SILENT, ESTOP], [])
     assert (of_motor.axis, of_motor.message, of_motor.category) == (3, "Motor 3 does not answer.", 0)

@@ -184,7 +184,7 @@ def test_each_role_sees_what_is_for_it(page: Page, clinic: Clinic, another: Brow
     assert "Yamada" not in hers.content()
 
 
-def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
+def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     sign_up(page, "Yamada Hanako")

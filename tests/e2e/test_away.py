@@ -84,7 +84,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
     return patient_id
 
 
-def test_a_session_is_done_at_the_page_while_the_database_is_dead(
+def test_session_is_completed_in_the_browser_during_a_database_outage(
     page: Page, clinic: Clinic, server: postgresql.Server, artefacts: Path
 ) -> None:
     wrong: list[str] = []

@@ -161,7 +161,7 @@ ON_NO_PAGE: Final = {
 # -- what is in the database, and what the API says of it --------------------------------------------------------------
 
 
-def test_there_are_five_hundred_and_each_would_run_on_a_page_that_took_it_in(texts: list[str]) -> None:
+def test_five_hundred_texts_would_each_run_on_an_unsafe_page(texts: list[str]) -> None:
     assert len(set(texts)) == 500
     assert all(len(text) > len(CALL) for text in texts)
 

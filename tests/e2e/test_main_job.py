@@ -191,7 +191,7 @@ def test_teach_stop_reset_play_again_and_read_the_errors(
     assert wrong == []
 
 
-def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(page: Page, artefacts: Path) -> None:
+def test_resistance_reverses_the_arm_and_the_second_time_holds_it(page: Page, artefacts: Path) -> None:
     sign_up(page, "Tanaka Ren")
     teach(page, "5 Flexion / extension of the shoulder")
     begin_session(page)
@@ -241,7 +241,7 @@ def test_resistance_takes_the_arm_back_and_a_second_time_it_is_stopped_and_held(
     expect(page.get_by_role("region", name="Playback 1")).to_contain_text("Resistance level 3 of 25")
 
 
-def test_the_stop_key_works_while_typing_and_says_that_the_device_has_confirmed(page: Page) -> None:
+def test_stop_key_works_while_typing_and_shows_device_confirmation(page: Page) -> None:
     sign_up(page, "Suzuki Aoi")
     teach(page, "1 Abduction / adduction of the scapula")
     begin_session(page)
@@ -268,7 +268,7 @@ def test_stop_stays_in_reach_above_a_dialog(page: Page) -> None:
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
 
 
-def test_a_lost_connection_shows_within_two_seconds_and_nothing_stale_looks_alive(
+def test_lost_connection_shows_within_two_seconds_and_hides_stale_values(
     page: Page, clinic: Clinic, artefacts: Path
 ) -> None:
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
@@ -294,7 +294,7 @@ def test_a_lost_connection_shows_within_two_seconds_and_nothing_stale_looks_aliv
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true", timeout=LONG_MS)
 
 
-def test_bad_input_is_told_at_its_field_and_a_bad_file_by_its_line(page: Page, tmp_path: Path) -> None:
+def test_bad_input_is_reported_at_its_field_or_line(page: Page, tmp_path: Path) -> None:
     page.get_by_role("link", name="Patients").click()
     page.get_by_role("button", name="New patient").click()
     dialog = page.get_by_role("dialog")

@@ -36,7 +36,7 @@ def clinic(tmp_path: Path, theirs: Provider, monkeypatch: pytest.MonkeyPatch) ->
     started.close()
 
 
-def test_whoever_is_linked_signs_in_by_the_provider_and_unlocks_by_it(
+def test_linked_user_signs_in_and_unlocks_through_the_provider(
     page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider, artefacts: Path
 ) -> None:
     made(page, "Ito Mai", "ito", "Therapist")

@@ -14,7 +14,7 @@ DIST = ROOT / "frontend/dist"
 LIMIT_KB = 250
 
 
-def test_the_first_page_loads_no_more_than_a_quarter_of_a_megabyte_of_script() -> None:
+def test_first_page_loads_at_most_a_quarter_megabyte_of_script() -> None:
     manifest: dict[str, Any] = json.loads((DIST / ".vite/manifest.json").read_text())
     loaded: set[str] = set()
 

@@ -62,7 +62,7 @@ def tile(page: Page, station: str) -> Locator:
     return page.get_by_role("article", name=station)
 
 
-def test_each_station_is_seen_with_whom_it_treats_and_one_that_falls_silent_as_silent(
+def test_station_list_shows_patients_and_marks_silent_stations(
     page: Page,
     clinic: Clinic,
     services_url: str,

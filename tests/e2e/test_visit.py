@@ -58,7 +58,7 @@ def at_least_44(target: Locator) -> None:
     assert min(box["width"], box["height"]) >= 44
 
 
-def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Yamada Hanako")

@@ -88,7 +88,7 @@ def test_a_known_lag_is_found() -> None:
 
 
 @pytest.mark.parametrize("seed", [None, 3])
-def test_the_lag_of_the_simulated_drives_is_that_of_their_control_whatever_the_plant(seed: int | None) -> None:
+def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
     found = identify(*played(exercise(15.0, 7), seed))
     for axis, own, joint in zip(found, DRIVES, JOINTS, strict=True):
         # Friction at the turns looks a little like lag, and takes some from it.

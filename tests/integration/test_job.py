@@ -228,7 +228,7 @@ def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, mot
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
 
 
-def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped_and_held(tmp_path: Path) -> None:
+def test_repeated_resistance_in_one_place_stops_and_holds_the_arm(tmp_path: Path) -> None:
     flexion = built_in_motions()[4]
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(flexion), load_level=8)
@@ -267,7 +267,7 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
 
 
-def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
+def test_dead_service_leaves_torque_off_and_a_complete_journal(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None
@@ -286,7 +286,7 @@ def all_cleared(rig: Rig) -> bool:
     return stop is not None and all(cause.cleared for cause in stop.causes)
 
 
-def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
+def test_frozen_apparatus_is_reported_and_nothing_moves_when_it_returns(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         os.kill(rig.simulator.pid, signal.SIGSTOP)
@@ -298,9 +298,7 @@ def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_bac
         rig.until_mode("idle")
 
 
-def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again_starts_nothing(
-    tmp_path: Path, motion: Taught
-) -> None:
+def test_unplugged_adapter_stops_playback_and_replugging_starts_nothing(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None

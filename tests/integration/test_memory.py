@@ -68,7 +68,7 @@ def lines(folder: Path, how: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, malloc.ARENAS), ("not", 0, 7)])
-def test_a_large_block_is_gone_when_it_is_freed_and_threads_share_arenas(
+def test_freed_large_block_is_returned_and_threads_share_arenas(
     tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:
     told = lines(tmp_path, how)

@@ -52,7 +52,7 @@ def at_all(correction: Correction, times_s: Floats) -> Floats:
 
 
 @pytest.mark.parametrize("stretch", [0.7, 1.0, 1.3])
-def test_five_repetitions_take_away_most_of_what_was_not_known_beforehand(stretch: float) -> None:
+def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> None:
     """Drives that lag by a third more or less than the identified ones, and stick by half a degree."""
     correction: Correction | None = None
     peaks = []
@@ -113,7 +113,7 @@ def test_what_is_not_confirmed_is_forgotten_slowly() -> None:
 
 
 @pytest.mark.parametrize("what", ["paused", "reversed"])
-def test_nothing_changes_a_second_around_where_the_arm_was_paused_or_taken_back(what: str) -> None:
+def test_learning_ignores_one_second_around_pauses_and_reversals(what: str) -> None:
     one = behind()
     if what == "paused":
         path = np.concatenate([TIMES_S[:300], np.full(200, TIMES_S[300]), TIMES_S[300:]])
@@ -213,7 +213,7 @@ def test_a_correction_of_another_recording_is_not_gone_on_with(other: Correction
         again(other, played_perfectly())
 
 
-def test_a_correction_is_straight_between_its_rows_and_stays_at_its_ends() -> None:
+def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> None:
     correction = Correction(0.5, np.tile(np.array([[0.0], [1.0], [3.0]]), 5))
     for time_s, angle in ((-1.0, 0.0), (0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (0.75, 2.0), (1.0, 3.0), (8.0, 3.0)):
         assert correction.at(time_s) == pytest.approx([angle] * 5)

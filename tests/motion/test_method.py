@@ -51,7 +51,7 @@ def test_time_stamps_need_not_be_even(taught: Taught) -> None:
     assert np.abs(trajectory.along(grid) - whole.along(grid + taught.times_s[chosen[0]])).max() <= 0.3
 
 
-def test_what_an_encoders_steps_leave_in_speed_and_acceleration_is_small() -> None:
+def test_encoder_steps_add_little_noise_to_speed_and_acceleration() -> None:
     """The figures that the cut-off was chosen by."""
     times = np.arange(0.0, 60.0, 0.01)
     noise = np.random.default_rng(0).uniform(-COUNT_DEG / 2, COUNT_DEG / 2, (len(times), 5))
@@ -62,7 +62,7 @@ def test_what_an_encoders_steps_leave_in_speed_and_acceleration_is_small() -> No
 
 
 @pytest.mark.parametrize(("frequency_hz", "left"), [(1.0, 0.9992), (6.0, 0.5), (12.0, 1 / 17)])
-def test_the_cut_off_is_where_half_is_left_and_nothing_is_shifted_in_time(frequency_hz: float, left: float) -> None:
+def test_filter_halves_at_its_cut_off_and_shifts_no_time(frequency_hz: float, left: float) -> None:
     times = np.arange(0.0, 20.0, 0.005)
     wave = np.sin(2 * np.pi * frequency_hz * times)
     smooth = smoothed(times, wave[:, None], 6.0)[:, 0]
@@ -109,7 +109,7 @@ def test_the_paper_holds_each_tenth_of_a_second() -> None:
         assert not motion.acceleration_deg_s2.any()
 
 
-def test_the_paper_sends_the_samples_of_a_recording_at_ten_hertz_themselves() -> None:
+def test_paper_method_sends_the_recorded_samples_at_ten_hertz() -> None:
     times = np.arange(31) * 0.1
     angles = np.random.default_rng(2).uniform(-5.0, 5.0, (31, 5))
     held = reference("paper", times, angles)

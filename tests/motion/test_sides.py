@@ -46,9 +46,7 @@ def test_the_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, t
 
 @pytest.mark.parametrize("motion", built_in_motions(), ids=lambda motion: motion.name)
 @pytest.mark.parametrize(("here", "there"), [("right", "left"), ("left", "right")])
-def test_a_built_in_motion_taught_on_one_side_may_be_played_on_the_other(
-    motion: Taught, here: Side, there: Side
-) -> None:
+def test_built_in_motion_of_one_side_plays_on_the_other(motion: Taught, here: Side, there: Side) -> None:
     mirrored = mirrored_deg(motor_angles_deg(motion.poses_deg, here), here, there)
     Trajectory(motion.times_s, mirrored).check(_limits(), 0.0)
 

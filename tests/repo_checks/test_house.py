@@ -107,7 +107,7 @@ def test_the_licences_of_what_goes_into_the_page_fit_ours() -> None:
         assert not UNFITTING.search(package["license"]), path
 
 
-def test_the_page_draws_with_the_plotly_that_the_figures_are_made_for() -> None:
+def test_page_and_figures_use_the_same_plotly_version() -> None:
     bundled = Path(plotly.__file__).parent / "package_data/plotly.min.js"
     with bundled.open(encoding="utf-8") as script:
         match = re.search(r"plotly\.js v(\d+\.\d+\.\d+)", script.read(300))

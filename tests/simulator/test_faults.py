@@ -64,7 +64,7 @@ def comes(port: Any, drive_id: int = 3) -> int:
     return result
 
 
-def test_a_drive_without_power_is_gone_and_comes_back_without_torque(port: Any, hand: SimulatorClient) -> None:
+def test_drive_without_power_is_absent_and_returns_without_torque(port: Any, hand: SimulatorClient) -> None:
     packets.write2ByteTxRx(port, 3, P_GAIN, 1600)
     packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)
     state = hand.fault("off", motor=3)
@@ -111,7 +111,7 @@ def test_some_answers_stay_away(port: Any, hand: SimulatorClient) -> None:
     assert {comes(port) for _ in range(20)} == {COMM_SUCCESS, COMM_RX_TIMEOUT}
 
 
-def test_a_hardware_error_cuts_the_torque_until_the_drive_is_restarted(port: Any, hand: SimulatorClient) -> None:
+def test_hardware_error_cuts_torque_until_the_drive_restarts(port: Any, hand: SimulatorClient) -> None:
     packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)
     assert not hand.fault("hardware_error", motor=3, value=32).axes[2].torque_on  # Overload.
     assert packets.read1ByteTxRx(port, 3, HARDWARE_ERROR) == (32, COMM_SUCCESS, protocol.ALERT)
@@ -248,7 +248,7 @@ def test_a_frozen_drive_repeats_itself_and_moves_on() -> None:
     assert abs(world.position(4) - start - 400) < 5
 
 
-def test_time_is_what_the_caller_says_even_after_a_long_gap() -> None:
+def test_simulation_time_follows_the_caller_even_after_long_gaps() -> None:
     world = World()
     world.energise(4)
     world.write(4, GOAL_POSITION, struct.pack("<i", 2048 + 1024))
@@ -318,7 +318,7 @@ def test_modbus_drives_break_in_the_same_ways() -> None:
     assert answers() == [whole]
 
 
-def test_a_silent_drive_silences_those_after_it_in_a_sync_read() -> None:
+def test_silent_drive_silences_those_after_it_in_sync_reads() -> None:
     world = World()
     ask = struct.pack("<HH", PRESENT_POSITION, 4) + bytes([1, 2, 3, 4, 5])
     world.bus.script.fault(Fault("silent", 3))

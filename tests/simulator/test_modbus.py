@@ -99,7 +99,7 @@ def test_what_a_drive_cannot_do_it_refuses(client: ModbusSerialClient) -> None:
     assert not client.write_registers(GOAL, long(9000), device_id=1).isError()
 
 
-def test_a_drive_holds_when_torque_comes_on_and_moves_to_its_goal(client: ModbusSerialClient) -> None:
+def test_drive_holds_when_torque_comes_on_and_moves_to_goals(client: ModbusSerialClient) -> None:
     client.write_registers(GOAL, long(4000), device_id=4)
     start = position(client, 4)
     client.write_register(TORQUE_ENABLE, 1, device_id=4)
@@ -219,7 +219,7 @@ def test_no_sound_request_upsets_a_drive(requests: list[tuple[int, int, bytes]])
 
 
 @given(st.binary(max_size=40), st.data())
-def test_a_frame_that_came_in_pieces_without_a_pause_is_one(noise: bytes, data: st.DataObject) -> None:
+def test_frame_received_in_pieces_without_a_pause_is_one_frame(noise: bytes, data: st.DataObject) -> None:
     ask = modbus.frame(1, 3, bytes([0, STATUS, 0, 6]))
     line = ModbusLine(bus())
     line.hear(noise, 0, BAUD)

@@ -199,7 +199,7 @@ def test_the_drives_clock_goes_on(port: Any) -> None:
         assert time.monotonic() < limit
 
 
-def test_the_bus_watchdog_trips_and_refuses_goals_until_it_is_cleared(port: Any) -> None:
+def test_bus_watchdog_trips_and_refuses_goals_until_cleared(port: Any) -> None:
     packets.write1ByteTxRx(port, 2, TORQUE_ENABLE, 1)
     packets.write1ByteTxRx(port, 2, 98, 1)
     quiet_until = time.monotonic() + 0.1  # five times the watchdog's 20 ms

@@ -30,7 +30,7 @@ async def loaded_in_vain(silent: list[Silent]) -> tuple[Silent, list[str]]:
     return program, forgotten
 
 
-def test_what_is_refused_after_nobody_waits_any_more_is_forgotten_once(silent: list[Silent]) -> None:
+def test_late_refusal_discards_its_run_once(silent: list[Silent]) -> None:
     async def refused_late() -> None:
         program, forgotten = await loaded_in_vain(silent)
         answer = Reply(id=program.heard[-1].id, refusal=REFUSED)
@@ -54,7 +54,7 @@ def test_what_was_done_after_nobody_waits_any_more_stands(silent: list[Silent]) 
     asyncio.run(accepted_late())
 
 
-def test_an_answer_of_a_program_that_has_ended_counts_for_nothing(silent: list[Silent]) -> None:
+def test_answer_of_an_ended_program_is_ignored(silent: list[Silent]) -> None:
     async def ended_in_between() -> None:
         program, forgotten = await loaded_in_vain(silent)
 

@@ -173,7 +173,7 @@ def test_an_arm_under_torque_occupies_the_computer(
 
 
 @pytest.mark.parametrize(("torque", "at_the_arm"), [("off", False), ("on", True), ("unknown", True)])
-def test_whoever_operates_is_at_the_arm_while_there_may_be_torque(
+def test_operator_counts_as_present_while_torque_is_possible(
     silent: list[Silent], torque: TorqueState, at_the_arm: bool
 ) -> None:
     at, browser = station(), Browser(uuid4(), "Sato")

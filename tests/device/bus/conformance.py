@@ -135,9 +135,7 @@ class Conformance:
         assert self.wrong(world, 2) == []
 
     @pytest.mark.parametrize("end", ["min_deg", "max_deg"])
-    def test_after_a_power_cycle_an_angle_at_either_end_of_the_range_is_the_shafts_own(
-        self, world: World, bus: Bus, end: str
-    ) -> None:
+    def test_power_cycle_keeps_the_shafts_angle_at_both_range_ends(self, world: World, bus: Bus, end: str) -> None:
         wanted = [getattr(axis, end) for axis in world.config.axes]
         for motor, angle_deg in enumerate(wanted, start=1):
             world.place(motor, angle_deg)
@@ -203,7 +201,7 @@ class Conformance:
 
     # -- reading --------------------------------------------------------------------------------------------------
 
-    def test_a_reading_is_what_the_drives_measure_and_when_they_said_so(self, world: World, bus: Bus) -> None:
+    def test_reading_returns_what_drives_measured_and_when(self, world: World, bus: Bus) -> None:
         began_ns = world.t_ns
         (reading,) = self.cycles(world, bus, 1)
         told = [drive.position_deg for drive in reading.drives]
@@ -250,7 +248,7 @@ class Conformance:
         world.fault("inputs_silent")
         assert bus.read_inputs() is None
 
-    def test_inputs_that_do_not_answer_are_none_and_the_drives_are_heard(self, world: World, bus: Bus) -> None:
+    def test_missing_inputs_are_reported_absent_and_drives_are_read(self, world: World, bus: Bus) -> None:
         world.fault("inputs_silent")
         for reading in self.cycles(world, bus, 5):
             assert reading.inputs is None
@@ -277,7 +275,7 @@ class Conformance:
         for motor, angle in enumerate(wanted, start=1):
             assert world.goals(motor)[-1] == pytest.approx(angle, abs=self.resolution_deg)
 
-    def test_torque_off_reaches_all_at_once_and_no_setpoint_goes_after_it(self, world: World, bus: Bus) -> None:
+    def test_torque_off_reaches_all_drives_and_setpoints_stop_after_it(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
         self.cycles(world, bus, 3)
         bus.write_setpoints([angle + 1.0 for angle in HOLD])
@@ -291,9 +289,7 @@ class Conformance:
         assert not any(world.goals(motor, max(offs)) for motor in range(1, 6))
         assert {s.torque_on for r in self.cycles(world, bus, 5) for s in r.statuses} == {False}
 
-    def test_the_watchdog_stops_a_drive_that_hears_nothing_says_so_and_is_cleared_by_the_next_start(
-        self, world: World, bus: Bus
-    ) -> None:
+    def test_watchdog_stops_an_unheard_drive_and_the_start_clears_it(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
         self.cycles(world, bus, 2)
         world.wait(0.5)
@@ -307,9 +303,7 @@ class Conformance:
     # -- what goes wrong ------------------------------------------------------------------------------------------
 
     @pytest.mark.parametrize("motor", [1, 3, 5])
-    def test_a_silent_drive_silences_nobody_else_for_longer_than_a_cycle(
-        self, world: World, bus: Bus, motor: int
-    ) -> None:
+    def test_silent_drive_delays_others_by_at_most_one_cycle(self, world: World, bus: Bus, motor: int) -> None:
         world.fault("silent", motor)
         readings = self.cycles(world, bus, 30)
         others = [n for n in range(5) if n != motor - 1]
@@ -351,7 +345,7 @@ class Conformance:
         assert all(self.cycles(world, bus, 12)[-1].drives)
         assert bus.errors > 0
 
-    def test_an_answer_that_comes_late_is_not_taken_for_a_later_one(self, world: World, bus: Bus) -> None:
+    def test_late_answer_is_not_taken_for_a_later_one(self, world: World, bus: Bus) -> None:
         world.fault("delayed", 1, 700 / world.config.cycle_hz)
         for reading in self.cycles(world, bus, 20):
             assert reading.inputs is None
@@ -372,7 +366,7 @@ class Conformance:
             assert reading.inputs is not None
         assert all(world.torque)
 
-    def test_a_port_that_is_gone_raises_and_can_be_opened_again(self, world: World, bus: Bus) -> None:
+    def test_lost_port_raises_and_can_be_reopened(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
         world.fault("gone")
         calls: list[Callable[[], object]] = [
@@ -391,7 +385,7 @@ class Conformance:
         assert all(world.torque)
         assert all(self.cycles(world, bus, 1)[0].drives)
 
-    def test_a_drive_that_lost_its_power_comes_back_without_torque_and_says_so(self, world: World, bus: Bus) -> None:
+    def test_drive_that_lost_power_returns_without_torque_and_reports_it(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
         self.cycles(world, bus, 2)
         world.fault("off", 2)

@@ -62,7 +62,7 @@ class TestSlowDynamixel(Conformance):
 
 
 @pytest.mark.parametrize("cycles", [1, 3])
-def test_an_answer_that_is_late_by_whole_cycles_is_known_by_its_length(cycles: int) -> None:
+def test_answer_late_by_whole_cycles_is_recognized_by_its_length(cycles: int) -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()
@@ -150,7 +150,7 @@ def test_a_packet_with_one_wrong_byte_is_never_taken(answer: tuple[int, int, byt
 
 
 @given(st.integers(0, 5), st.data())
-def test_of_a_fast_packet_the_parts_before_a_damaged_one_are_taken(count: int, data: st.DataObject) -> None:
+def test_parts_before_a_damaged_part_of_a_packet_are_accepted(count: int, data: st.DataObject) -> None:
     answers = [(n, 0, bytes([n] * 10)) for n in range(1, count + 1)]
     blocks = protocol.fast_blocks(answers, 5, 10)
     good = data.draw(st.integers(0, count))
@@ -163,13 +163,13 @@ def test_of_a_fast_packet_the_parts_before_a_damaged_one_are_taken(count: int, d
     assert found == answers[: good if good < count else count]
 
 
-def test_an_echo_of_our_own_instruction_is_no_answer_and_no_noise() -> None:
+def test_echo_of_our_instruction_is_neither_answer_nor_noise() -> None:
     parser = StatusParser()
     assert list(parser.feed(encode(1, 0x02, b"\x84\x00\x04\x00"))) == []
     assert (parser.skipped, parser.pending) == (0, 0)
 
 
-def test_both_readings_of_the_specification_have_the_checksum_of_its_example() -> None:
+def test_both_implementations_reproduce_the_checksum_of_the_specification() -> None:
     ping = encode(1, 0x01)
     assert ping == bytes.fromhex("ff ff fd 00 01 03 00 01 19 4e")
     assert [one.sound for one in protocol.InstructionParser().feed(ping)] == [True]
@@ -211,14 +211,14 @@ def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
     return found
 
 
-def test_a_marker_that_has_gone_out_is_found_though_every_register_is_right() -> None:
+def test_missing_marker_is_found_although_every_register_is_right() -> None:
     world = World()
     bus = ready(world)
     world.set_registers(3, 65, b"\0")
     assert mismatches(world, bus, 8) == {(3, "configured marker (LED)")}
 
 
-def test_ports_that_are_not_known_to_be_inputs_tell_nothing_of_the_switch() -> None:
+def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     """A factory-default drive's ports read 0: with one contact that is "closed", with two it is "pressed"."""
     world = World()
     bus = ready(world)
@@ -262,7 +262,7 @@ def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: 
         assert (inputs.estop_open, inputs.pedal_down, inputs.contacts_disagree) == (pressed, pressed, False)
 
 
-def test_a_silent_drive_is_no_noise_and_the_quicker_request_stays() -> None:
+def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()

@@ -44,7 +44,7 @@ def test_every_block_is_read_within_the_round(cycle_hz: int) -> None:
     assert reads.count(None) >= cycles / 2, "statuses come less often"
 
 
-def test_a_lost_answer_is_asked_for_again_at_the_next_turn() -> None:
+def test_lost_answer_is_requested_again_at_the_next_turn() -> None:
     verification = verified()
     first = next(due for due in iter(verification.next_read, ()) if due)
     again = next(due for due in iter(verification.next_read, ()) if due)
@@ -84,7 +84,7 @@ def test_a_status_comes_at_least_every_other_cycle(
     assert all(before is None or after is None for before, after in itertools.pairwise(reads))
 
 
-def test_an_urgent_block_is_read_first_and_keeps_no_other_waiting() -> None:
+def test_urgent_block_is_read_first_and_delays_no_other() -> None:
     urgent = (0, 2)
     for lost in (frozenset[tuple[int, int]](), frozenset({urgent})):
         verification = Verification(DRIVES, BLOCKS, 100, urgent=urgent)
