@@ -16,7 +16,7 @@ from kata.access.backups.making import make
 from kata.database.engine import Database
 from kata.doctor import Finding, examine
 from kata.settings import Settings
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 
 @pytest.fixture

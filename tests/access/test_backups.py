@@ -37,8 +37,8 @@ from kata.database.database_copy import copy
 from kata.database.engine import Database
 from kata.database.table_checksums import Tally, tallies
 from kata.settings import Settings
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 log = logging.getLogger(__name__)
 

@@ -22,7 +22,7 @@ from kata.database.database_copy import copy
 from kata.database.engine import Database
 from kata.database.programs import postgresql_program
 from kata.settings import Settings, by_tls
-from tests.conftest import free_port
+from tests.support.ports import free_port
 
 AWAY = "postgresql+psycopg://kata@database.clinic.example/kata"
 

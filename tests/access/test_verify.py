@@ -16,8 +16,8 @@ from kata.access.verify import verify
 from kata.cli import app
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.access.tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
-from tests.upgraded import upgraded_file
+from tests.support.audit_tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
+from tests.support.databases import upgraded_file
 
 ROWS = 200
 NAMES = [name for name, _ in tricks(ROWS, Random(0))]

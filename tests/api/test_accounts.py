@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
 
-import pyotp
 import pytest
-from fastapi.testclient import TestClient
 from sqlalchemy import select
 from starlette.websockets import WebSocketDisconnect
 
@@ -16,8 +14,9 @@ from kata.access import set_up
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
 from kata.access.tables import AuditRow
-from tests.api.conftest import running
-from tests.api.signing_in import OTHER, PASSWORD, Clinic, clinic, code
+from tests.support.login_service import OTHER, PASSWORD, Clinic, clinic, code
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 LIMIT_S: Final = 60.0
 """A busy computer's; the watch looks twice a second."""
@@ -27,17 +26,6 @@ LIMIT_S: Final = 60.0
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
     with clinic(tmp_path_factory.mktemp("accounts")) as made:
         yield made
-
-
-def enrol(browser: TestClient, at: float) -> tuple[pyotp.TOTP, list[str]]:
-    """Set up a second factor: the app, and the recovery codes."""
-    begun = browser.post("/api/me/second-factor", json={}).json()
-    assert begun["picture"].startswith("data:image/svg+xml")
-    app = pyotp.parse_uri(begun["address"])
-    assert isinstance(app, pyotp.TOTP)
-    confirmed = browser.put("/api/me/second-factor", json={"code": app.at(at)})
-    assert confirmed.status_code == 200, confirmed.text
-    return app, confirmed.json()["codes"]
 
 
 def test_second_factor_is_required_and_each_code_works_once(shared: Clinic) -> None:

@@ -7,15 +7,11 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
-from tests.api.test_records import problem
+from tests.support.assessments import FLEXION, found
+from tests.support.responses import problem
 
 NOW = datetime.now(UTC)
-FLEXION: dict[str, Any] = {"side": "left", "motion": "flexion", "kind": "active", "angle_deg": 95}
 ROTATION = FLEXION | {"motion": "external_rotation", "position": "at_side", "angle_deg": 20}
-
-
-def found(**given: Any) -> dict[str, Any]:
-    return {"assessed_at": "2026-03-02T09:30:00Z", "assessed_by": "Kimura Jun", "rom": [FLEXION]} | given
 
 
 @pytest.fixture

@@ -16,10 +16,10 @@ from kata.access.audit import entry
 from kata.access.sign_in import COOKIE
 from kata.access.verify import verify
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.test_station import until_mode
-from tests.operating import operate
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
+from tests.support.station_api import until_mode
+from tests.support.station_commands import operate
 
 _BY_PROGRAM: Final = {
     "service_started",

@@ -17,8 +17,8 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError
 from kata.settings import Settings
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 TOKYO = ZoneInfo("Asia/Tokyo")
 LIMIT_S = 150.0

@@ -33,13 +33,13 @@ from kata.clinic.sessions.replay import (
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal
-from tests.api.conftest import running
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until, until_mode
-from tests.api.test_visit import eventually
-from tests.api.visits import WHO, still_open, try_estop
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.preflight import WHO, still_open, try_estop
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, until, until_mode
+from tests.support.visits import eventually
 
 LIMIT_S = 60.0
 THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))

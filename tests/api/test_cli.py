@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from kata.database.engine import Database
-from tests.command import kata
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.kata_command import kata
 
 
 def test_serve_wants_to_know_which_apparatus(tmp_path: Path) -> None:

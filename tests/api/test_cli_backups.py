@@ -15,8 +15,8 @@ from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
-from tests.command import kata
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.kata_command import kata
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ import httpx2
 
 from kata.access.sign_in import COOKIE
 from kata.bench import postgresql
-from tests.conftest import free_port
-from tests.operating import operate
-from tests.signed_in import signed_in_at
+from tests.support.login import signed_in_at
+from tests.support.ports import free_port
+from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
 

@@ -6,18 +6,10 @@ from pathlib import Path
 import pytest
 
 from kata.database.engine import Database
-from kata.motion.axes import POSE_COLUMNS
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught
-from tests.command import kata
-
-
-def write_csv(motion: Taught, path: Path) -> Path:
-    rows = [",".join(("time_s", *POSE_COLUMNS))]
-    for time_s, pose in zip(motion.times_s, motion.poses_deg, strict=True):
-        rows.append(",".join(f"{value:.4f}" for value in (time_s, *pose)))
-    path.write_text("\n".join(rows) + "\n")
-    return path
+from tests.support.kata_command import kata
+from tests.support.motions import write_csv
 
 
 @pytest.mark.parametrize("rate_hz", [10, 100])

@@ -10,10 +10,10 @@ from fastapi.testclient import TestClient
 from kata.database.base import utc_now
 from kata.device.messages import Load
 from kata.station.station import Station
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until_mode
-from tests.api.visits import go_through_checklist
+from tests.support.preflight import go_through_checklist
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, until_mode
 
 
 @pytest.fixture

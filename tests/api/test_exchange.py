@@ -14,8 +14,8 @@ from fastapi.testclient import TestClient
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
 from kata.database.engine import Database
-from tests.api.test_records import problem
-from tests.clinic.exported import NAME, treated
+from tests.support.fhir_patient import NAME, treated
+from tests.support.responses import problem
 
 
 def number() -> str:

@@ -11,9 +11,9 @@ from sqlalchemy import select
 from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.signing_in import PASSWORD, Clinic, clinic, code
-from tests.api.test_accounts import enrol
+from tests.support.login_service import PASSWORD, Clinic, clinic, code
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 
 @pytest.fixture(scope="module")

@@ -32,10 +32,10 @@ from sqlalchemy import select
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
 from kata.clinic import tables
-from tests.api.conftest import running
-from tests.clinic.treated import treat
-from tests.conftest import ROOT
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.paths import ROOT
+from tests.support.service import running
+from tests.support.treatment import treat
 
 log = logging.getLogger(__name__)
 

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from kata.api import security_middleware
 from kata.settings import Settings
 from kata.station.station import Station
-from tests.api.conftest import running
+from tests.support.service import running
 
 _OWN = "http://testserver"
 

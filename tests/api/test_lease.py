@@ -15,11 +15,11 @@ from kata.access.sign_in import COOKIE
 from kata.access.tables import AuditRow
 from kata.clinic.episodes.limits import Allowed
 from kata.station.lease import GIVEN_UP_S
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, load, until, until_mode
-from tests.operating import operate
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, load, until, until_mode
+from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
 OPERATING = (

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from kata.access.sign_in import COOKIE
-from tests.e2e.conftest import Clinic
+from tests.support.browser_clinic import Clinic
 
 _CASES: Final = 1000
 _PLACES: Final = (

@@ -18,10 +18,10 @@ from kata.access.openid import Provider as OurSide
 from kata.doctor import examine
 from kata.errors import ProblemError
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.provider import CLIENT, SECRET, Provider, provider
-from tests.api.signing_in import Clinic, code
-from tests.api.test_accounts import enrol
+from tests.support.login_service import Clinic, code
+from tests.support.openid_provider import CLIENT, SECRET, Provider, provider
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 
 def settings(folder: Path, made: Provider, **more: Any) -> dict[str, Any]:

@@ -19,11 +19,11 @@ from kata.access.sign_in import COOKIE
 from kata.api.health import Probe
 from kata.api.logs import JsonLines
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.api.test_station import accepted, until, until_mode
-from tests.api.visits import teaching
-from tests.conftest import ROOT
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.paths import ROOT
+from tests.support.preflight import teaching
+from tests.support.service import running
+from tests.support.station_api import accepted, until, until_mode
 
 TOKEN: Final = "a-token-of-the-tests-0123456789"
 

@@ -28,12 +28,12 @@ from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.api.conftest import running
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, load, until, until_mode
-from tests.api.test_visit import eventually, programme
-from tests.api.visits import WHO, go_through_checklist, still_open
+from tests.support.preflight import WHO, go_through_checklist, still_open
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, load, until, until_mode
+from tests.support.visits import eventually, programme
 
 LIMIT_S = 60.0
 FEW_S = 8.0

@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
-from tests.api.test_derived import LASTS_S, lifted, taught
-from tests.api.test_records import problem
+from tests.support.recordings import LASTS_S, lifted, taught
+from tests.support.responses import problem
 
 ITEM = {"repetitions": 3, "pause_s": 2.0, "load_level": 8}
 

@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.clinic.progress.schemas import Progress
-from tests.api.test_assessments import FLEXION, found
-from tests.api.test_records import problem
+from tests.support.assessments import FLEXION, found
+from tests.support.responses import problem
 
 CHARTS = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
 

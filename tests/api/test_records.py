@@ -5,22 +5,9 @@ from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
-from httpx2 import Response
 
 from kata.clinic.patients import service
-
-
-def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
-    """It must be a problem document (RFC 9457) with this code."""
-    assert answer.status_code == status, answer.text
-    assert answer.headers["content-type"] == "application/problem+json"
-    told: dict[str, Any] = answer.json()
-    assert told["status"] == status
-    assert told["code"] == code
-    assert told["title"]
-    assert told["detail"].endswith(".")
-    assert "Traceback" not in answer.text
-    return told
+from tests.support.responses import problem
 
 
 def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> None:

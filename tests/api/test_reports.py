@@ -8,8 +8,8 @@ import pytest
 from fastapi.testclient import TestClient
 from pypdf import PdfReader
 
-from tests.api.test_records import problem
-from tests.clinic.treated import Treated, treat
+from tests.support.responses import problem
+from tests.support.treatment import Treated, treat
 
 
 @pytest.fixture(scope="module")

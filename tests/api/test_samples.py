@@ -17,9 +17,9 @@ from kata.database import arrays
 from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
 from kata.motion.axes import POSE_COLUMNS
 from kata.motion.linkage import Floats, motor_angles_deg
-from tests.api.test_derived import LASTS_S, lifted, taught
-from tests.api.test_records import problem
-from tests.conftest import judge
+from tests.support.recordings import LASTS_S, lifted, taught
+from tests.support.responses import problem
+from tests.support.validators import judge
 
 HEADER = "time_s," + ",".join(POSE_COLUMNS)
 

@@ -13,8 +13,8 @@ from kata.access.sign_in import COOKIE
 from kata.access.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
 
 PASSWORD = "seven slow swans at dawn"
 

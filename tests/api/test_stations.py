@@ -21,8 +21,8 @@ from kata.device.config import StationConfig
 from kata.station.overview import StationShown, state_of
 from kata.station.schemas import Live, PatientRef
 from kata.station.station import Station
-from tests.api.conftest import running
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
 
 _LIMIT_S: Final = 60.0
 

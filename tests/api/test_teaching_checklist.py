@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from tests.api.conftest import running
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until_mode
-from tests.api.visits import LOOKED_AT, WHO, open_before_teaching, teaching, try_estop
+from tests.support.preflight import LOOKED_AT, WHO, open_before_teaching, teaching, try_estop
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, until_mode
 
 SECOND = ("arm_fixer_2", "elbow_fixer_1")
 

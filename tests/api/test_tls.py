@@ -20,7 +20,7 @@ from kata.api.security_middleware import allowed_hosts
 from kata.api.tls import Certificate, TlsError, kept
 from kata.database.base import utc_now
 from kata.settings import Settings
-from tests.conftest import free_port
+from tests.support.ports import free_port
 
 
 def made(folder: Path, **settings: object) -> Certificate:

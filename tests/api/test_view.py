@@ -17,8 +17,8 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.sessions.schemas import CheckTick, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 
 @pytest.fixture

@@ -22,9 +22,9 @@ from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.clinic.treated import Texts, treat
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
+from tests.support.treatment import Texts, treat
 
 _EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
 _READ: Final[frozenset[Role]] = frozenset({"viewer", "therapist", "administrator"})

@@ -12,8 +12,8 @@ from pydantic_core._pydantic_core import list_all_errors
 from kata.api import i18n
 from kata.api.app import create_app
 from kata.settings import Settings
-from tests.api.test_records import problem
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
+from tests.support.responses import problem
 
 _BY_KEYWORD = {
     "minLength": {"string_too_short"},

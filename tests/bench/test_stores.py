@@ -10,7 +10,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 MINUTE_S = 60.0
 

@@ -10,7 +10,7 @@ import pytest
 from kata.access.verify import verify
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.access.tampering import filled, judged, tricks
+from tests.support.audit_tampering import filled, judged, tricks
 
 log = logging.getLogger(__name__)
 

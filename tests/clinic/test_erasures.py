@@ -26,7 +26,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from tests.clinic.exported import KANA, NAME, NUMBER, treated
+from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")
 FIGURES = (

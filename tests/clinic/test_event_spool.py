@@ -9,7 +9,7 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
-from tests.clinic.test_importer import Clinic
+from tests.support.imported_runs import Clinic
 
 
 def test_run_whose_abandoned_commit_succeeded_is_deleted(database: Database, tmp_path: Path) -> None:

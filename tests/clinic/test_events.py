@@ -19,7 +19,7 @@ from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()

@@ -17,8 +17,8 @@ from kata.clinic.interop.fhir_import import NotUnderstoodError, read_patients
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.clinic.exported import KANA, NAME, NUMBER, treated
-from tests.conftest import judge
+from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
+from tests.support.validators import judge
 
 Json = dict[str, Any]
 

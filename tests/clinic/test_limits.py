@@ -20,7 +20,7 @@ from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 TIMES_S = np.arange(0, 4.005, 0.01)
 

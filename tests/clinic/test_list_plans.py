@@ -19,7 +19,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import Wanted
 from kata.database.engine import Database
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({"Station 1"}))
 HIDDEN = restricted.hidden(THERAPIST)

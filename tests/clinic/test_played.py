@@ -27,8 +27,8 @@ from kata.device.journal import (
 from kata.motion import edit
 from kata.motion.edit import PlaybackSettings
 from kata.motion.method import Method
-from tests.clinic.test_importer import Clinic
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.imported_runs import Clinic
 
 Reason = Literal["completed", "returned", "stopped", "unloaded"]
 Part = tuple[int, float, float]

@@ -28,20 +28,15 @@ from kata.database.series import Series
 from kata.device.faults import FAULTS
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.clinic.treated import PLAIN, Texts, treat
-from tests.conftest import ROOT
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.paths import ROOT
+from tests.support.reports import AT, CLINIC, contents, how
+from tests.support.treatment import Texts
 
-CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
-AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
 HOSTILE = (
     """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
 )
 TEMPLATES = ROOT / "backend/kata/clinic/reports/templates"
-
-
-def how(language: Language = "en") -> Print:
-    return Print(CLINIC, language, "Asia/Tokyo", AT)
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +44,6 @@ def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
     made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
     yield made
     made.close()
-
-
-def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[SessionContent, EpisodeContent]:
-    with database.write() as writing:
-        treated = treat(writing, texts, **kinds)
-    with database.read() as reading:
-        return session.content(reading, treated.session_ids[0]), episode.content(reading, treated.episode_id)
 
 
 @pytest.fixture(scope="module")

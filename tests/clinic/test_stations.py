@@ -20,7 +20,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.clinic.test_importer import Clinic, pose
+from tests.support.imported_runs import Clinic, pose
 
 NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
 

@@ -31,7 +31,7 @@ from kata.database.arrays import decode, encode
 from kata.database.engine import Database, DatabaseError
 from kata.database.series import pack, unpack
 from kata.database.upgrade import migrations, upgrade
-from tests.database.test_arrays import FIRST_FORMAT
+from tests.support.array_formats import FIRST_FORMAT
 
 RELEASED = ("0001", "0002", "0003", "0004")
 NOW = datetime(2025, 4, 1, 9, 30, 0, 123456, tzinfo=UTC)

@@ -9,7 +9,7 @@ import pytest
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Inputs, StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
-from tests.device.stepped import REST_DEG
+from tests.support.stepped import REST_DEG
 
 MS = 1_000_000
 START_NS = 1_000_000_000

@@ -7,7 +7,7 @@ import pytest
 
 from kata.device.documentation import PAGES
 from kata.device.modes import TRANSITIONS
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -10,7 +10,7 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Situation
 from kata.device.faults import FAULTS, refused_setpoints
 from kata.device.supervisor import evaluate_faults
-from tests.device.stepped import REST_DEG
+from tests.support.stepped import REST_DEG
 
 CONFIG = StationConfig()
 LIMITS = CONFIG.mechanism_deg

@@ -2,7 +2,6 @@
 
 import errno
 import os
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,21 +13,11 @@ from kata.device.journal import (
     FolderInUseError,
     JournalEnd,
     JournalError,
-    JournalHeader,
     JournalWriter,
     claimed,
     read,
 )
-
-HEADER = JournalHeader(
-    kind="run",
-    id="a-run",
-    recording_id="a-recording",
-    station="S",
-    rate_hz=100,
-    started_at=datetime(2026, 1, 2, tzinfo=UTC),
-    started_ns=0,
-)
+from tests.support.journals import HEADER
 
 
 def _writer(folder: Path, samples: int) -> JournalWriter:

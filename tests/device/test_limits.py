@@ -12,9 +12,9 @@ from kata.device.messages import Approach, Less, Play, Return, Unload
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
-from tests.device.test_methods import station
+from tests.support.playback import station
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 MECHANISM = ((-21.0, 45.0), (86.0, 131.0))
 """Of the first two axes: the range and half of the tolerance of 4 deg."""

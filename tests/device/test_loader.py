@@ -19,8 +19,8 @@ from kata.device.messages import Load, Refusal, parts_of
 from kata.device.references import Reference, build
 from kata.motion.learning import rows
 from kata.motion.trajectory import Held, Trajectory
-from tests.conftest import ROOT
-from tests.device.test_load import SECONDS, TIMES_S, angles, correction, message
+from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
+from tests.support.paths import ROOT
 
 LIMIT_S = 30.0
 

@@ -9,10 +9,21 @@ import pytest
 from kata.device.config import StationConfig
 from kata.device.messages import Approach, Mode, Pause, Play, Return, Teach
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD
-from tests.device.faulty import FaultyApparatus
-from tests.device.matrix import KINDS, MODES, SIGNALS, Ends, Expected, GoesOn, Kind, StaysOffline, Stops, expected
-from tests.device.stepped import Stepped
+from tests.support.fault_matrix import (
+    KINDS,
+    MODES,
+    SIGNALS,
+    Ends,
+    Expected,
+    GoesOn,
+    Kind,
+    StaysOffline,
+    Stops,
+    expected,
+)
+from tests.support.faulty_apparatus import FaultyApparatus
+from tests.support.stepped import Stepped
+from tests.support.trajectories import LOAD
 
 _WATCHED_MS = 1200
 """How long what goes on is watched going on."""

@@ -12,47 +12,23 @@ from hypothesis import strategies as st
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.faults import FAULTS
-from kata.device.messages import Approach, Command, Less, Load, Pause, Play, Refusal, Return
+from kata.device.messages import Approach, Command, Less, Pause, Play, Refusal, Return
 from kata.device.references import build
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Held, Trajectory
-from tests.device.conftest import LOAD
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.stepped import REST_DEG, Stepped
 
-MOVING = 3
-"""The axis that goes from 0 to 60 deg and back in these recordings."""
 SECONDS = 4.0
 TIMES_S = np.arange(0.0, SECONDS + 0.001, 0.01)
-METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
 
 
 def rows(reach_deg: float = 30.0, from_deg: float = 0.0) -> Floats:
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
     angles[:, MOVING] = from_deg + reach_deg * (1 - np.cos(2 * np.pi * TIMES_S / SECONDS))
     return angles
-
-
-def load(method: Method, **changes: object) -> Load:
-    return msgspec.structs.replace(LOAD, method=method, **changes)
-
-
-def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
-    """As quick as a station may be configured."""
-    config = StationConfig()
-    axes = tuple(
-        msgspec.structs.replace(
-            axis,
-            lag_s=lag_s,
-            lag2_s2=lag2_s2,
-            friction_deg=friction_deg,
-            max_speed_deg_s=150.0,
-            max_acceleration_deg_s2=6_000.0,
-        )
-        for axis in config.axes
-    )
-    return msgspec.structs.replace(config, axes=axes, **settings)
 
 
 def begin(
@@ -70,22 +46,6 @@ def begin(
     assert stepped.send(Approach()) is None
     stepped.until("paused")
     return stepped, trajectory
-
-
-def place_s(stepped: Stepped) -> float:
-    run = stepped.loop._machine._run
-    assert run is not None
-    return run.position_s
-
-
-def until_place(stepped: Stepped, at_s: float) -> None:
-    while place_s(stepped) < at_s - 1e-9:
-        stepped.cycle()
-
-
-def sent(stepped: Stepped) -> Floats:
-    """What the moving axis was told."""
-    return np.array(stepped.apparatus.written)[:, MOVING]
 
 
 # -- ahead of the drives ----------------------------------------------------------------------------------------------

@@ -26,8 +26,8 @@ from kata.device.messages import (
 )
 from kata.device.movement import Movement
 from kata.motion.axes import Side
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import Stepped, SteppedApparatus
+from tests.support.stepped import Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 WAYS: dict[Mode, tuple[Mode, ...]] = {
     "offline": ("idle", "stopped"),

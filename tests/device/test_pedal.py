@@ -10,7 +10,7 @@ import pytest
 from kata.device.config import Inputs, StationConfig
 from kata.device.messages import Teach
 from kata.device.pedal import UsbPedal
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 
 class Foot:

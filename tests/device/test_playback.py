@@ -9,8 +9,8 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.messages import Approach, Load, Pause, Play, Return, Teach, Unload
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 
 def test_torque_stays_off_until_the_approach_is_asked_for(stepped: Stepped) -> None:

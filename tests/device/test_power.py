@@ -12,12 +12,11 @@ import pytest
 from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
 from kata.device.journal_set import JournalKeeper, next_sync_ns
 from kata.device.messages import Acknowledge, Approach, Play
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.power import CutDisk
-from tests.device.stepped import Stepped, SteppedExchange
-from tests.device.test_journal import HEADER
+from tests.support.cut_disk import CutDisk
+from tests.support.journals import HEADER, MS, give, values
+from tests.support.stepped import Stepped, SteppedExchange
+from tests.support.trajectories import LOAD, a_trajectory
 
-MS = 1_000_000
 PERIOD_NS = 10 * MS
 MAY_BE_LOST_NS = 100 * MS
 
@@ -78,17 +77,6 @@ class Session:
         old_enough = sum(t <= t_ns - MAY_BE_LOST_NS for t in self.given)
         if len(kept) < old_enough:
             yield "lost"
-
-
-def values(t_ns: int) -> list[float]:
-    return [t_ns / MS + axis for axis in range(5)]
-
-
-def give(writer: JournalWriter, t_ns: int) -> None:
-    angles = values(t_ns)
-    writer.sample(
-        t_ns, take=1, phase=0, path_s=0.0, setpoint_deg=angles, measured_deg=angles, torque_nm=[0.0] * 5
-    )  # fmt: skip
 
 
 def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
@@ -248,7 +236,7 @@ def _break_once(disk: CutDisk) -> None:
 def test_failing_disk_stops_the_playback_along_its_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
 ) -> None:
-    monkeypatch.setattr("tests.device.stepped.SteppedExchange", OnThatDisk)
+    monkeypatch.setattr("tests.support.stepped.SteppedExchange", OnThatDisk)
     stepped = Stepped(tmp_path)
     exchange = stepped.exchange
     assert isinstance(exchange, OnThatDisk)

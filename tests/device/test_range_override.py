@@ -15,8 +15,8 @@ from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.path import Motion
 from kata.motion.trajectory import Trajectory
-from tests.device.stepped import REST_DEG, Stepped
-from tests.device.test_methods import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.stepped import REST_DEG, Stepped
 
 SECONDS = 4.0
 REPETITIONS = 8

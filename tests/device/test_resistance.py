@@ -16,8 +16,8 @@ from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 LEVEL = 10
 THRESHOLD_NM = 4.0 * 10 / 25 * 0.98

@@ -7,8 +7,8 @@ import pytest
 
 from kata.device.config import Inputs, StationConfig
 from kata.device.messages import Acknowledge, Approach, Command, Play, ReleaseTorque, Return, Stop, stamped
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import NEVER_NS, Stepped, SteppedApparatus
+from tests.support.stepped import NEVER_NS, Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 
 def ready(stepped: Stepped) -> Stepped:

@@ -9,8 +9,8 @@ import pytest
 from kata.device import journal
 from kata.device.faults import FAULT_BY_CODE, FAULTS
 from kata.device.messages import Acknowledge, Approach, Play
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import Stepped, SteppedApparatus
+from tests.support.stepped import Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 
 def test_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.messages import FinishTeaching, Teach
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 TEACH = Teach(teaching_id="teaching")
 

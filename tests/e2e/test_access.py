@@ -1,42 +1,16 @@
 """Who is let in, and what is shown to whom, in a real browser."""
 
-import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pyotp
-import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.keyboard import choose, press, write
-from tests.e2e.test_main_job import sign_up, teach
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.keyboard import choose, press, write
+from tests.support.page_accounts import PASSWORD, made, menu
+from tests.support.page_actions import sign_up, teach
 
-PASSWORD = "seven slow swans at dawn"
 OTHER_PASSWORD = "eleven quiet herons by noon"
-
-
-@pytest.fixture
-def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
-    """A second browser, at which nobody is signed in."""
-    context = browser.new_context(**browser_context_args)
-    yield context
-    context.close()
-
-
-def made(page: Page, name: str, username: str, role: str) -> str:
-    """A new account, by the administrator's page: its one-time code."""
-    page.get_by_role("link", name="Administration").click()
-    page.get_by_role("button", name="New account").click()
-    dialog = page.get_by_role("dialog", name="New account")
-    dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
-    dialog.get_by_label("User name").fill(username)
-    dialog.get_by_role("radio", name=role).check()
-    dialog.get_by_role("button", name="Make the account").click()
-    code = page.get_by_test_id("code").inner_text()
-    page.get_by_role("button", name="I have handed it over").click()
-    return code
 
 
 def first_password(page: Page, clinic: Clinic, username: str, code: str, password: str = PASSWORD) -> None:
@@ -54,11 +28,6 @@ def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
     page.get_by_label("User name").fill(username)
     page.get_by_role("textbox", name="Password").fill(password)
     page.get_by_role("button", name="Sign in", exact=True).click()
-
-
-def menu(page: Page, item: str) -> None:
-    page.get_by_role("button", name=re.compile("^Signed in as")).click()
-    page.get_by_role("menuitem", name=item).click()
 
 
 def test_an_account_is_made_used_locked_and_closed(

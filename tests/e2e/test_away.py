@@ -17,9 +17,9 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow,
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
-from tests.api.test_derived import LASTS_S, lifted
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.test_main_job import load_and_play, try_estop
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import load_and_play, try_estop
+from tests.support.recordings import LASTS_S, lifted
 
 FETCHED_MS = 20_000
 """What is fetched ahead is so every ten seconds."""

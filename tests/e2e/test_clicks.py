@@ -10,8 +10,8 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.test_main_job import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
+from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
 
 APPROACH: Final = 6
 TEACH: Final = 5

@@ -1,6 +1,6 @@
 """What people write is shown as it was written, wherever it is shown, and never becomes a script or a style of the page.
 
-:mod:`tests.e2e.poison` fills the database, a row for each text, so that a list shows all five hundred; what a page shows
+:mod:`tests.support.poisoned_database` fills the database, a row for each text, so that a list shows all five hundred; what a page shows
 one of, it shows of ten records, whose notes hold fifty each. The API's own document tells which fields of text there are.
 """
 
@@ -20,13 +20,13 @@ from kata.access.sign_in import COOKIE
 from kata.clinic.reports import paper, words
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.clinic.test_reports import contents, how
-from tests.conftest import ROOT
-from tests.e2e.conftest import START_LIMIT_S, Clinic
-from tests.e2e.hostile import CALL, hostile
-from tests.e2e.poison import NOT_WRITTEN, Poison, poison, text_columns
-from tests.e2e.text_fields import text_fields, texts_in
-from tests.signed_in import signed_in_at
+from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.hostile_texts import CALL, hostile
+from tests.support.login import signed_in_at
+from tests.support.paths import ROOT
+from tests.support.poisoned_database import NOT_WRITTEN, Poison, poison, text_columns
+from tests.support.reports import contents, how
+from tests.support.text_fields import text_fields, texts_in
 
 _LIMIT_MS: Final = START_LIMIT_S * 1000
 _WATCH: Final = """

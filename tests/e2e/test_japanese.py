@@ -13,8 +13,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.e2e.conftest import LONG_MS, START_LIMIT_S, Clinic
-from tests.e2e.test_accessible import addresses, wrong
+from tests.support.accessibility import addresses, wrong
+from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 
 IDLE: Final = "待機中・トルク切"
 OURS: Final = frozenset(

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
-from tests.e2e.conftest import Clinic
+from tests.support.browser_clinic import Clinic
 
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.api.provider import CLIENT, SECRET, Provider, provider
-from tests.e2e.conftest import START_LIMIT_S, Clinic
-from tests.e2e.test_access import another as another
-from tests.e2e.test_access import made, menu
+from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.openid_provider import CLIENT, SECRET, Provider, provider
+from tests.support.page_accounts import another as another
+from tests.support.page_accounts import made, menu
 
 
 @pytest.fixture

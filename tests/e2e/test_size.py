@@ -8,7 +8,7 @@ from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
 from kata.api import static_files
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 DIST = ROOT / "frontend/dist"
 LIMIT_KB = 250

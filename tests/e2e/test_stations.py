@@ -15,8 +15,8 @@ from kata.access.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.station.overview import PlaybackProgress, StationTold, encoded
 from kata.station.schemas import PatientRef
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.signed_in import signed_in
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.login import signed_in
 
 NAME: Final = "Yamada Hanako"
 SILENT: Final = "Silent: what it does is not known."

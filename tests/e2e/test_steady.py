@@ -13,7 +13,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.e2e.conftest import LONG_MS, Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LIMIT: Final = 0.1

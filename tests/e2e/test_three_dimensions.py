@@ -4,7 +4,7 @@ from typing import Final
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.support.browser_clinic import LONG_MS
 
 NEXT_PICTURE: Final = """async (before) => {
     for (;;) {

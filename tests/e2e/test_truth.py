@@ -6,7 +6,7 @@ import time
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS, Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.keyboard import held, press, reach, write
-from tests.e2e.test_main_job import stand_for_left, try_estop
+from tests.support.browser_clinic import LONG_MS
+from tests.support.keyboard import held, press, reach, write
+from tests.support.page_actions import stand_for_left, try_estop
 
 MOTION = "1 Abduction / adduction of the scapula"
 

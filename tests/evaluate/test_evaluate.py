@@ -18,7 +18,7 @@ from kata.evaluate.run import Job, carry_out, play
 from kata.motion.axes import AXES
 from kata.motion.method import Method
 from kata.motion.taught import Taught, TaughtError
-from tests.api.test_demo import write_csv
+from tests.support.motions import write_csv
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from kata.clinic.sessions import runs
 from kata.device import journal
 from kata.device.messages import Acknowledge
 from kata.device.movement import RAMP_S
-from tests.integration.kills import KeptClinic, hang_up_while_playing, kill_at_random, play
-from tests.integration.rig import Rig
-from tests.integration.service_kills import KilledClinic
+from tests.support.device_kills import KeptClinic, hang_up_while_playing, kill_at_random, play
+from tests.support.rig import Rig
+from tests.support.service_kills import KilledClinic
 
 CYCLE_S = 0.01
 

@@ -4,7 +4,7 @@ import os
 import signal
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +13,11 @@ from kata.device import journal
 from kata.device.config import Inputs
 from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, ReleaseTorque, Teach
 from kata.motion.builtin import built_in_motions
-from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.linkage import Floats
 from kata.motion.taught import Taught
 from kata.motion.tracking import compare
-from tests.integration.rig import Rig
+from tests.support.motion_samples import Samples, known
+from tests.support.rig import Rig
 
 ESTOP_LIMIT_MS = 20.0
 
@@ -32,20 +33,8 @@ def teach(rig: Rig, motion: Taught) -> journal.Journal:
     return journal.read(rig.closed[-1])
 
 
-class Samples(NamedTuple):
-    """A recording, as a run is given it."""
-
-    times_s: Floats
-    angles_deg: Floats
-
-
 def recorded(taught: journal.Journal) -> Samples:
     return Samples((taught.t_ns - taught.t_ns[0]) / 1e9, taught.measured_deg.astype(np.float64))
-
-
-def known(motion: Taught) -> Samples:
-    """As if it had been taught: what is about playing need not wait for a hand."""
-    return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))
 
 
 def apart_deg(taught: Samples, motion: Samples, beat_s: float) -> float:

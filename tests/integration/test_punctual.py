@@ -12,9 +12,9 @@ import pytest
 from kata import scheduling
 from kata.device.messages import Load
 from kata.motion.taught import Taught
-from tests.conftest import ROOT
-from tests.integration.rig import Rig
-from tests.integration.test_job import known
+from tests.support.motion_samples import known
+from tests.support.paths import ROOT
+from tests.support.rig import Rig
 
 _PAGES = 4096
 """16 MB."""

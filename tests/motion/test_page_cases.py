@@ -8,7 +8,7 @@ import pytest
 
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.shoulder import humerus_direction
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 CASES = json.loads((ROOT / "frontend/src/apparatus3d/cases.json").read_text())
 

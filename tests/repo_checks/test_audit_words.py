@@ -10,7 +10,7 @@ from kata.access.changes import QUIET
 from kata.access.permissions import RULES
 from kata.clinic.restricted.objects import OF_A_PATIENT
 from kata.database.base import Base
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 KATA: Final = ROOT / "backend/kata"
 PAGE: Final = ROOT / "frontend/src/administration"

@@ -10,7 +10,7 @@ import yaml
 
 from kata.device import config
 from kata.settings import by_tls
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 
 def compose(name: str = "docker-compose.yml") -> Any:

@@ -4,7 +4,7 @@ import ast
 import re
 import tomllib
 
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 _PAGE = (ROOT / "docs/security.md").read_text()
 _TABLE, _, _BEHIND = _PAGE.split("## OWASP ASVS 5.0.0, level 2")[1].partition("### What does not apply")

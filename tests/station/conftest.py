@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from kata.station import station as module
-from tests.station.silent import Silent
+from tests.support.silent_device import Silent
 
 
 @pytest.fixture

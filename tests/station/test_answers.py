@@ -6,7 +6,7 @@ from uuid import UUID
 from kata.device.messages import Load, Refusal, Reply, Teach
 from kata.station.schemas import PatientRef
 from kata.station.station import NO_ANSWER, Occupation
-from tests.station.silent import Silent, snapshot, station
+from tests.support.silent_device import Silent, snapshot, station
 
 PATIENT = PatientRef(id=UUID(int=1), name="Sato")
 REFUSED = Refusal(code="limits", message="It leaves the limits.", next_step="Choose another one.")

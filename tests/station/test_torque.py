@@ -23,7 +23,7 @@ from kata.motion.axes import Side
 from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.station.station import Station
-from tests.station.silent import Silent, snapshot, station
+from tests.support.silent_device import Silent, snapshot, station
 
 AXES = tuple(
     AxisState(motor=n, setpoint_deg=0.0, measured_deg=0.0, speed_deg_s=0.0, torque_nm=0.0, torque="off", age_ms=1.0)

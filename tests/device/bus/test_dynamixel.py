@@ -11,8 +11,8 @@ from kata.device.bus.serial_transport import Line
 from kata.device.config import Inputs
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction
-from tests.device.bus.conformance import Conformance
-from tests.device.world import World
+from tests.support.driver_conformance import Conformance
+from tests.support.simulated_world import World
 
 _INSTRUCTION_AT = 7
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kata.device.bus.modbus import encode, find_answer
 from kata.device.config import ModbusMap
-from tests.device.bus.conformance import Conformance
+from tests.support.driver_conformance import Conformance
 
 
 class TestModbus(Conformance):

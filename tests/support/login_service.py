@@ -19,8 +19,8 @@ from kata.access.tables import AccountRow
 from kata.access.throttle import Throttle
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
 
 PASSWORD = "seven slow swans at dawn"
 OTHER = "a kettle under the bridge"

@@ -22,9 +22,9 @@ from kata.device import journal
 from kata.device.messages import Approach, Load, Play, Teach
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import motor_angles_deg
-from tests.clinic.test_importer import Clinic
-from tests.integration.rig import Rig
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.imported_runs import Clinic
+from tests.support.rig import Rig
 
 _WATCHED_S = 0.45
 _STANDS_DEG_S = 1.0

@@ -8,8 +8,8 @@ import pytest
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.port import Bus, BusError
 from kata.device.ceiling import ceiling_hz, cycle_ns
-from tests.campaign.registers import expected_registers
-from tests.device.world import World
+from tests.support.drive_registers import expected_registers
+from tests.support.simulated_world import World
 
 HOLD = (15.0, 109.0, 8.0, 0.0, 0.0)
 _SLACK_S = 0.005

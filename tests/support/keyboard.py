@@ -6,7 +6,7 @@ from typing import Final
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.support.browser_clinic import LONG_MS
 
 _OPTIONS: Final = 30
 _STOPS: Final = 150

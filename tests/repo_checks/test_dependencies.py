@@ -11,7 +11,7 @@ from typing import Any
 import plotly
 import pytest
 
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 # Licences that fit Apache-2.0 for something that is used as it comes. LGPL: psycopg, which is never part of a wheel of ours.
 FITTING = re.compile(

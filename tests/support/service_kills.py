@@ -20,8 +20,8 @@ from kata.access.verify import verify
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.settings import Settings
-from tests.conftest import free_port
-from tests.signed_in import signed_in_at
+from tests.support.login import signed_in_at
+from tests.support.ports import free_port
 
 _WRITERS: Final = 4
 _START_LIMIT_S: Final = 120.0

@@ -5,7 +5,7 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
-from tests.operating import operate
+from tests.support.station_commands import operate
 
 LIMIT_S = 30.0
 WHO = "Ito Mai"

@@ -9,7 +9,7 @@ from kata.access.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 
 def signed_in(database: Database, role: Role = "administrator", *, stations: tuple[str, ...] = ()) -> str:

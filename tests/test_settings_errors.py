@@ -14,7 +14,7 @@ from typer.main import get_command
 from kata.__main__ import main
 from kata.cli import app
 from kata.settings import Settings
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "accounts link": (),

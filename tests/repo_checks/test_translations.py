@@ -15,7 +15,7 @@ from kata.clinic.sessions import checklist, replay
 from kata.device import refusals
 from kata.device.faults import FAULTS
 from kata.motion.axes import BASIC_MOTIONS, Side
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 KATA: Final = ROOT / "backend/kata"
 TOLD: Final[dict[str, str]] = json.loads((ROOT / "frontend/src/shared/told.ja.json").read_text("utf-8"))

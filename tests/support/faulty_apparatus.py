@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from msgspec import structs
 
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading
-from tests.device.matrix import Kind
-from tests.device.stepped import SteppedApparatus
+from tests.support.fault_matrix import Kind
+from tests.support.stepped import SteppedApparatus
 
 _LATE_CYCLES = 10
 _VERY_LATE_CYCLES = 15

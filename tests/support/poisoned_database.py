@@ -20,7 +20,7 @@ from kata.clinic.recordings.tables import TeachingRow
 from kata.clinic.sessions.tables import AddendumRow, SessionStopRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import Base, utc_now
-from tests.clinic.treated import treat
+from tests.support.treatment import treat
 
 TOGETHER: Final = 50
 """So many share a note of a place: each must be found on the page as it was written, or one has been taken for more."""
