@@ -2,6 +2,7 @@
 
 import gc
 import os
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,20 @@ def pytest_collection_finish() -> None:
     """What the tests themselves are made of is no garbage. A control loop looks for some whenever it opens its port, which
     among a thousand tests' objects takes a third of a second each time."""
     gc.freeze()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give each test an id of its own: pytest-xdist runs only one of those that share an id, without a word.
+
+    Schemathesis puts the operation into a test's name, which pytest leaves out of the id.
+    """
+    for item in items:
+        if not item.nodeid.endswith(f"::{item.name}"):
+            assert item.parent is not None
+            item._id = item.parent.id.child(item.name)  # type: ignore[attr-defined]
+    shared = [nodeid for nodeid, count in Counter(item.nodeid for item in items).items() if count > 1]
+    if shared:
+        raise pytest.UsageError(f"Several tests share an id: {shared}")
 
 
 @pytest.fixture(scope="session")

@@ -44,13 +44,17 @@ Case = Any  # schemathesis.Case: its type argument exists for type checkers only
 _DOCUMENT: Final = json.loads((ROOT / "frontend/openapi.json").read_text())
 
 
-def _schema(deterministic: bool) -> OpenApiSchema:
-    config = {"generation": {"deterministic": deterministic, "database": "none"}}
+def _schema(deterministic: bool, *, boundaries: bool) -> OpenApiSchema:
+    """``boundaries``: also ask with each field missing, at its bounds and of each wrong type, which takes seconds an operation."""
+    config = {
+        "generation": {"deterministic": deterministic, "database": "none"},
+        "phases": {"coverage": {"enabled": boundaries}},
+    }
     return schemathesis.openapi.from_dict(_DOCUMENT, config=SchemathesisConfig.from_dict(config))
 
 
-schema = _schema(deterministic=True)
-exploring = _schema(deterministic=False)
+schema = _schema(deterministic=True, boundaries=False)
+exploring = _schema(deterministic=False, boundaries=True)
 """The campaign's are others every time; what it finds becomes a test."""
 _CHECKS: Final = [
     not_a_server_error,
