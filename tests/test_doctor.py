@@ -38,13 +38,13 @@ def found(name: str, folder: Path, station: str | None = None) -> Finding:
     return next(finding for finding in examine(settings) if finding.name == name)
 
 
-def test_a_station_whose_port_opens_is_well(tmp_path: Path, port: str) -> None:
+def test_station_with_an_opening_port_passes(tmp_path: Path, port: str) -> None:
     told = found("Port", tmp_path, f'port = "{port}"')
     assert told.state == "ok"
     assert port in told.message
 
 
-def test_a_port_that_is_not_there_is_a_problem(tmp_path: Path) -> None:
+def test_missing_port_is_a_problem(tmp_path: Path) -> None:
     told = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
     assert told.state == "problem"
     assert "/dev/ttyKATA is not there" in told.message
@@ -60,7 +60,7 @@ def test_unreadable_station_is_a_problem_and_other_lines_still_print(tmp_path: P
     assert states["Data folder"].state == "ok"
 
 
-def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_adapter_that_delays_replies_is_reported(tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch) -> None:
     timer = tmp_path / "tty" / Path(port).name / "device" / "latency_timer"
     timer.parent.mkdir(parents=True)
     monkeypatch.setattr(doctor, "_TTYS", tmp_path / "tty")
@@ -71,7 +71,7 @@ def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, m
     assert told.message == "1 ms"
 
 
-def test_huge_pages_for_everybody_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_global_huge_pages_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = tmp_path / "enabled"
     monkeypatch.setattr(doctor, "_HUGE_PAGES", chosen)
     assert not [
@@ -121,7 +121,7 @@ def test_a_folder_that_cannot_be_written_is_a_problem(tmp_path: Path) -> None:
     assert told.state == "problem"
 
 
-def test_whoever_is_granted_nothing_is_told_what_to_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_privileges_are_reported_with_their_setting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "fifo_granted", lambda: False)
     monkeypatch.setattr(doctor, "memory_lock_granted", lambda: False)
     assert "LimitRTPRIO" in found("Real-time scheduling", tmp_path).what_to_do

@@ -63,7 +63,7 @@ def ended_with(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
 
 
 @pytest.mark.parametrize("command", [one for one in commands(get_command(app)) if not one.startswith(OF_THEIR_OWN)])
-def test_every_command_names_the_setting_and_what_it_takes(
+def test_every_command_names_the_setting_and_its_values(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -126,9 +126,7 @@ class TestWhatIsWritten:
                 session.add(somebody())
         assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
 
-    def test_a_change_whose_row_cannot_be_written_is_not_made(
-        self, chained: Database, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_change_without_its_audit_row_is_not_made(self, chained: Database, monkeypatch: pytest.MonkeyPatch) -> None:
         def broken(*_: object) -> None:
             raise OperationalError("", None, Exception("disk full"))
 
@@ -196,7 +194,7 @@ class TestWhatIsWritten:
 
 
 class TestOneChain:
-    def test_writers_at_the_same_time_make_one_chain_without_gaps(self, database: Database) -> None:
+    def test_concurrent_writers_make_one_chain_without_gaps(self, database: Database) -> None:
         """As two services would: two engines on one database, four threads each."""
         other = Database(database.url.render_as_string(hide_password=False))
         ready = threading.Barrier(8)
@@ -235,7 +233,7 @@ class TestOneChain:
             "TRUNCATE audit",
         ],
     )
-    def test_the_database_itself_only_lets_it_grow(self, chained: Database, statement: str) -> None:
+    def test_database_only_lets_the_trail_grow(self, chained: Database, statement: str) -> None:
         for n in range(3):
             with chained.write() as session:
                 audit.note(session, f"act {n}")
@@ -409,7 +407,7 @@ class TestAnchor:
         assert [row.action for row in rows(database)][3] == "audit_broken"
         assert not verified(database, tmp_path).whole
 
-    def test_restoring_a_backup_is_told_and_no_damage(self, database: Database, tmp_path: Path) -> None:
+    def test_restoring_a_backup_is_recorded_and_is_no_damage(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:

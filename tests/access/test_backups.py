@@ -100,7 +100,7 @@ def backup_of(settings: Settings) -> Path:
 # -- a backup, and the way back ---------------------------------------------------------------------------------------
 
 
-def test_a_backup_brings_the_database_back_as_it_was(settings: Settings, database: Database) -> None:
+def test_backup_restores_the_database_unchanged(settings: Settings, database: Database) -> None:
     before = counted(settings)
     note = make(settings, "asked")
     assert (note.problem, note.test_problem) == ("", "")
@@ -124,7 +124,7 @@ def test_a_backup_brings_the_database_back_as_it_was(settings: Settings, databas
     assert list(settings.data.glob(".backup-*")) == []
 
 
-def test_what_a_restore_replaces_is_put_aside_whole(settings: Settings, database: Database) -> None:
+def test_restore_sets_the_replaced_data_aside_completely(settings: Settings, database: Database) -> None:
     file = backup_of(settings)
     add_patient(database, "K-2")
     database.close()
@@ -231,7 +231,7 @@ def test_a_backup_brings_the_key_of_the_second_factors_along(
         assert not (new.data / "second-factor-key.txt").exists()
 
 
-def test_a_try_verifies_the_audit_trail_in_what_came_back(settings: Settings, database: Database) -> None:
+def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Database) -> None:
     with trail_of(settings, database):
         add_patient(database, "K-2")
     with database.read() as session:
@@ -293,7 +293,7 @@ def verdict(settings: Settings) -> Verdict:
     return told
 
 
-def test_each_of_several_backups_under_load_is_of_one_moment(settings: Settings, database: Database) -> None:
+def test_each_of_several_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
     """Numbers come one after the other, two a transaction: a backup has them without a gap, and an even count."""
     assert_of_one_moment(settings, database, backups=3)
 
@@ -365,7 +365,7 @@ def numbers_in(settings: Settings, file: Path) -> list[str]:
 # -- what is refused, and how -----------------------------------------------------------------------------------------
 
 
-def test_a_file_says_nothing_to_whoever_has_no_key(settings: Settings) -> None:
+def test_backup_file_reveals_nothing_without_its_key(settings: Settings) -> None:
     file = backup_of(settings)
     assert SECRET_NAME.encode() not in file.read_bytes()
     assert file.stat().st_mode & 0o777 == 0o600
@@ -470,7 +470,7 @@ def test_nothing_is_replaced_under_a_running_service(settings: Settings, databas
     assert patients(database) == ["K-1", "K-2"]
 
 
-def test_a_server_that_others_are_connected_to_is_not_replaced(settings: Settings, database: Database) -> None:
+def test_server_with_other_connections_is_not_replaced(settings: Settings, database: Database) -> None:
     if database.file:
         pytest.skip("a file has no others that are connected")
     file = backup_of(settings)
@@ -482,7 +482,7 @@ def test_a_server_that_others_are_connected_to_is_not_replaced(settings: Setting
     assert patients(database) == ["K-1"]
 
 
-def test_a_restore_that_fails_halfway_leaves_all_as_it_was(
+def test_restore_that_fails_halfway_leaves_everything_unchanged(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = backup_of(settings)
@@ -524,7 +524,7 @@ def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
 # -- the key ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_key_is_made_once_and_may_be_taken_away(small: Settings) -> None:
+def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
     assert whereabouts(small) == "nowhere"
     assert make_key(small)
     key = small.backup_key_file.read_text()
@@ -548,7 +548,7 @@ def test_the_key_is_made_once_and_may_be_taken_away(small: Settings) -> None:
     database.close()
 
 
-def test_others_whom_the_settings_name_can_open_backups_too(small: Settings) -> None:
+def test_additional_recipients_in_the_settings_can_open_backups(small: Settings) -> None:
     director = Identity.generate()
     of_two = small.model_copy(update={"backup_recipients": f"{director.to_public()}"})
     file = backup_of(of_two)
@@ -604,7 +604,7 @@ def test_failed_backup_is_recorded_with_its_reason(small: Settings) -> None:
     database.close()
 
 
-def test_only_one_is_made_at_a_time(small: Settings) -> None:
+def test_only_one_backup_is_made_at_a_time(small: Settings) -> None:
     with one_at_a_time(small), pytest.raises(BackupError, match="another backup is being made"):
         make(small, "asked")
 

@@ -31,7 +31,7 @@ def test_sealed_secret_opens_only_with_its_key_and_account() -> None:
         assert key.open(nonsense, account) is None
 
 
-def test_it_is_made_once_and_for_this_user_alone(tmp_path: Path) -> None:
+def test_factor_key_is_made_once_and_only_for_its_user(tmp_path: Path) -> None:
     file, account = tmp_path / "keys" / "second-factor-key.txt", uuid4()
     sealed = factor_key(file).close(SECRET, account)
     assert file.stat().st_mode & 0o777 == 0o600
@@ -63,7 +63,7 @@ def test_readable_or_malformed_factor_key_is_refused(tmp_path: Path) -> None:
         factor_key(file / "key.txt")
 
 
-def test_what_came_out_of_a_backup_is_opened_besides(tmp_path: Path) -> None:
+def test_key_restored_from_a_backup_is_opened_as_well(tmp_path: Path) -> None:
     here, backed_up, account = tmp_path / "here.txt", tmp_path / "backed-up.txt", uuid4()
     before, then = factor_key(here).close(SECRET, account), factor_key(backed_up).close(SECRET, account)
     for _ in range(2):

@@ -177,7 +177,7 @@ def test_other_clients_are_refused_and_nothing_is_sent_in_clear(server: Server) 
     assert "no encryption" in refusal(server.url(sslmode="disable"))
 
 
-def test_a_server_that_is_not_known_hears_nothing(server: Server) -> None:
+def test_unknown_server_receives_nothing(server: Server) -> None:
     stranger = server.url(sslrootcert=server.folder / "another.pem", **server.ours)
     assert "certificate verify failed" in refusal(stranger)
     elsewhere = server.url(**server.ours).replace("@127.0.0.1:", "@localhost:")

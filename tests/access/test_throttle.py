@@ -39,7 +39,7 @@ def test_throttle_checks_six_of_a_thousand_tries_per_minute() -> None:
     assert let_through(throttle, clock, ("name sato", OF_A_NAME), tries=1000) == 6
 
 
-def test_who_has_to_wait_is_told_how_long() -> None:
+def test_throttled_client_is_told_how_long_to_wait() -> None:
     throttle = Throttle(Clock())
     for _ in range(5):
         throttle.begin(("name sato", OF_A_NAME))
@@ -83,7 +83,7 @@ def test_attempt_refused_by_one_limit_is_not_counted_by_another() -> None:
     throttle.begin(("address 10.0.0.9", OF_AN_ADDRESS))
 
 
-def test_success_forgets_what_went_before() -> None:
+def test_success_clears_earlier_failures() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     for _ in range(10):
@@ -99,7 +99,7 @@ def test_a_try_that_was_no_failure_does_not_count() -> None:
         throttle.was_no_failure("address 10.0.0.9")
 
 
-def test_names_that_are_made_up_fill_no_memory() -> None:
+def test_invented_names_fill_no_memory() -> None:
     throttle = Throttle(Clock())
     for number in range(20_000):
         throttle.begin((f"name {number}", OF_A_NAME))

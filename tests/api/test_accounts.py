@@ -54,7 +54,7 @@ def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) ->
 
 
 @pytest.mark.parametrize("role", ["viewer", "technician", "therapist", "administrator"])
-def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, tmp_path: Path) -> None:
+def test_mandatory_second_factor_blocks_everything_before_enrolment(role: Role, tmp_path: Path) -> None:
     with running(tmp_path, simulate=False, second_factor="everyone") as client:
         everybody = Clinic(client)
         browser = everybody.sign_in(everybody.account(role))
@@ -123,7 +123,7 @@ def test_reauthenticated_user_continues_under_a_new_secret(shared: Clinic, how: 
     assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, "the same sign-in: lease and sockets go on"
 
 
-def test_a_new_password_signs_the_other_browsers_out(shared: Clinic) -> None:
+def test_new_password_ends_logins_in_other_browsers(shared: Clinic) -> None:
     username = shared.account()
     here, there = shared.sign_in(username), shared.sign_in(username)
     change = {"old_password": OTHER, "password": OTHER}
@@ -145,7 +145,7 @@ def test_a_password_that_is_tried_first_is_refused(shared: Clinic, weak: str) ->
     assert answer.json()["errors"][0]["pointer"] == "#/password"
 
 
-def test_a_password_of_ones_own_name_is_refused(shared: Clinic) -> None:
+def test_password_equal_to_the_user_name_is_refused(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     answer = browser.post("/api/me/password", json={"old_password": PASSWORD, "password": f"{username}1!"})
@@ -182,7 +182,7 @@ def test_an_account_begins_with_a_code_and_ends_disabled(shared: Clinic) -> None
 
 
 @pytest.mark.parametrize("change", [{"role": "viewer"}, {"stations": ["west"]}, {"disabled": True}])
-def test_other_rights_sign_every_browser_out(shared: Clinic, change: dict[str, Any]) -> None:
+def test_changed_rights_end_every_login(shared: Clinic, change: dict[str, Any]) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     assert shared.administrator.patch(f"/api/accounts/{shared.id_of(username)}", json=change).status_code == 200
@@ -219,7 +219,7 @@ def test_user_locked_out_by_anothers_guessing_returns_with_a_code(shared: Clinic
     shared.sign_in(username, OTHER)
 
 
-def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
+def test_last_active_administrator_cannot_be_removed(tmp_path: Path) -> None:
     with clinic(tmp_path) as alone:
         me = alone.administrator.get("/api/me").json()["account_id"]
         for change in ({"disabled": True}, {"role": "therapist"}):
@@ -244,7 +244,7 @@ def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
     assert there.get("/api/me").status_code == 401
 
 
-def test_the_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
+def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
     with clinic(tmp_path) as fresh:
         assert fresh.app.state.access.set_up_secret, "nobody was there at the start"
         given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
@@ -281,7 +281,7 @@ def _until_closed(socket: Any) -> int:
 
 
 @pytest.mark.parametrize("how", ["signed out", "disabled", "role", "by another service"])
-def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
+def test_ended_login_closes_its_socket(shared: Clinic, how: str) -> None:
     username = shared.account()
     browser, other = shared.sign_in(username), shared.sign_in(shared.account())
     with other.websocket_connect("/api/live") as stays:
@@ -304,7 +304,7 @@ def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
 
 
 @pytest.mark.parametrize("what", ["disabled", "another role", "reset"])
-def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
+def test_user_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
     username = shared.account()
     browser, path = shared.sign_in(username), f"/api/accounts/{shared.id_of(username)}"
     assert browser.post("/api/station/stop").status_code in (200, 503), "let in, and remembered for an hour"

@@ -117,7 +117,7 @@ def test_audit_trail_records_who_did_what_with_a_record(
     assert is_whole(folder, client)
 
 
-def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) -> None:
+def test_moving_and_stopping_the_apparatus_is_recorded(client: TestClient) -> None:
     until_mode(client, "idle")
     operate(client, "play")
     with acting_as(client, "technician"):
@@ -128,7 +128,7 @@ def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) ->
     operate(client, "acknowledge")
 
 
-def test_who_watches_live_is_told(client: TestClient) -> None:
+def test_live_viewers_are_recorded(client: TestClient) -> None:
     before = len(audit_log(client, action="live"))
     with acting_as(client, "viewer"), client.websocket_connect("/api/live") as socket:
         socket.receive_json()
@@ -137,7 +137,7 @@ def test_who_watches_live_is_told(client: TestClient) -> None:
     assert (watched[0]["role"], watched[0]["outcome"]) == ("viewer", "done")
 
 
-def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
+def test_refused_live_viewers_are_recorded_as_well(client: TestClient) -> None:
     with acting_as(client, None), pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live"):
         pass
     assert (audit_log(client, action="live")[0]["who"], audit_log(client, action="live")[0]["outcome"]) == (
@@ -146,7 +146,7 @@ def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
     )
 
 
-def test_what_is_refused_at_the_door_is_told(client: TestClient) -> None:
+def test_refused_requests_are_recorded(client: TestClient) -> None:
     client.post("/api/patients", json={}, headers={"origin": "https://evil.example"})
     row = audit_log(client, action="at_the_door")[0]
     assert (row["outcome"], row["subject"], row["who"]) == ("refused", "POST /api/patients", "")
@@ -226,7 +226,7 @@ def test_erasing_a_patient_leaves_the_trail_which_has_no_names(
     assert is_whole(folder, client)
 
 
-def test_what_the_program_does_is_its_own(client: TestClient) -> None:
+def test_program_actions_are_recorded_as_the_programs(client: TestClient) -> None:
     by_nobody = {
         (row["who"], row["action"]) for row in audit_log(client) if row["account_id"] is None and not row["address"]
     }

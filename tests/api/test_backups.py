@@ -53,7 +53,7 @@ def test_administrator_makes_a_backup_and_sees_that_it_restores(client: TestClie
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
-def test_nobody_else_is_told_of_backups(client: TestClient, role: Any) -> None:
+def test_only_administrators_see_backups(client: TestClient, role: Any) -> None:
     mine = client.cookies.get(COOKIE)
     client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
     try:
@@ -157,7 +157,7 @@ def test_backup_is_due_after_its_hour_in_clinic_time() -> None:
     assert due(at(9), "02:30", TOKYO, last_night, at(7, 59))
 
 
-def test_the_next_one_is_told_on_the_clinics_clock_too() -> None:
+def test_next_backup_is_shown_in_clinic_time() -> None:
     now = datetime(2026, 11, 22, 3, tzinfo=UTC)
     assert next_at(now, "02:30", TOKYO) == datetime(2026, 11, 22, 17, 30, tzinfo=UTC)
     assert next_at(now, "13:00", TOKYO) == datetime(2026, 11, 22, 4, tzinfo=UTC)
@@ -171,6 +171,6 @@ def test_the_next_one_is_told_on_the_clinics_clock_too() -> None:
 
 
 @pytest.mark.parametrize("at", ["25:00", "at night", "2"])
-def test_a_time_of_day_that_is_none_is_refused(at: str) -> None:
+def test_invalid_time_of_day_is_refused(at: str) -> None:
     with pytest.raises(ValueError, match="must be a time of day such as 02:30, or never"):
         Settings(backup_at=at)

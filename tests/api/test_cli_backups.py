@@ -71,7 +71,7 @@ def test_backup_command_prints_path_verification_and_what_to_store(data: Path, t
     assert f"Key: {data / 'backup-key.txt'}. Without it the backup is worth nothing" in done.stdout
 
 
-def test_a_backup_that_could_not_be_tried_says_so(data: Path) -> None:
+def test_backup_without_a_trial_restore_reports_this(data: Path) -> None:
     backup_of(data)
     (data / "backup-key.txt").unlink()
     done = kata("backup", "--data", data, folder=data)
@@ -104,7 +104,7 @@ def test_a_setting_that_makes_no_sense_makes_no_backup(
     assert list(data.glob("backups/*")) == []
 
 
-def test_a_try_changes_nothing_and_says_what_is_in_it(data: Path) -> None:
+def test_trial_restore_changes_nothing_and_lists_the_contents(data: Path) -> None:
     file = backup_of(data)
     add_patient(data, "K-2")
     done = kata("restore", file, "--try", "--data", data, folder=data)
@@ -135,7 +135,7 @@ def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Pa
 
 
 @pytest.mark.parametrize("only_try", [[], ["--try"]])
-def test_what_is_no_backup_or_does_not_open_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
+def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
     file = backup_of(data)
 
     def restoring(backup: Path, *more: Any) -> subprocess.CompletedProcess[str]:

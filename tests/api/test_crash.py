@@ -109,7 +109,7 @@ def play(served: Served, session_id: str, **what: Any) -> str:
     return run_id
 
 
-def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
+def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
     patient_id, recording_id = taught(first)
     session = first.call("POST", "sessions", {"patient_id": patient_id})

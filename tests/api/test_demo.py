@@ -38,7 +38,7 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
     assert "holds a database already" in again.stderr
 
 
-def test_demo_says_what_is_wrong_with_a_file(tmp_path: Path) -> None:
+def test_demo_reports_errors_in_a_file(tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text("time_s,elbow\n0,1\n")
     for file, sentence in (("bad.csv", "missing: scapula_abduction"), ("none.csv", "No such file")):
         done = kata("demo", "--taught", file, folder=tmp_path)

@@ -56,7 +56,7 @@ def test_trimmed_recording_is_new_and_names_its_parent(client: TestClient, recor
     assert [one["id"] for one in listed(client, recording)] == [made["id"], recording["id"]]
 
 
-def test_hold_stands_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
+def test_hold_pauses_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="hold", at_s=2.0, hold_s=3.0)
     # 0.2 s more for each of coming to a stand and going on.
     assert made["duration_s"] == pytest.approx(LASTS_S + 3.4)
@@ -76,7 +76,7 @@ def test_scale_takes_range_from_the_motors_that_are_named(client: TestClient, re
     assert made["ranges"][3] == recording["ranges"][3]
 
 
-def test_isolate_moves_no_other_motor(client: TestClient, recording: dict[str, Any]) -> None:
+def test_isolation_moves_no_other_motor(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="isolate", motors=[4, 3])
     assert made["done"] == ["motors 3, 4 only"]
     (_, before), (_, after) = samples(client, recording), samples(client, made)
@@ -104,7 +104,7 @@ def test_stretch_goes_beyond_the_end_and_holds_there(client: TestClient, recordi
     assert angles[:, 2].max() == pytest.approx(93.0)
 
 
-def test_mirror_is_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
+def test_mirror_gives_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="mirror")
     assert (made["side"], made["done"]) == ("left", ["mirrored for the left shoulder"])
     (_, before), (_, after) = samples(client, recording), samples(client, made)
@@ -112,7 +112,7 @@ def test_mirror_is_the_same_pose_of_the_other_shoulder(client: TestClient, recor
     assert np.abs(after[:, :2] - before[:, :2]).max() > 1.0
 
 
-def test_what_was_made_can_be_made_into_more(client: TestClient, recording: dict[str, Any]) -> None:
+def test_derived_recording_can_be_derived_again(client: TestClient, recording: dict[str, Any]) -> None:
     once = derive(client, recording, do="mirror", name=" For the left ")
     assert once["name"] == "For the left"
     twice = derive(client, once, do="trim", start_s=0, end_s=4)
@@ -128,13 +128,13 @@ def test_what_was_made_can_be_made_into_more(client: TestClient, recording: dict
     assert after == pytest.approx(before[:401], abs=1e-2)
 
 
-def test_a_long_name_gives_way_to_what_was_done(client: TestClient, patient: dict[str, Any]) -> None:
+def test_long_name_is_replaced_by_the_edits(client: TestClient, patient: dict[str, Any]) -> None:
     made = derive(client, taught(client, patient, lifted(), name="N" * 100), do="isolate", motors=[3])
     assert len(made["name"]) == 100
     assert made["name"].endswith("N, motor 3 only")
 
 
-def test_what_was_made_is_loaded_as_any_recording(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_loads_like_any_recording(client: TestClient, patient: dict[str, Any]) -> None:
     made = derive(client, taught(client, patient, lifted()), do="warm_up", less_deg=6, step_deg=3)
     until_mode(client, "idle")
     load(client, patient, made)
@@ -145,7 +145,9 @@ def test_what_was_made_is_loaded_as_any_recording(client: TestClient, patient: d
     until_mode(client, "idle")
 
 
-def test_what_leaves_the_limits_is_refused_with_motor_and_time(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_beyond_limits_is_refused_with_motor_and_time(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
     recording = taught(client, patient, lifted(top_deg=118.0))
     url = f"/api/recordings/{recording['id']}/derived"
     edit = {"do": "stretch", "further_deg": 10, "back_deg": 5, "hold_s": 0}
@@ -183,7 +185,7 @@ def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
         ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "longer than an hour"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_words(
+def test_impossible_edit_is_refused_with_a_sentence(
     client: TestClient, recording: dict[str, Any], edit: dict[str, Any], sentence: str
 ) -> None:
     told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "impossible")
@@ -215,14 +217,14 @@ def test_an_unknown_thing_to_do_is_refused(client: TestClient, recording: dict[s
     problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")
 
 
-def test_a_preview_shows_both_and_keeps_nothing(client: TestClient, recording: dict[str, Any]) -> None:
+def test_preview_shows_both_motions_and_saves_nothing(client: TestClient, recording: dict[str, Any]) -> None:
     answer = client.post(f"/api/recordings/{recording['id']}/derived/preview", json={"do": "isolate", "motors": [3]})
     assert answer.status_code == 200, answer.text
     assert [trace["name"] for trace in answer.json()["data"]] == ["Before", "After"] * 5
     assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
 
 
-def test_nothing_is_made_of_what_is_damaged_or_not_there(client: TestClient, recording: dict[str, Any]) -> None:
+def test_damaged_or_missing_recording_cannot_be_derived(client: TestClient, recording: dict[str, Any]) -> None:
     app: Any = client.app
     with app.state.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
@@ -232,7 +234,7 @@ def test_nothing_is_made_of_what_is_damaged_or_not_there(client: TestClient, rec
         problem(client.post(f"/api/recordings/{uuid4()}/{path}", json=body), 404, "not_found")
 
 
-def test_of_two_who_change_a_recording_the_second_is_told(client: TestClient, recording: dict[str, Any]) -> None:
+def test_second_of_two_editors_of_a_recording_is_refused(client: TestClient, recording: dict[str, Any]) -> None:
     url = f"/api/recordings/{recording['id']}"
     renamed = client.patch(url, json={"name": "Lift, slowly", "updated_at": recording["updated_at"]})
     assert renamed.status_code == 200
@@ -242,7 +244,7 @@ def test_of_two_who_change_a_recording_the_second_is_told(client: TestClient, re
     assert client.patch(url, json=again).json()["name"] == "Lift, slowly"
 
 
-def test_what_was_made_says_who_taught_it_in_which_fixtures(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_names_its_teacher_and_fixtures(client: TestClient, patient: dict[str, Any]) -> None:
     given = {"taught_by": "Sato", "fixtures": ["arm_fixer_1"]}
     recording = taught(client, patient, lifted(), **given)
     made = derive(client, recording, do="trim", start_s=1.0, end_s=4.0)
@@ -250,7 +252,7 @@ def test_what_was_made_says_who_taught_it_in_which_fixtures(client: TestClient, 
         assert {name: one[name] for name in given} == given
 
 
-def test_a_part_of_a_recording_is_drawn_by_itself(client: TestClient, recording: dict[str, Any]) -> None:
+def test_part_of_a_recording_can_be_plotted_alone(client: TestClient, recording: dict[str, Any]) -> None:
     url = f"/api/recordings/{recording['id']}/figure"
     closer = client.get(url, params={"start_s": 1.0, "end_s": 1.5}).json()
     assert closer["layout"]["xaxis"]["range"] == [1.0, 1.5]

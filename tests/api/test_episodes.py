@@ -149,14 +149,14 @@ def test_a_speed_limit_out_of_range_is_refused(client: TestClient, episode: dict
     assert [error["pointer"] for error in told["errors"]] == ["#/max_speed_deg_s"]
 
 
-def test_a_speed_limit_can_be_taken_away(client: TestClient, episode: dict[str, Any]) -> None:
+def test_speed_limit_can_be_removed(client: TestClient, episode: dict[str, Any]) -> None:
     url = f"/api/episodes/{episode['id']}"
     assert client.patch(url, json={"max_speed_deg_s": 20.0, "limits_by": "Dr. Mori"}).json()["max_speed_deg_s"] == 20.0
     assert client.patch(url, json={"diagnosis": "Other"}).json()["max_speed_deg_s"] == 20.0
     assert client.patch(url, json={"max_speed_deg_s": None}).json()["max_speed_deg_s"] is None
 
 
-def test_what_is_not_there_is_not_found(client: TestClient, episode: dict[str, Any]) -> None:
+def test_missing_record_is_not_found(client: TestClient, episode: dict[str, Any]) -> None:
     problem(client.get(f"/api/episodes/{uuid4()}"), 404, "not_found")
     problem(client.get(f"/api/patients/{uuid4()}/episodes"), 404, "not_found")
     problem(client.post(f"/api/patients/{uuid4()}/episodes", json={"side": "right"}), 404, "not_found")

@@ -45,7 +45,7 @@ def test_database_reveals_no_codes_and_does_not_contain_the_key(shared: Clinic, 
     assert key.read_text().splitlines()[-1].encode() not in written
 
 
-def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) -> None:
+def test_sealed_secret_in_anothers_row_opens_nothing(shared: Clinic) -> None:
     mine, hers = shared.account(), shared.account()
     app, _ = enrol(shared.sign_in(mine), shared.clock.seconds())
     enrol(shared.sign_in(hers), shared.clock.seconds())
@@ -94,7 +94,7 @@ def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, cap
     assert settings.effective_second_factor_key.exists()
 
 
-def test_services_on_one_database_open_what_the_others_have_sealed(tmp_path: Path, services_url: str) -> None:
+def test_services_on_one_database_open_each_others_secrets(tmp_path: Path, services_url: str) -> None:
     key = tmp_path / "shared" / "key.txt"
     with running(tmp_path / "1", simulate=False, database_url=services_url, second_factor_key=key) as client:
         first = Clinic(client)

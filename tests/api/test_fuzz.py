@@ -112,7 +112,7 @@ def cookies(service: TestClient) -> list[str]:
 
 @schema.parametrize()
 @settings(max_examples=_FEW, phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
-def test_every_answer_is_one_that_the_document_knows(
+def test_every_answer_matches_the_api_document(
     case: Case, service: TestClient, ids: dict[str, str], cookies: list[str]
 ) -> None:
     _ask_as_everybody(case, service, ids, cookies)

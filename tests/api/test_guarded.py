@@ -149,7 +149,7 @@ def test_a_stop_voids_commands_that_were_sent_before(client: TestClient, recordi
     until_mode(client, "idle")
 
 
-def test_a_load_during_playback_reaches_neither_database_nor_device(
+def test_load_during_playback_reaches_neither_database_nor_device(
     client: TestClient, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From another page of the same browser, which operates: the lease does not refuse it."""

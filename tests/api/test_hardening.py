@@ -38,7 +38,7 @@ def test_loopback_and_named_hosts_are_served(client: TestClient, host: str) -> N
     assert client.get("/health/live", headers={"host": host}).status_code == 200
 
 
-def test_a_host_said_twice_is_refused(client: TestClient) -> None:
+def test_repeated_host_header_is_refused(client: TestClient) -> None:
     twice: Any = [("host", "testserver"), ("host", "evil.example")]
     assert client.get("/health/live", headers=twice).status_code == 400
 
@@ -76,7 +76,7 @@ def test_cross_site_changes_and_sockets_are_refused(client: TestClient, headers:
 
 
 @pytest.mark.parametrize("headers", [{}, {"origin": _OWN}, {"origin": _OWN, "sec-fetch-site": "same-origin"}])
-def test_what_its_own_page_asks_for_is_not(client: TestClient, headers: dict[str, str]) -> None:
+def test_requests_of_its_own_page_are_accepted(client: TestClient, headers: dict[str, str]) -> None:
     assert client.post("/api/station/side", headers=headers, json={"side": "nowhere"}).status_code == 422
     with client.websocket_connect("/api/live", headers=headers) as socket:
         assert socket.receive_json()["kind"] == "snapshot"
@@ -126,11 +126,11 @@ def test_every_answer_carries_the_headers(
 
 
 @pytest.mark.parametrize("method", ["TRACE", "CONNECT", "OPTIONS"])
-def test_a_method_that_nobody_needs_is_refused(client: TestClient, method: str) -> None:
+def test_unused_http_method_is_refused(client: TestClient, method: str) -> None:
     assert client.request(method, "/health/live").status_code == 405
 
 
-def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> None:
+def test_tls_answers_require_tls_in_future(client: TestClient) -> None:
     answer = TestClient(client.app, base_url="https://testserver").get("/health/live")
     assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
 

@@ -142,7 +142,7 @@ def test_no_token_of_the_provider_reaches_the_browser(clinic: Clinic, theirs: Pr
     assert all("HttpOnly" in cookie and "SameSite=strict" in cookie for cookie in cookies)
 
 
-def test_nobody_gets_an_account_by_signing_in(clinic: Clinic, theirs: Provider) -> None:
+def test_signing_in_at_the_provider_creates_no_account(clinic: Clinic, theirs: Provider) -> None:
     theirs.subject = "somebody-else"
     before = len(clinic.administrator.get("/api/accounts").json()["items"])
     browser = clinic.browser()
@@ -176,7 +176,7 @@ def test_a_disabled_account_stays_out_and_is_put_out(clinic: Clinic, theirs: Pro
 
 
 @pytest.mark.parametrize("what", ["another state", "another browser", "too late", "without having begun"])
-def test_what_was_not_begun_at_this_browser_is_refused(clinic: Clinic, theirs: Provider, what: str) -> None:
+def test_login_not_begun_in_this_browser_is_refused(clinic: Clinic, theirs: Provider, what: str) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -224,14 +224,14 @@ def test_id_token_for_another_login_is_refused(
     assert (last_row(clinic)["outcome"], last_row(clinic)["detail"]) == ("refused", {"why": "openid_refused"})
 
 
-def test_a_word_signed_by_another_key_is_not_taken(clinic: Clinic, theirs: Provider) -> None:
+def test_id_token_signed_by_another_key_is_refused(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     theirs.signs_with = RSAKey.generate_key(2048, {"kid": "one"})
     assert code(come_back(clinic.browser(), theirs), 401) == "openid_refused"
 
 
 @pytest.mark.parametrize("algorithm", ["none", "HS256"])
-def test_a_word_that_anybody_could_have_signed_is_not_taken(clinic: Clinic, theirs: Provider, algorithm: str) -> None:
+def test_unsigned_or_publicly_signable_id_token_is_refused(clinic: Clinic, theirs: Provider, algorithm: str) -> None:
     linked(clinic, theirs)
     theirs.forged = algorithm
     assert code(come_back(clinic.browser(), theirs), 401) == "openid_refused"
@@ -250,7 +250,7 @@ def test_a_code_is_good_once(clinic: Clinic, theirs: Provider) -> None:
     assert code(thief.post("/api/sign-in/openid", json=given), 401) == "openid_refused"
 
 
-def test_what_the_provider_or_another_refuses_is_no_sign_in(clinic: Clinic, theirs: Provider) -> None:
+def test_refusal_by_the_provider_or_others_is_no_login(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     assert code(come_back(clinic.browser(), theirs, code=""), 401) == "openid_refused"
     assert code(come_back(clinic.browser(), theirs, code="made-up"), 401) == "openid_refused"
@@ -270,7 +270,7 @@ def test_what_the_provider_or_another_refuses_is_no_sign_in(clinic: Clinic, thei
         "x",
     ],
 )
-def test_nobody_is_led_to_another_site(clinic: Clinic, to: str) -> None:
+def test_redirects_to_other_sites_are_refused(clinic: Clinic, to: str) -> None:
     answer = clinic.browser().post("/api/sign-in/openid/begin", json={"to": to})
     assert answer.status_code == 422, answer.text
 
@@ -280,7 +280,7 @@ def test_every_screen_can_be_wanted(clinic: Clinic, to: str) -> None:
     assert clinic.browser().post("/api/sign-in/openid/begin", json={"to": to}).status_code == 200
 
 
-def test_a_locked_screen_is_unlocked_by_whoever_locked_it(clinic: Clinic, theirs: Provider) -> None:
+def test_locked_screen_is_unlocked_only_by_its_user(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert come_back(browser, theirs).status_code == 200
@@ -371,7 +371,7 @@ def test_unlinking_ends_login_sessions_and_identities_are_unique(clinic: Clinic,
     assert all("oidc_subject" in str(row["detail"]) for row in rows)
 
 
-def test_a_provider_that_does_not_answer_is_told_in_words(clinic: Clinic, theirs: Provider) -> None:
+def test_unreachable_provider_is_reported_in_a_sentence(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -382,7 +382,7 @@ def test_a_provider_that_does_not_answer_is_told_in_words(clinic: Clinic, theirs
     assert (last_row(clinic)["outcome"], last_row(clinic)["detail"]) == ("refused", {"why": "provider_down"})
 
 
-def test_nothing_is_said_to_whom_the_provider_redirects_to(clinic: Clinic, theirs: Provider) -> None:
+def test_redirected_provider_request_sends_nothing(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     asked: list[str] = []
 
@@ -407,7 +407,7 @@ def test_nothing_is_said_to_whom_the_provider_redirects_to(clinic: Clinic, their
     assert asked == []
 
 
-def test_a_provider_that_hangs_holds_up_nobody_else(clinic: Clinic, theirs: Provider) -> None:
+def test_hanging_provider_delays_no_one_else(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -443,7 +443,7 @@ def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provid
     assert told.state == "problem"
 
 
-def test_the_doctor_says_whether_it_answers(tmp_path: Path, theirs: Provider) -> None:
+def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
     told = {one.name: one for one in examine(given)}["OpenID provider"]
     assert (told.state, told.message) == ("ok", f"{theirs.issuer} answers, and signs with 1 keys.")
@@ -453,7 +453,7 @@ def test_the_doctor_says_whether_it_answers(tmp_path: Path, theirs: Provider) ->
     assert "OpenID provider" not in {one.name for one in examine(Settings(data=tmp_path))}
 
 
-def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, theirs: Provider) -> None:
+def test_client_secret_readable_by_others_is_refused(tmp_path: Path, theirs: Provider) -> None:
     given = settings(tmp_path, theirs)
     given["openid_secret_file"].chmod(0o604)
     with pytest.raises(OpenIdError, match="chmod 600"):
@@ -471,12 +471,12 @@ def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, theirs: Provid
         {"openid_issuer": "https://id.example?x", "openid_client_id": "kata"},
     ],
 )
-def test_half_a_provider_is_none(given: dict[str, Any]) -> None:
+def test_incomplete_provider_settings_are_refused(given: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"OPENID|https"):
         Settings(**given)
 
 
-def test_a_clinic_without_a_provider_says_so(tmp_path: Path) -> None:
+def test_clinic_without_a_provider_reports_this(tmp_path: Path) -> None:
     with running(tmp_path, simulate=False) as client:
         clinic = Clinic(client)
         assert client.get("/api/sign-in").json() == {"openid": None}

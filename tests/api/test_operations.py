@@ -132,7 +132,7 @@ def test_metrics_need_technician_administrator_or_token(client: TestClient) -> N
 
 
 @pytest.mark.parametrize("content", ["", "short", None], ids=["empty", "short", "no file"])
-def test_a_file_without_a_token_lets_nobody_in(client: TestClient, tmp_path: Path, content: str | None) -> None:
+def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, content: str | None) -> None:
     if content is not None:
         (tmp_path / "token").write_text(content)
     header = {"authorization": f"Bearer {content or ''}"}
@@ -140,7 +140,7 @@ def test_a_file_without_a_token_lets_nobody_in(client: TestClient, tmp_path: Pat
         assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
 
 
-def test_metrics_tell_how_loop_and_database_are_doing(client: TestClient) -> None:
+def test_metrics_describe_loop_and_database(client: TestClient) -> None:
     until_mode(client, "idle")
     told = values(client)
     assert told["kata_device_running", ""] == 1
@@ -166,7 +166,7 @@ def test_a_stop_is_counted_once_by_its_cause(client: TestClient) -> None:
     assert values(client)["kata_stops_total", "estop_pressed"] == before + 1
 
 
-def test_whoever_listens_is_counted_while_they_do(client: TestClient) -> None:
+def test_live_listeners_are_counted_while_connected(client: TestClient) -> None:
     before = values(client)["kata_websocket_clients", ""]
     with client.websocket_connect("/api/live") as socket:
         socket.receive_json()
@@ -181,7 +181,7 @@ def test_a_sign_in_that_is_refused_is_counted(client: TestClient) -> None:
     assert values(client)["kata_sign_ins_refused_total", "wrong_password"] == before + 1
 
 
-def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> None:
+def test_metrics_contain_no_names(client: TestClient, patient: dict[str, Any]) -> None:
     until_mode(client, "idle")
     accepted(client, "teach", teaching(client, patient["id"]))
     until_mode(client, "teaching")
@@ -195,7 +195,7 @@ def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> Non
     assert not re.search(r"[0-9a-f]{8}-[0-9a-f]{4}-", text), "no id of anything"
 
 
-def test_every_expression_of_the_dashboard_asks_for_what_there_is(client: TestClient) -> None:
+def test_every_dashboard_expression_uses_an_existing_metric(client: TestClient) -> None:
     text = client.get("/metrics").text
     known = set()
     for family in text_string_to_metric_families(text):

@@ -289,7 +289,7 @@ def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, vi
     assert not offline_cache.holds(UUID(visit["patient"]["id"]))
 
 
-def test_a_programmes_time_goes_on_while_nobody_can_count_it(
+def test_programme_time_continues_during_an_outage(
     client: TestClient, visit: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app: Any = client.app

@@ -28,7 +28,7 @@ def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **giv
     return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
 
 
-def test_a_programme_is_made_listed_changed_and_put_away(client: TestClient, lift: dict[str, Any]) -> None:
+def test_programme_is_created_listed_changed_and_archived(client: TestClient, lift: dict[str, Any]) -> None:
     answer = post(client, lift, ITEM, {"speed_percent": 50.0}, timer_minutes=20)
     assert answer.status_code == 201, answer.text
     made = answer.json()
@@ -129,7 +129,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
         ({"made_by": "x" * 101}, "#/made_by"),
     ],
 )
-def test_what_is_out_of_bounds_is_said_by_field(
+def test_out_of_range_value_is_reported_by_field(
     client: TestClient, lift: dict[str, Any], given: dict[str, Any], pointer: str
 ) -> None:
     told = problem(post(client, lift, ITEM, **given), 422, "invalid")
@@ -139,7 +139,7 @@ def test_what_is_out_of_bounds_is_said_by_field(
 @pytest.mark.parametrize(
     "path", ["patients/{}/programmes", "programmes/{}", "sessions/{}/plan", "episodes/{}/adherence"]
 )
-def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
 
 

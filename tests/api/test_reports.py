@@ -47,7 +47,7 @@ def test_a_report_is_a_pdf(client: TestClient, address: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["html", "pdf"])
-def test_english_unless_another_language_is_asked_for(client: TestClient, address: str, kind: str) -> None:
+def test_report_is_english_unless_another_language_is_requested(client: TestClient, address: str, kind: str) -> None:
     answer = client.get(f"{address}.{kind}")
     text = answer.text if kind == "html" else PdfReader(io.BytesIO(answer.content)).pages[0].extract_text()
     assert "report" in text

@@ -88,7 +88,7 @@ def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, pati
     assert kept[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
 
 
-def test_what_a_spreadsheet_makes_of_it_is_understood(client: TestClient, patient: dict[str, Any]) -> None:
+def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patient: dict[str, Any]) -> None:
     text = "\ufeff" + poses_csv(separator=";", end="\r\n").replace("\r\n", ";ok\r\n").replace(";ok", ";remark", 1)
     told = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()
     assert (told["separator"], told["left_alone"], told["samples"]) == ("semicolon", ["remark"], 401)
@@ -117,7 +117,7 @@ def test_what_a_spreadsheet_makes_of_it_is_understood(client: TestClient, patien
         ({(1, 6): "shoulder_flexion"}, "line 1, column external_rotation", "this column is missing"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_with_line_and_column(
+def test_error_is_reported_with_line_and_column(
     client: TestClient, patient: dict[str, Any], change: dict[tuple[int, int], str], where: str, what: str
 ) -> None:
     told = refused(client, patient, poses_csv(change=change))
@@ -130,7 +130,7 @@ def test_what_is_wrong_is_told_with_line_and_column(
     assert first["detail"].startswith(what)
 
 
-def test_every_line_that_is_wrong_is_told_up_to_twenty(client: TestClient, patient: dict[str, Any]) -> None:
+def test_up_to_twenty_wrong_lines_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     told = refused(client, patient, poses_csv(change={(line, 3): "x" for line in range(10, 60)}))
     assert [error["pointer"].split(",")[0] for error in told["errors"]] == [f"line {n}" for n in range(10, 30)]
 
@@ -184,7 +184,7 @@ def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: 
     ]
 
 
-def test_an_imported_motion_is_of_somebody_who_is_there(client: TestClient, patient: dict[str, Any]) -> None:
+def test_imported_motion_needs_an_existing_patient(client: TestClient, patient: dict[str, Any]) -> None:
     problem(sent(client, {"id": str(uuid4())}, poses_csv()), 404, "not_found")
     client.patch(f"/api/patients/{patient['id']}", json={"archived": True})
     problem(sent(client, patient, poses_csv()), 409, "archived")
@@ -263,9 +263,7 @@ def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
             assert values == pytest.approx(columns[name][:, motor - 1], abs=1.1e-3 if column == "setpoint" else 1e-4)
 
 
-def test_a_recording_as_parquet_says_the_same_as_its_csv(
-    client: TestClient, patient: dict[str, Any], tmp_path: Any
-) -> None:
+def test_recording_parquet_equals_its_csv(client: TestClient, patient: dict[str, Any], tmp_path: Any) -> None:
     recording = taught(client, patient, lifted())
     file = tmp_path / "recording.parquet"
     file.write_bytes(client.get(f"/api/recordings/{recording['id']}/samples.parquet").content)

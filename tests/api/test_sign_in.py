@@ -53,7 +53,7 @@ def with_password(client: TestClient, role: str = "therapist") -> str:
         return row.username
 
 
-def test_nobody_is_nobody(stranger: TestClient) -> None:
+def test_request_without_login_has_no_user(stranger: TestClient) -> None:
     answer = stranger.get("/api/me")
     assert answer.status_code == 401
     assert answer.json()["code"] == "not_signed_in"
@@ -61,7 +61,7 @@ def test_nobody_is_nobody(stranger: TestClient) -> None:
     assert stranger.get("/api/me").status_code == 401
 
 
-def test_the_right_password_signs_in_and_signing_out_ends_it(client: TestClient, stranger: TestClient) -> None:
+def test_correct_password_logs_in_and_logout_ends_the_session(client: TestClient, stranger: TestClient) -> None:
     username = with_password(client)
     answer = stranger.post("/api/sign-in", json={"username": username.upper(), "password": PASSWORD})
     assert answer.status_code == 200, answer.text
@@ -76,7 +76,7 @@ def test_the_right_password_signs_in_and_signing_out_ends_it(client: TestClient,
 
 
 @pytest.mark.parametrize("what", ["unknown", "wrong", "disabled"])
-def test_what_is_wrong_is_told_to_nobody(client: TestClient, stranger: TestClient, what: str) -> None:
+def test_failed_login_does_not_reveal_its_reason(client: TestClient, stranger: TestClient, what: str) -> None:
     username = with_password(client)
     if what == "disabled":
         with database_of(client).write() as session:

@@ -50,7 +50,7 @@ def test_first_message_is_a_snapshot_and_all_have_the_estop(client: TestClient) 
     assert all(set(message["live"]) < set(messages[0]["live"]) for message in changes)
 
 
-def test_another_sites_page_cannot_listen(client: TestClient) -> None:
+def test_other_sites_page_cannot_listen(client: TestClient) -> None:
     with (
         pytest.raises(WebSocketDisconnect),
         client.websocket_connect("/api/live", headers={"origin": "https://elsewhere.example"}),
@@ -195,7 +195,7 @@ def test_websocket_stop_is_answered_and_other_messages_are_ignored(
     until_mode(client, "idle")
 
 
-def test_a_recording_of_somebody_else_is_not_played(
+def test_recording_of_another_patient_is_not_played(
     client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -342,7 +342,7 @@ def test_the_method_reaches_the_device_and_stays_with_the_run(
     assert client.get(f"/api/runs/{run['id']}").json()["method"] == method
 
 
-def test_what_a_playback_has_taught_is_played_by_the_next(
+def test_learning_of_one_playback_applies_to_the_next(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     """To the device and back: it refuses a correction that does not fit."""
@@ -469,7 +469,7 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
         assert kept["comparison"]["samples"] > 20
 
 
-def test_a_refused_load_does_not_change_whose_run_is_shown(
+def test_refused_load_keeps_showing_the_current_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)

@@ -80,7 +80,7 @@ async def two(url: str) -> AsyncIterator[tuple[Overview, Acted, Overview]]:
             database.close()
 
 
-def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> None:
+def test_each_service_lists_both_stations_and_itself_first(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, _, second):
             assert [(one.name, one.here) for one in first.shown()] == [("Station 1", True), ("Station 2", False)]
@@ -89,7 +89,7 @@ def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> N
     asyncio.run(look())
 
 
-def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) -> None:
+def test_event_at_one_station_appears_at_the_other(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, station, _):
             station.act(estop="pressed", mode="stopped")
@@ -122,7 +122,7 @@ def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: st
     asyncio.run(look())
 
 
-def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> None:
+def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None:
     async def look() -> None:
         databases = Database(postgresql_url), Database(postgresql_url)
         _, first = overview_of("Station 1", databases[0])
@@ -164,7 +164,7 @@ def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path:
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_a_service_ends_while_its_connection_is_just_being_made(
+def test_service_ends_while_its_connection_is_being_made(
     turns: int, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whichever turn of the event loop it is in: an end that is overheard is one that never comes."""
@@ -233,7 +233,7 @@ def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
     return told
 
 
-def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestClient) -> None:
+def test_sqlite_has_one_station_with_its_configuration(service: TestClient) -> None:
     (one,) = service.get("/api/stations").json()["items"]
     assert (one["shown"]["name"], one["shown"]["here"], one["version"]) == ("Station 1", True, 1)
     (version,) = service.get("/api/station-versions", params={"station": "Station 1"}).json()["items"]

@@ -94,7 +94,7 @@ def test_session_answers_are_reused_and_checks_stay_with_it(client: TestClient, 
     assert open_before_teaching(client, patient["id"]) == list(LOOKED_AT)
 
 
-def test_what_the_arm_is_in_has_to_be_said(client: TestClient, patient: dict[str, Any]) -> None:
+def test_fixtures_of_the_arm_must_be_given(client: TestClient, patient: dict[str, Any]) -> None:
     wanted = {"patient_id": patient["id"], "looked_at": list(LOOKED_AT)}
     problem(client.post("/api/station/teach", json=wanted), 422, "invalid")
     told = problem(client.post("/api/station/teach", json=wanted | {"fixtures": []}), 422, "invalid")

@@ -41,7 +41,7 @@ def test_generated_certificate_names_the_addresses_of_the_service(tmp_path: Path
     assert not found.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
 
 
-def test_nobody_else_can_read_its_key(tmp_path: Path) -> None:
+def test_only_its_owner_can_read_the_key(tmp_path: Path) -> None:
     certificate = made(tmp_path)
     assert certificate.file.with_name("key.pem").stat().st_mode & 0o777 == 0o600
     assert certificate.file.parent.stat().st_mode & 0o777 == 0o700
@@ -105,7 +105,7 @@ def test_clinics_key_that_is_readable_or_unreadable_is_refused(tmp_path: Path) -
         made(tmp_path, tls_certificate=file, tls_key=tmp_path / "none.pem")
 
 
-def test_looking_after_it_ends_with_the_service(tmp_path: Path) -> None:
+def test_certificate_renewal_ends_with_the_service(tmp_path: Path) -> None:
     async def whole() -> int:
         async with kept(made(tmp_path)):
             during = len(asyncio.all_tasks())
@@ -132,7 +132,7 @@ def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[i
         service.wait(20)
 
 
-def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
+def test_off_loopback_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
     port, context, told = on_the_network
     asking = http.client.HTTPSConnection("localhost", port, context=context, timeout=20)
     asking.request("GET", "/health/live")

@@ -273,7 +273,7 @@ class _OrAnything(dict[str, str]):
 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
-def test_nobody_gets_further_than_they_may(
+def test_every_role_is_limited_to_its_rights(
     service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
 ) -> None:
     app: Any = service.app
@@ -302,7 +302,7 @@ _SLOW: Final = {"get_session_pdf", "get_episode_pdf", "make_backup"}
 
 
 @pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
-def test_nobody_hears_more_of_the_station_than_they_may(service: TestClient, asker: Asker) -> None:
+def test_every_role_sees_only_permitted_station_data(service: TestClient, asker: Asker) -> None:
     client = TestClient(service.app)
     cookie = sign_in_as(service, asker)
     if cookie:
@@ -372,7 +372,7 @@ def _as(service: TestClient, role: Role) -> tuple[TestClient, UUID]:
 REASON: Final = {"reason": "Acute pain, her therapist is away."}
 
 
-def test_lists_leave_out_what_is_not_for_whoever_asks(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+def test_lists_omit_records_the_user_may_not_see(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
     hidden = str(records["restricted"]["patient_id"])
     therapist, _ = _as(service, "therapist")
     paths = ("/api/patients?limit=200", "/api/sessions?limit=200", "/api/erasures", "/api/events?limit=200")
@@ -422,7 +422,9 @@ def test_break_glass_needs_a_reason_and_lasts_four_hours(
     assert therapist.get(path).json()["code"] == "restricted"
 
 
-def test_nobody_reviews_what_they_did_themselves(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+def test_user_cannot_review_their_own_emergency_access(
+    service: TestClient, records: dict[str, dict[str, UUID]]
+) -> None:
     administrator, account_id = _as(service, "administrator")
     path = f"/api/patients/{records['restricted']['patient_id']}/break-glass-accesses"
     assert administrator.post(path, json=REASON).status_code == 200

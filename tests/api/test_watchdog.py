@@ -26,7 +26,7 @@ def test_systemd_receives_start_stop_and_watchdog_signals(tmp_path: Path) -> Non
     assert words[-1] == b"STOPPING=1"
 
 
-def test_without_systemd_nobody_is_told() -> None:
+def test_without_systemd_no_signal_is_sent() -> None:
     async def look() -> None:
         async with watched({}):
             pass

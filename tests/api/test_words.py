@@ -137,7 +137,7 @@ def test_language_is_the_browsers_best_supported_preference(accepted: str, langu
     assert i18n.preferred(accepted) == language
 
 
-def test_the_field_is_named_and_the_bound_is_told(client: TestClient, patient: dict[str, Any]) -> None:
+def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[str, Any]) -> None:
     url = f"/api/patients/{patient['id']}/episodes"
     body = {"side": "left", "limits": [{"motion": 4, "highest_deg": 400}]}
     told = problem(client.post(url, json=body), 422, "invalid")
@@ -160,7 +160,7 @@ def test_the_field_is_named_and_the_bound_is_told(client: TestClient, patient: d
     )
 
 
-def test_what_is_no_field_is_the_request(client: TestClient) -> None:
+def test_error_without_a_field_concerns_the_request(client: TestClient) -> None:
     headers = {"content-type": "application/json", "accept-language": "ja"}
     told = client.post("/api/patients", content=b"{", headers=headers).json()
     assert told["errors"] == [{"pointer": "#/", "field": "全体", "detail": "JSONとして読み取れません"}]

@@ -92,7 +92,7 @@ def test_nothing_is_written_any_more_about_who_was_erased(database: Database) ->
         assert refused.value.code == "erased"
 
 
-def test_of_two_patients_only_the_one_who_asked_is_erased(database: Database) -> None:
+def test_erasure_affects_only_the_requested_patient(database: Database) -> None:
     first, second = treated(database, sessions=1), treated(database, sessions=1, number="K-0043")
     with database.write() as session:
         asked = erasures.note(session, first, ErasureRequest(reason="By letter.", noted_by="S"))

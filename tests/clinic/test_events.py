@@ -78,7 +78,7 @@ def test_alarm_ends_when_acknowledged_or_its_control_program_ends() -> None:
         assert ended.ids == (alarm.id,)
 
 
-def test_what_happens_when_nobody_is_on_the_apparatus_is_nobodys() -> None:
+def test_event_without_a_patient_belongs_to_none() -> None:
     observer = Observer("Station 1")
     observer.look(playing(), OCCUPATION)
     observer.look(state(), OCCUPATION)
@@ -86,7 +86,7 @@ def test_what_happens_when_nobody_is_on_the_apparatus_is_nobodys() -> None:
     assert (alarm.patient_id, alarm.session_id, alarm.run_id) == (None, None, None)
 
 
-def test_the_switch_is_tried_when_it_was_pressed_and_released() -> None:
+def test_estop_is_tested_when_pressed_and_released() -> None:
     observer = Observer("Station 1")
     assert alarms(observer.look(stop("estop_pressed", estop="pressed"), None))
     (tried,) = observer.look(stop("estop_pressed", estop="released"), None)
@@ -96,7 +96,7 @@ def test_the_switch_is_tried_when_it_was_pressed_and_released() -> None:
 
 
 @pytest.mark.parametrize("before", ["unknown", "closed"])
-def test_a_switch_that_nobody_saw_pressed_was_not_tried(before: str) -> None:
+def test_unseen_press_does_not_test_the_estop(before: str) -> None:
     observer = Observer("Station 1")
     observer.look(state(estop=before), None)
     told = observer.look(stop("estop_pressed", estop="released"), None)
@@ -139,7 +139,7 @@ def test_event_put_repeatedly_is_stored_once_and_ended(database: Database, tmp_p
     assert rows[1].ended_at is None
 
 
-def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database, tmp_path: Path) -> None:
+def test_event_refused_by_the_database_blocks_no_other(database: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(database, "Station 1", tmp_path)
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
         event_spool.put_event(item)
@@ -153,7 +153,7 @@ def sqlite(tmp_path: Path) -> Database:
     return Database(upgraded_file(tmp_path / "kata.db"))
 
 
-def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
+def test_locked_database_delays_no_writer_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
     assert event_spool.until_taken(10)
     told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]

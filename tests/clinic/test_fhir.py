@@ -87,7 +87,7 @@ def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp
     assert used <= known
 
 
-def test_what_is_told_is_what_stands_in_the_record(database: Database, tmp_path: Path) -> None:
+def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
     told = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
     (who,) = of_kind(told, "Patient")
     assert (who["identifier"][0]["system"], who["identifier"][0]["value"]) == (CLINIC_NUMBER, NUMBER)
@@ -168,7 +168,7 @@ def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: P
     assert judged({"bundle": exported(database, patient_id, tmp_path / "bundle.json")}) == {"bundle": []}
 
 
-def test_what_both_validators_let_through_is_not_there_either(database: Database, tmp_path: Path) -> None:
+def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Database, tmp_path: Path) -> None:
     """Nothing is empty, nothing has two values, and no time is without its zone."""
     parts = everything(exported(database, treated(database, sessions=1), tmp_path / "bundle.json"))
     assert len(parts) > 500
@@ -224,7 +224,7 @@ def incoming(**change: Any) -> Json:
     } | change
 
 
-def test_what_goes_out_comes_in_as_the_same_person(database: Database, tmp_path: Path) -> None:
+def test_exported_patient_is_imported_as_the_same_person(database: Database, tmp_path: Path) -> None:
     told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     ((found,), left_out) = read_patients(told, "left")
     who = found.patient
@@ -235,7 +235,7 @@ def test_what_goes_out_comes_in_as_the_same_person(database: Database, tmp_path:
     assert len(left_out) == len(told["entry"]) - 1
 
 
-def test_what_is_not_kept_is_named() -> None:
+def test_import_names_omitted_elements() -> None:
     resource = incoming(
         telecom=[{"value": "03"}],
         identifier=[
@@ -279,7 +279,7 @@ def test_what_is_not_kept_is_named() -> None:
         ({"resourceType": "Practitioner"}, "resourceType", "must be Patient, or Bundle"),
     ],
 )  # fmt: skip
-def test_what_is_not_understood_is_refused_by_its_path(change: Json, path: str, what: str) -> None:
+def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, what: str) -> None:
     with pytest.raises(NotUnderstoodError) as caught:
         read_patients(incoming(**change), "left")
     assert [where for where, _ in caught.value.places] == [path]

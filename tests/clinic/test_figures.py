@@ -81,7 +81,7 @@ def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunParts) -> 
     assert motors[2]["figure"]["layout"]["yaxis2"]["range"][1] > PEAK_DEG
 
 
-def test_an_overview_is_small_beside_what_it_stands_for() -> None:
+def test_overview_is_much_smaller_than_its_samples() -> None:
     parts, whole = kept_overview(), run_parts()
     assert parts.overview is not None and whole.played is not None
     assert len(parts.overview) < 80_000
@@ -109,7 +109,7 @@ def test_unplayed_window_shows_the_taught_motion() -> None:
     assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Teaching"][0]) > 100
 
 
-def test_a_window_is_drawn_though_another_minute_is_damaged() -> None:
+def test_window_plots_although_another_minute_is_damaged() -> None:
     parts = run_parts((200.0, 203.0))
     assert parts.played is not None
     hurt = replace(parts, played=Series(parts.played.head, dict(parts.played.blocks) | {0: b"damaged"}))
@@ -130,13 +130,13 @@ def test_recording_plots_from_its_overview_and_zooms_into_samples() -> None:
     assert closer["layout"]["xaxis5"]["range"] == [100.0, 101.0]
 
 
-def test_what_is_short_is_kept_without_an_overview() -> None:
+def test_short_run_is_saved_without_an_overview() -> None:
     assert downsampling.of_recording(TIMES_S[:6000], ANGLES_DEG[:6000]) is None
     compared = compare(TIMES_S, ANGLES_DEG, TIMES_S[:6000], ANGLES_DEG[:6000])
     assert downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared) is None
 
 
-def test_plotly_takes_what_is_made_by_hand() -> None:
+def test_plotly_accepts_the_handmade_figures() -> None:
     """It checks every name and value when it is given a figure as JSON."""
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     made = [

@@ -116,7 +116,7 @@ def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     assert (scapula.taught_min_deg, scapula.taught_max_deg) == pytest.approx((0.0, 10.0), abs=1e-3)
 
 
-def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
+def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
     asked = PlaybackSettings(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
     run_id = clinic.begin_run(clinic.recording(), asked)
     with clinic.database.read() as session:
@@ -201,7 +201,7 @@ def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     assert told(clinic.begin_run(recording_id, method="learned"))[0] == second
 
 
-def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None:
+def test_damaged_correction_is_learned_again(clinic: Clinic) -> None:
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
     recording_id = clinic.saved[-1].id
@@ -214,7 +214,7 @@ def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None
         assert learning.correction(session, run_id) is None
 
 
-def test_what_would_last_too_long_is_refused(clinic: Clinic) -> None:
+def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording(), PlaybackSettings(speed_percent=10.0, repetitions=200))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
         runs.motion_of(session, runs.get(session, run_id))
@@ -263,7 +263,7 @@ def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     assert list(clinic.folder.glob("*.journal")) == []
 
 
-def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
+def test_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
     clinic.journal("run", run_id, [1.0], end=end)
@@ -337,7 +337,7 @@ def test_journal_still_being_written_is_waited_for(clinic: Clinic) -> None:
         assert runs.get(session, run_id).outcome == "stopped"
 
 
-def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_used_by_another_process_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kata.clinic.importer._LAST_DEVICE_S", 0.0)
     run_id = clinic.begin_run(clinic.recording())
     with journal.claimed(clinic.folder, 0.0), pytest.raises(journal.FolderInUseError):
@@ -484,7 +484,7 @@ def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
         assert runs.get(session, goes_on).outcome == "loaded"
 
 
-def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     lost = clinic.begin_run(clinic.recording())
 
     def away(*_: object) -> int:
@@ -499,7 +499,7 @@ def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, m
         assert runs.get(session, lost).outcome == "interrupted"
 
 
-def test_nobody_is_given_up_whose_journal_waits(clinic: Clinic) -> None:
+def test_run_with_a_waiting_journal_is_not_interrupted(clinic: Clinic) -> None:
     has_undelivered = [True]
     importer = Importer(
         clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: has_undelivered[0]

@@ -115,18 +115,18 @@ def test_on_the_left_the_bodys_angle_counts_too(clinic: Clinic) -> None:
     assert refusal(clinic, moved(2, 9.0, "left"), side="left").code == "beyond_doctors_limit"
 
 
-def test_motor_4_makes_the_motion_that_the_lifted_arm_says(clinic: Clinic) -> None:
+def test_lifted_arm_decides_the_motion_of_motor_4(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 3, "highest_deg": 20.0}])
     clinic.check(moved(4, 60.0, abduction_deg=10.0))
     assert refusal(clinic, moved(4, 60.0, abduction_deg=80.0)).code == "beyond_doctors_limit"
 
 
-def test_a_hair_beyond_never_reads_like_what_is_allowed(clinic: Clinic) -> None:
+def test_refused_value_never_reads_like_an_allowed_one(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 4, "highest_deg": 70.0}])
     assert "70.1 deg" in refusal(clinic, moved(3, 70.02)).message
 
 
-def test_the_device_is_told_what_is_one_motors_alone(clinic: Clinic) -> None:
+def test_device_receives_the_limits_of_single_motors(clinic: Clinic) -> None:
     still = moved(3, 10.5)
     assert clinic.check(still) == ()
     clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])

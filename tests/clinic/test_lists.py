@@ -81,7 +81,7 @@ def test_patients_from_before_the_search_are_found_as_well(database: Database) -
 
 
 @pytest.mark.parametrize("words", ["sato mai", "1968-05", "%", "_", "/", "\\", "サトウ イトウ"])
-def test_every_word_has_to_be_found_as_it_is(database: Database, words: str) -> None:
+def test_unmatched_search_words_find_no_patient(database: Database, words: str) -> None:
     sign_up(database, "A17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
     sign_up(database, "B2", "Ito Mai", kana="イトウ マイ", birth_date="1986-12-04")
     assert found(database, words) == []
@@ -97,14 +97,14 @@ def test_hidden_record_is_found_by_whole_number_in_any_width(database: Database,
         assert [row.clinic_number for row in rows] == ["A-17"]
 
 
-def test_a_voiced_kana_is_another_one(database: Database) -> None:
+def test_voiced_kana_is_a_different_letter(database: Database) -> None:
     sign_up(database, "1", "N", kana="カトウ")
     sign_up(database, "2", "N", kana="ガトウ")
     assert found(database, "かとう") == ["1"]
     assert found(database, "ｶﾞﾄｳ") == ["2"]
 
 
-def test_a_changed_record_is_found_by_what_it_says_now(database: Database) -> None:
+def test_changed_record_is_found_by_its_new_values(database: Database) -> None:
     key = sign_up(database, "1", "Ito Mai", birth_date="1968-04-12")
     with database.write() as session:
         service.update(session, key, PatientUpdate(name="Abe Mai", birth_date=None))
@@ -148,7 +148,7 @@ def test_a_damaged_cursor_is_refused(database: Database, cursor: str) -> None:
 
 
 @given(st.text(max_size=100), st.text(max_size=100), st.text(min_size=1, max_size=32), st.dates())
-def test_whatever_a_record_says_it_is_found_by(name: str, kana: str, number: str, born: date) -> None:
+def test_every_field_of_a_record_finds_it(name: str, kana: str, number: str, born: date) -> None:
     text = search.text_of(name, kana, number, born)
     assert len(text) <= search.LONGEST
     if len(text) < search.LONGEST:
@@ -268,7 +268,7 @@ def test_page_of_patients_loads_episodes_in_one_query(database: Database) -> Non
     assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
 
 
-def test_sessions_that_began_together_are_each_told_once(database: Database) -> None:
+def test_simultaneous_sessions_are_listed_once_each(database: Database) -> None:
     patient = sign_up(database, "1")
     keys = {visit(database, patient, 0, stops=("estop_pressed",)) for _ in range(5)}
     for wanted in ({}, {"stop": "estop_pressed"}, {"patient_id": patient}):
@@ -292,7 +292,7 @@ def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
     assert newest.ended_at is newest.signed_at is None
 
 
-def test_the_choices_are_what_there_are_sessions_of(database: Database) -> None:
+def test_filter_options_match_the_existing_sessions(database: Database) -> None:
     patient = sign_up(database, "1")
     with database.read() as session:
         assert lists.choices(session) == lists.SessionChoices(therapists=[], stations=[], stops=[])

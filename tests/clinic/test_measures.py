@@ -25,7 +25,7 @@ from kata.clinic.assessments.spadi import Score
         ("scapular_depression", "", 10),
     ],
 )
-def test_a_healthy_shoulder_goes_as_far_as_the_references_say(motion: str, position: str, reference_deg: float) -> None:
+def test_healthy_shoulder_reaches_the_reference_values(motion: str, position: str, reference_deg: float) -> None:
     measure = rom.measure_of(motion, position)
     assert measure is not None
     assert measure.reference_deg == reference_deg

@@ -92,7 +92,7 @@ def test_run_played_to_its_end_counts_all_repetitions(clinic: Clinic) -> None:
     assert play(clinic, (PHASE_PLAYING, 0.0, ends_s(3)), reason="completed").repetitions_done == 3
 
 
-def test_at_ten_samples_a_second_the_last_one_counts_too(clinic: Clinic) -> None:
+def test_last_sample_counts_at_ten_hertz_too(clinic: Clinic) -> None:
     assert play(clinic, (PHASE_PLAYING, 0.0, ends_s(1) - 0.05), method="paper").repetitions_done == 1
 
 
@@ -110,7 +110,7 @@ def test_reduced_or_reversed_repetitions_count_as_repetitions(clinic: Clinic) ->
 
 
 @pytest.mark.parametrize(("parts", "reason"), [([], "unloaded"), ([(PHASE_APPROACHING, 0.0, 1.0)], "stopped")])
-def test_what_was_not_played_has_done_nothing(clinic: Clinic, parts: list[Part], reason: Any) -> None:
+def test_unplayed_run_has_no_repetitions(clinic: Clinic, parts: list[Part], reason: Any) -> None:
     run = play(clinic, *parts, reason=reason)
     assert (run.repetitions_done, run.played_s) == (0, 0.0)
 

@@ -101,7 +101,7 @@ class Parsed(HTMLParser):
 # -- what it says ---------------------------------------------------------------------------------------------------
 
 
-def test_a_session_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     text = " ".join(Parsed(paper.session_page(visit, how())).text.split())
     for said in (
@@ -127,7 +127,7 @@ def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
         assert said in text, said
 
 
-def test_an_episode_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
     text = " ".join(Parsed(paper.episode_page(care, how())).text.split())
     for said in (
@@ -168,7 +168,7 @@ def test_run_with_damaged_samples_is_reported_without_curves(
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
 
-def test_every_database_tells_the_same(database: Database) -> None:
+def test_every_database_gives_the_same_report(database: Database) -> None:
     visit, care = contents(database, sessions=2)
     assert [run.outcome for run in visit.runs] == ["completed", "stopped", "completed"]
     assert [(line.motion, line.kind) for line in care.rom][:3] == [
@@ -180,7 +180,7 @@ def test_every_database_tells_the_same(database: Database) -> None:
     assert [(stop.code, count) for stop, count in care.stops] == [("drive_silent", 2)]
 
 
-def test_what_is_not_there_has_no_report(sqlite: Database) -> None:
+def test_missing_session_has_no_report(sqlite: Database) -> None:
     with sqlite.read() as reading:
         for content in (session.content, episode.content):
             with pytest.raises(ProblemError) as told:
@@ -301,7 +301,7 @@ def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None
 # -- words ----------------------------------------------------------------------------------------------------------
 
 
-def test_every_word_is_there_in_both_languages_and_used() -> None:
+def test_every_text_exists_in_both_languages_and_is_used() -> None:
     python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "words.py"]
     source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" named("rom"'
     for key, (english, japanese) in WORDS.items():
@@ -312,7 +312,7 @@ def test_every_word_is_there_in_both_languages_and_used() -> None:
         assert f'"{key}"' in source or (dot and f'named("{kind}"' in source), key
 
 
-def test_every_stop_and_every_outcome_has_its_words() -> None:
+def test_every_stop_and_outcome_has_a_text() -> None:
     assert set(STOPS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
         assert ("{motor}" in STOPS_JA[fault.code]) == ("{motor}" in fault.message), fault.code
@@ -324,7 +324,7 @@ def test_every_stop_and_every_outcome_has_its_words() -> None:
     ("value", "digits", "sign", "text"),
     [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.2"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
 )  # fmt: skip
-def test_numbers_have_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
+def test_numbers_use_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
     assert Speaker("en", "").number(value, digits, sign=sign) == text
 
 
@@ -337,7 +337,7 @@ def test_a_day_is_the_clinics() -> None:
 # -- curves ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_curve_keeps_its_peak_and_stays_in_its_frame(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_curve_keeps_its_peak_inside_its_frame(signed: tuple[SessionContent, EpisodeContent]) -> None:
     run = signed[0].runs[0]
     assert run.parts
     third = charts.tracking(run.parts)[2]
@@ -374,7 +374,7 @@ SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4"
 
 
 @pytest.mark.parametrize(("image", "kind"), [(PNG, "png"), (SVG, "svg+xml")], ids=["png", "svg"])
-def test_a_letterhead_stands_on_both_reports(
+def test_letterhead_appears_on_both_reports(
     tmp_path: Path, signed: tuple[SessionContent, EpisodeContent], image: bytes, kind: str
 ) -> None:
     logo = tmp_path / "logo"
@@ -393,7 +393,7 @@ def test_a_letterhead_stands_on_both_reports(
     assert "Midori Clinic" in texts_of(paper.episode_pdf(care, printed))[0]
 
 
-def test_without_a_letterhead_there_is_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
     nobody = Print(letterhead.read("", "", "", None), "en", "", AT)
     assert not Parsed(paper.session_page(signed[0], nobody)).all("header")
 
@@ -414,13 +414,13 @@ def test_without_a_letterhead_there_is_none(signed: tuple[SessionContent, Episod
     ],
     ids=str,
 )
-def test_a_logo_that_cannot_be_used_is_refused_in_words(tmp_path: Path, image: bytes, why: str) -> None:
+def test_unusable_logo_is_refused_with_a_sentence(tmp_path: Path, image: bytes, why: str) -> None:
     logo = tmp_path / "logo"
     logo.write_bytes(image)
     with pytest.raises(LetterheadError, match=why):
         letterhead.read("", "", "", logo)
 
 
-def test_a_logo_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
+def test_missing_logo_is_refused_with_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(LetterheadError, match="cannot be read"):
         letterhead.read("", "", "", tmp_path / "none.png")

@@ -12,7 +12,7 @@ def _motion(duration_s: float, rate_hz: int) -> Motion:
     return Motion(times_s, np.stack([np.sin(times_s) * (axis + 1) for axis in range(5)], axis=-1))
 
 
-def test_it_keeps_the_motions_own_time_and_path() -> None:
+def test_preview_keeps_the_motions_time_and_path() -> None:
     motion = _motion(7.31, 100)
     seen = shown(motion, "left")
     assert (seen.side, seen.times_s[0], seen.times_s[-1]) == ("left", 0.0, 7.31)

@@ -15,7 +15,7 @@ angles = numpy_arrays(np.float64, st.tuples(st.integers(0, 50), st.just(5)), ele
 
 
 @given(angles)
-def test_what_comes_back_is_within_the_resolution(angle_deg: np.ndarray) -> None:
+def test_decoded_values_are_within_the_resolution(angle_deg: np.ndarray) -> None:
     time_s = np.arange(len(angle_deg)) * 0.01
     back = decode(encode({"time_s": time_s, "angle_deg": angle_deg}, COLUMNS))
 
@@ -58,7 +58,7 @@ def test_columns_beside_a_jittering_clock_compress_to_nothing() -> None:
 
 
 @pytest.mark.parametrize("blob", [encode({"time_s": np.arange(50) * 0.01, "angle_deg": np.ones((50, 5))}, COLUMNS)])
-def test_a_damaged_blob_is_told_apart_wherever_the_damage_is(blob: bytes) -> None:
+def test_damaged_blob_is_detected_wherever_it_is_damaged(blob: bytes) -> None:
     for cut in range(len(blob)):
         with pytest.raises(UnreadableError):
             decode(blob[:cut])
@@ -67,7 +67,7 @@ def test_a_damaged_blob_is_told_apart_wherever_the_damage_is(blob: bytes) -> Non
             decode(blob[:place] + bytes([blob[place] ^ 0x10]) + blob[place + 1 :])
 
 
-def test_what_the_first_version_wrote_is_read() -> None:
+def test_arrays_of_the_first_version_are_readable() -> None:
     back = decode(FIRST_FORMAT)
     assert back["time_s"] == pytest.approx(np.arange(5) * 0.01)
     assert back["path_s"] == pytest.approx(np.array([np.nan, 0.0, 0.01, np.nan, 5.0]), nan_ok=True)

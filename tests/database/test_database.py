@@ -155,7 +155,7 @@ def test_derived_recording_downgrades_to_a_take_without_loss(database: Database)
         assert session.get_one(RecordingSamplesRow, twice).data == b"samples"
 
 
-def test_a_recording_has_a_parent_that_is_there(database: Database) -> None:
+def test_recording_must_have_an_existing_parent(database: Database) -> None:
     with database.write() as session:
         session.add(patient := _patient("1"))
     orphan = RecordingRow(
@@ -195,7 +195,7 @@ def test_file_that_is_no_database_is_refused(tmp_path: Path) -> None:
         ("mysql+pymysql://h/d", "driver is not installed"),
     ],
 )
-def test_a_url_that_cannot_be_used_is_put_into_words(url: str, sentence: str) -> None:
+def test_unusable_database_url_is_explained(url: str, sentence: str) -> None:
     with pytest.raises(DatabaseError, match=sentence):
         Database(url)
 
@@ -217,7 +217,7 @@ def test_a_time_without_a_zone_is_refused(database: Database) -> None:
         session.add(_patient("1", created_at=datetime(2026, 1, 1)))  # noqa: DTZ001
 
 
-def test_what_fails_leaves_nothing_behind(database: Database) -> None:
+def test_failed_transaction_leaves_nothing_behind(database: Database) -> None:
     def half_done() -> None:
         with database.write() as session:
             session.add(_patient("1"))
@@ -243,7 +243,7 @@ class TestSqlite:
             with engine.connect() as connection:
                 assert connection.exec_driver_sql(f"PRAGMA {pragma}").scalar() == value
 
-    def test_keeps_little_for_itself(self, database: Database) -> None:
+    def test_connection_keeps_small_caches(self, database: Database) -> None:
         def prepared() -> int:
             gc.collect()
             return sum(type(one).__name__ == "Statement" for one in gc.get_objects())
@@ -282,7 +282,7 @@ class TestSqlite:
         assert not log.exists()
 
     @pytest.mark.parametrize("pragma", ["wal_checkpoint", "wal_checkpoint(TRUNCATE)", "journal_mode = DELETE"])
-    def test_a_reader_cannot_checkpoint_if_it_wanted_to(self, database: Database, tmp_path: Path, pragma: str) -> None:
+    def test_reader_cannot_run_a_checkpoint(self, database: Database, tmp_path: Path, pragma: str) -> None:
         with database.write() as session:
             session.add(_patient("1"))
         before = (tmp_path / "kata.db").read_bytes()
@@ -290,7 +290,7 @@ class TestSqlite:
             connection.exec_driver_sql(f"PRAGMA {pragma}")
         assert (tmp_path / "kata.db").read_bytes() == before
 
-    def test_there_is_one_writer_and_the_next_one_waits(self, database: Database) -> None:
+    def test_one_writer_works_and_the_next_one_waits(self, database: Database) -> None:
         began, second_done = Event(), Event()
 
         def second() -> None:

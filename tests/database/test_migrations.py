@@ -179,7 +179,7 @@ def test_data_of_every_released_version_upgrades_and_downgrades(empty: Database,
     assert contents(empty) == upgraded
 
 
-def test_whose_session_was_stopped_stands_beside_the_cause(empty: Database) -> None:
+def test_stopped_session_is_stored_beside_its_cause(empty: Database) -> None:
     filled(empty, "0004")
     at_version(empty, "0006")
     with empty.writer.begin() as connection:
@@ -293,7 +293,7 @@ def test_newer_database_with_removals_is_refused_by_older_programs(empty: Databa
         upgrade(empty)
 
 
-def test_each_migration_from_now_on_says_which_programs_it_serves(empty: Database) -> None:
+def test_each_new_migration_names_compatible_programs(empty: Database) -> None:
     upgrade(empty)
     present = max(file.name[:4] for file in (migrations() / "versions").glob("*.py"))
     with empty.read() as session:
@@ -324,7 +324,7 @@ def test_file_is_copied_before_upgrade_and_two_copies_remain(tmp_path: Path) -> 
     assert sorted(one.name for one in tmp_path.iterdir()) == ["kata.db", "kata.db.version-0003", "kata.db.version-0004"]
 
 
-def test_without_room_for_it_nothing_is_upgraded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_upgrade_without_free_space_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     filled(database, "0004")
     before = contents(database)

@@ -25,7 +25,7 @@ MODBUS_SLOW: dict[str, Any] = {**MODBUS, "rate_hz": 20, "cycle_hz": 20}
         StationConfig(**MODBUS, rate_hz=20, cycle_hz=40, modbus=ModbusMap(clear=NO_REGISTER, speed_per_deg_s=100.0)),
     ],
 )
-def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) -> None:
+def test_configuration_is_read_back_as_written(tmp_path: Path, config: StationConfig) -> None:
     write(config, tmp_path / "station.toml")
     assert read(tmp_path / "station.toml") == config
 
@@ -151,7 +151,7 @@ def test_out_of_range_value_is_refused_with_field_and_range(settings: Any, messa
         ),
     ],
 )
-def test_fields_that_contradict_each_other_are_refused(settings: Any, message: str) -> None:
+def test_contradictory_fields_are_refused(settings: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         StationConfig(**settings)
 
@@ -176,7 +176,7 @@ def test_every_number_has_a_range_for_each_protocol() -> None:
                     assert names <= ranged
 
 
-def test_the_widest_axis_spans_less_than_one_turn() -> None:
+def test_widest_axis_spans_less_than_one_turn() -> None:
     """A Dynamixel drive reports one turn after power-up: a wider range would be ambiguous."""
     tolerance = next(row.high for row in RANGES if row.field == "limit_tolerance_deg")
     for motor in AXES:
@@ -234,7 +234,7 @@ def test_turned_apparatus_mirrors_motors_3_and_4() -> None:
     assert left.as_it_stands.mechanism_deg == right.mechanism_deg
 
 
-def test_how_the_drives_lag_is_told_axis_by_axis() -> None:
+def test_drive_lag_is_given_axis_by_axis() -> None:
     lags = [(0.06, 0.002, 0.3), (0.05, 0.001, 0.2), (0.0, 0.0, 0.0), (0.3, 0.02, 5.0), (0.1, 0.003, 1.0)]
     axes = tuple(
         msgspec.structs.replace(axis, lag_s=a1, lag2_s2=a2, friction_deg=friction)

@@ -71,7 +71,7 @@ def watched() -> Watched:
 # -- known and unknown ------------------------------------------------------------------------------------------------
 
 
-def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
+def test_before_the_first_answer_everything_is_unknown(watched: Watched) -> None:
     facts = watched.hear(0, Reading((None,) * 5, None, ()))
     assert facts.bus_ok
     assert not facts.complete
@@ -92,7 +92,7 @@ def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
     assert all(math.isnan(angle) for angle in facts.setpoint_deg)
 
 
-def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
+def test_after_every_answer_everything_is_known(watched: Watched) -> None:
     facts = watched.hear(100, watched.reading(100))
     assert facts.complete
     assert facts.estop == "closed"
@@ -104,7 +104,7 @@ def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
         assert lasting == (0.0,) * 5
 
 
-def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
+def test_state_is_incomplete_while_anything_is_missing(watched: Watched) -> None:
     whole = watched.reading(100)
     without = [
         msgspec.structs.replace(whole, inputs=None),
@@ -116,7 +116,7 @@ def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
         assert not Watched().hear(100, reading).complete
 
 
-def test_an_open_contact_is_an_open_one(watched: Watched) -> None:
+def test_open_contact_is_read_as_open(watched: Watched) -> None:
     reading = watched.reading(0)
     pressed = msgspec.structs.replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
     assert watched.hear(0, pressed).estop == "open"
@@ -136,7 +136,7 @@ def test_input_readings_are_valid_for_a_limited_number_of_cycles(cycle_hz: int, 
     assert not beyond.complete
 
 
-def test_each_word_has_its_own_age(watched: Watched) -> None:
+def test_each_reading_has_its_own_age(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
     later = msgspec.structs.replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
     facts = watched.hear(30, later)
@@ -156,7 +156,7 @@ def test_answers_after_the_deadline_are_not_older_than_now(watched: Watched) -> 
     assert watched.hear(0, watched.reading(2)).drive_age_ms == (0.0,) * 5
 
 
-def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
+def test_drive_status_is_reported(watched: Watched) -> None:
     said = tuple(DriveStatus(START_NS, n, n == 1, n, n == 3) for n in range(5))
     facts = watched.hear(0, msgspec.structs.replace(watched.reading(0), statuses=said))
     assert facts.hardware_error == (0, 1, 2, 3, 4)
@@ -164,7 +164,7 @@ def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
     assert facts.torque_reported == (False, True, False, False, False)
 
 
-def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watched) -> None:
+def test_drive_status_does_not_outlive_the_bus(watched: Watched) -> None:
     """They may have been switched off and on."""
     watched.hear(0, watched.reading(0))
     lost = watched.hear(10, None)
@@ -223,7 +223,7 @@ def test_a_contact_must_have_been_steady_for_twenty_milliseconds(watched: Watche
     assert watched.pedal(60, False) is False
 
 
-def test_a_contact_that_bounces_begins_anew(watched: Watched) -> None:
+def test_bouncing_contact_restarts_its_time(watched: Watched) -> None:
     watched.pedal(0, False)
     watched.pedal(10, True)
     watched.pedal(20, False)
@@ -265,7 +265,7 @@ def test_torque_feedback_is_checked_fifty_milliseconds_after_switching(watched: 
     assert facts.torque_on == torque_on
 
 
-def test_too_much_torque_is_a_tenth_over_the_rated_one(watched: Watched) -> None:
+def test_overtorque_begins_ten_percent_above_the_rated_torque(watched: Watched) -> None:
     for torque_nm, lasts in ((4.0 * 1.1, False), (4.41, True), (-4.0 * 1.1, False), (-4.41, True)):
         watched = Watched()
         watched.drive(0, torque_nm=torque_nm)
@@ -293,7 +293,7 @@ def test_axis_is_behind_when_its_error_exceeds_the_limit(watched: Watched, direc
         assert facts.following_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
-def test_without_torque_nobody_follows(watched: Watched) -> None:
+def test_without_torque_no_motor_follows(watched: Watched) -> None:
     watched.command(0, 100.0, torque_on=False)
     watched.drive(10, position_deg=50.0)
     assert watched.drive(20, position_deg=50.0).following_ms == (0.0,) * 5

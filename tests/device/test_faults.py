@@ -114,7 +114,7 @@ def test_each_fault_holds_beyond_its_limit_and_not_at_it(
     assert evaluate_faults(facts_with(field, bad), CONFIG) == [(code, 1 if of_an_axis else None)]
 
 
-def test_damaged_answers_are_told_apart_from_none() -> None:
+def test_corrupt_answers_differ_from_missing_ones() -> None:
     for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
         good = msgspec.structs.replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
         assert evaluate_faults(good, CONFIG) == []
@@ -203,7 +203,7 @@ def refused(last: float | tuple[float, float], following: float, rate_hz: int = 
     return [code for code, _ in found]
 
 
-def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
+def test_setpoint_beyond_the_command_range_is_not_sent() -> None:
     assert refused(HIGH_DEG, HIGH_DEG) == []
     assert refused(HIGH_DEG, HIGH_DEG + 1e-6) == []  # rounding
     assert refused(HIGH_DEG, HIGH_DEG + 0.001) == ["setpoint_limit"]
@@ -246,7 +246,7 @@ def test_the_first_setpoint_after_torque_on_has_no_bend() -> None:
     assert refused(100.0, 102.0) == []
 
 
-def test_what_is_no_number_is_further_than_any_limit() -> None:
+def test_value_that_is_no_number_exceeds_any_limit() -> None:
     assert refused(100.0, math.nan) == ["setpoint_limit", "setpoint_step"]
     assert refused((100.0, 100.0), math.inf) == ["setpoint_limit", "setpoint_step"]
 

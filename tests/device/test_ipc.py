@@ -155,7 +155,7 @@ def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) ->
     assert kept.end is not None
 
 
-def test_the_last_words_reach_the_service(tmp_path: Path) -> None:
+def test_last_messages_reach_the_service(tmp_path: Path) -> None:
     service = Service(tmp_path)
     service.exchange.start()
     writer = service.exchange.open_journal(HEADER)
@@ -214,7 +214,7 @@ def test_stops_are_counted_and_the_first_reason_stays(service: Service) -> None:
     assert service.exchange.take_stop() is None
 
 
-def test_a_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
+def test_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
     service.deliver(1, Stop())
     service.deliver(2, Approach())
     service.deliver(3, Pause())
@@ -240,7 +240,7 @@ class StopInBetween(deque[Taken]):
         return taken
 
 
-def test_a_stop_while_a_command_is_taken_discards_it(service: Service) -> None:
+def test_stop_during_a_command_discards_it(service: Service) -> None:
     service.exchange._commands = StopInBetween(service)
     service.deliver(1, Approach())
     assert service.exchange.take_stop() is None
@@ -250,7 +250,7 @@ def test_a_stop_while_a_command_is_taken_discards_it(service: Service) -> None:
     assert service.exchange.take_command() is None
 
 
-def test_a_stop_while_a_stop_is_taken_is_not_lost(service: Service) -> None:
+def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
     """Whichever instruction it comes between."""
 
     class Stops(deque[Any]):
@@ -285,7 +285,7 @@ def test_a_checked_load_is_handed_on_without_its_samples(service: Service) -> No
     assert sent == message().times_s + message().angles_deg
 
 
-def test_what_the_builder_refuses_is_refused(service: Service) -> None:
+def test_recording_refused_by_the_builder_is_refused(service: Service) -> None:
     service.deliver(1, message())
     service.loader.answer(1, UNPLAYABLE)
     service.exchange._take_loaded()
@@ -293,7 +293,7 @@ def test_what_the_builder_refuses_is_refused(service: Service) -> None:
     assert service.exchange.take_command() is None
 
 
-def test_a_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
+def test_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
     is_playing = not_in_this_mode("load", "playing")
     assert is_playing
     playing = msgspec.structs.replace(snapshot, mode="playing", refusals={"load": is_playing})
@@ -321,7 +321,7 @@ def test_a_second_load_meanwhile_is_refused(service: Service) -> None:
 
 
 @pytest.mark.parametrize("command", [Stop(), Unload(), Teach(teaching_id="t")])
-def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command: Command) -> None:
+def test_load_is_discarded_by_an_intervening_command(service: Service, command: Command) -> None:
     service.deliver(1, message())
     service.deliver(2, command)
     assert (1, "stopped_meanwhile") in service.answers()

@@ -35,7 +35,7 @@ def _writer(folder: Path, samples: int) -> JournalWriter:
     return writer
 
 
-def test_what_goes_in_comes_out(tmp_path: Path) -> None:
+def test_journal_is_read_back_as_written(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 50)
     writer.write()
     assert not writer.sync()
@@ -148,7 +148,7 @@ def _cut(folder: Path, data: bytes) -> Path:
     return path
 
 
-def test_a_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
+def test_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
     with (
         claimed(tmp_path, 0.0),
         pytest.raises(FolderInUseError, match="in use by another Kata"),

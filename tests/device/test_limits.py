@@ -251,7 +251,7 @@ def test_approach_and_return_keep_the_patients_speed_limit(
     assert speeds_deg_s(stepped).max() == pytest.approx(fastest_deg_s, abs=0.1)
 
 
-def test_less_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
+def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
     """The path's own highest speed is 3.1 deg/s; at the end of its range less range would add 2.5."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.2)
     assert stepped.send(of_patient, a_trajectory(20.0)) is None

@@ -50,7 +50,7 @@ def test_every_method_refuses_recordings_beyond_the_range_by_motor(loading: Load
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth"])
-def test_so_is_one_beyond_the_patients_limits_by_however_little(loading: Loading, method: str) -> None:
+def test_recording_slightly_beyond_patient_limits_is_refused(loading: Loading, method: str) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[2] = (5.0, 40.0)
     up = angles(motor3=10 + 30.01 * np.sin(np.pi * TIMES_S / SECONDS))
@@ -77,7 +77,7 @@ def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading
     assert "motor 4 would jerk at" in refusal.message
 
 
-def test_the_papers_way_has_all_of_it(loading: Loading) -> None:
+def test_paper_method_may_use_the_whole_acceleration(loading: Loading) -> None:
     """Samples that go up and down by 9.9 deg in turn: 1,980 deg/s2 at its 10 Hz."""
     stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
     axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
@@ -96,7 +96,7 @@ def test_the_papers_ten_hertz_must_fit_the_stations_cycles(loading: Loading, cyc
     assert loading(message(), config).refusal is None
 
 
-def test_what_was_learned_goes_with_the_recording(loading: Loading) -> None:
+def test_learned_correction_is_sent_with_the_recording(loading: Loading) -> None:
     given = np.random.default_rng(0).uniform(-LARGEST_DEG, LARGEST_DEG, (rows(SECONDS), 5))
     taken = loading(message(method="learned", correction_deg=given.tobytes(), correction_step_s=0.02))
     assert taken.refusal is None
@@ -155,7 +155,7 @@ def test_a_recording_faster_than_the_patient_may_go_is_refused(loading: Loading,
 
 
 @pytest.mark.parametrize("limit_deg_s", [0.0, -1.0, math.nan, math.inf])
-def test_a_speed_limit_that_is_none_is_refused(loading: Loading, limit_deg_s: float) -> None:
+def test_invalid_speed_limit_is_refused(loading: Loading, limit_deg_s: float) -> None:
     refusal = loading(message(max_speed_deg_s=limit_deg_s)).refusal
     assert refusal is not None
     assert "speed limit must be above 0 deg/s" in refusal.message

@@ -74,7 +74,7 @@ def loading() -> Iterator[Loading]:
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
-def test_a_built_reference_equals_one_built_here(loading: Loading, method: str) -> None:
+def test_builder_process_gives_the_same_reference(loading: Loading, method: str) -> None:
     wave = angles(motor3=10 + 30 * np.sin(np.pi * TIMES_S / SECONDS))
     learned = {"correction_deg": correction(), "correction_step_s": 0.02} if method == "learned" else {}
     load = message(wave, method=method, **learned)

@@ -66,7 +66,7 @@ def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])
-def test_what_is_kept_as_the_setpoint_is_what_was_sent(tmp_path: Path, method: Method) -> None:
+def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
     """The drives here follow at once, and so are as far ahead as the setpoint."""
     stepped, trajectory = begin(tmp_path, station(lag_s=0.08), method)
     stepped.send(Play())
@@ -99,7 +99,7 @@ def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
-def test_pace_counts_in_what_is_ahead(tmp_path: Path) -> None:
+def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     """On the ramp the arm is slower than the recording, and lags less."""
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -347,7 +347,7 @@ def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) ->
     assert stepped.causes() == []
 
 
-def test_a_pause_in_the_papers_way_holds_and_goes_on(paper: Stepped) -> None:
+def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
     paper.send(Pause())
@@ -433,7 +433,7 @@ def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_
 
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])
-def test_other_methods_come_from_wherever_the_arm_is(tmp_path: Path, method: Method) -> None:
+def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Method) -> None:
     stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))
     assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(trajectory.at(0.0)[MOVING])
 

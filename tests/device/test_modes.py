@@ -126,7 +126,7 @@ def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, sta
 # -- ways and commands ------------------------------------------------------------------------------------------------
 
 
-def test_there_is_no_way_but_these() -> None:
+def test_only_the_documented_mode_transitions_exist() -> None:
     assert set(modes.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
     assert all(modes.TRANSITIONS.values())
 
@@ -177,7 +177,7 @@ def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: py
     assert refusal is None  # what it was has passed with that cycle
 
 
-def test_every_event_is_numbered_and_none_is_left_out(stepped: Stepped) -> None:
+def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
     told = stepped.exchange.events
@@ -284,7 +284,7 @@ def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped)
     assert playing.send(Acknowledge()) is None
 
 
-def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.forward(0.05)
     assert playing.torque
@@ -422,14 +422,14 @@ def test_a_sample_that_found_no_room_is_a_fault(stepped: Stepped, mode: Mode) ->
     assert stepped.causes() == ["journal_fault"]
 
 
-def test_with_no_journal_open_none_is_lost(stepped: Stepped) -> None:
+def test_events_without_an_open_journal_are_not_lost(stepped: Stepped) -> None:
     assert stepped.loop._machine.journal_ok
 
 
 # -- what is told and kept --------------------------------------------------------------------------------------------
 
 
-def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
+def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
     bring(stepped, "ready")
     run = stepped.snapshot.run
@@ -484,7 +484,7 @@ def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:
     bring(stepped, "playing")
 
 
-def test_finishing_a_teaching_leaves_nothing_of_it(stepped: Stepped) -> None:
+def test_finished_teaching_leaves_no_state(stepped: Stepped) -> None:
     bring(stepped, "teaching")
     assert stepped.send(FinishTeaching()) is None
     stepped.forward(0.1)
@@ -495,7 +495,7 @@ def test_finishing_a_teaching_leaves_nothing_of_it(stepped: Stepped) -> None:
     assert end.reason == "finished"
 
 
-def test_each_journal_says_what_it_is_of(stepped: Stepped) -> None:
+def test_each_journal_names_its_contents(stepped: Stepped) -> None:
     bring(stepped, "teaching")
     stepped.send(FinishTeaching())
     bring(stepped, "ready")
@@ -566,7 +566,7 @@ def test_path_time_is_recorded_only_on_the_recording(stepped: Stepped) -> None:
     assert set(kept.take) == {0}
 
 
-def test_each_sample_stands_beside_the_setpoint_that_it_came_to(stepped: Stepped) -> None:
+def test_each_sample_has_the_setpoint_it_answers(stepped: Stepped) -> None:
     """The drives here follow at once: what was sent in one cycle is what is measured in the next."""
     bring(stepped, "playing")
     kept = stepped.journal()

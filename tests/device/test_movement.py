@@ -65,7 +65,7 @@ def test_pause_stops_the_path_within_0_2_seconds() -> None:
     assert movement.position_s == pytest.approx(0.095)
 
 
-def test_turning_round_goes_through_a_stand() -> None:
+def test_change_of_direction_passes_through_rest() -> None:
     movement = Movement(Straight(), position_s=1.0, pace=1.0, course=-1)
     assert advance(movement, 40) == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(40)])
     assert advance(movement, 5) == pytest.approx([-1.0] * 5)
@@ -120,7 +120,7 @@ def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
     assert crept.ended
 
 
-def test_going_back_ends_exactly_where_it_is_to_end() -> None:
+def test_return_ends_exactly_at_its_target() -> None:
     movement = Movement(Straight(), position_s=1.7, course=-1, back_to_s=0.4)
     paces = until_ended(movement)
     assert movement.position_s == pytest.approx(0.4, abs=1e-12)
@@ -129,7 +129,7 @@ def test_going_back_ends_exactly_where_it_is_to_end() -> None:
     assert not movement.stands
 
 
-def test_whoever_is_already_behind_where_going_back_ends_has_ended() -> None:
+def test_return_from_behind_its_target_ends_at_once() -> None:
     movement = Movement(Straight(), position_s=0.3, course=-1, back_to_s=0.4)
     assert movement.ended
     movement.advance(DT_S)
@@ -142,7 +142,7 @@ def test_direction_to_a_stop_has_no_end_even_there() -> None:
     assert movement.stands
 
 
-def test_slowing_down_to_a_stand_does_not_leave_the_path() -> None:
+def test_slowing_to_rest_does_not_leave_the_path() -> None:
     behind = Movement(Straight(), position_s=1.999, pace=1.0, course=0)
     assert advance(behind, 25)[-1] == 0.0
     assert behind.position_s == 2.0
@@ -165,7 +165,7 @@ def test_setpoint_leads_by_the_speed_over_its_lead_time() -> None:
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5, -1.0, 0.0])
-def test_speed_goes_with_the_pace_and_acceleration_with_its_square(pace: float) -> None:
+def test_speed_scales_with_override_and_acceleration_with_its_square(pace: float) -> None:
     motion = Movement(Straight(), position_s=1.0, pace=pace).motion(0.0)
     assert motion.speed_deg_s == pytest.approx([pace * 1.0] * 5)
     assert motion.acceleration_deg_s2 == pytest.approx([pace**2 * 0.5] * 5)

@@ -124,7 +124,7 @@ def test_unload_ends_the_run_unplayed(stepped: Stepped) -> None:
     assert kept.end.reason == "unloaded"
 
 
-def test_what_is_left_counts_down_to_nothing(playing: Stepped) -> None:
+def test_remaining_time_counts_down_to_zero(playing: Stepped) -> None:
     left = []
     while playing.mode == "playing":
         run = playing.snapshot.run
@@ -167,7 +167,7 @@ def test_an_arm_outside_its_range_is_not_approached_with(stepped: Stepped) -> No
 
 
 @pytest.mark.parametrize("command", [Approach(), Play(), Pause(), Return(), Unload()])
-def test_with_nothing_loaded_what_needs_a_recording_is_refused(
+def test_command_needing_a_recording_is_refused_without_one(
     stepped: Stepped, command: Approach | Play | Pause | Return | Unload
 ) -> None:
     refusal = stepped.send(command)

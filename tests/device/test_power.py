@@ -107,7 +107,7 @@ def test_a_power_cut_loses_at_most_100_ms(tmp_path: Path, sync_ms: int) -> None:
 
 
 @pytest.mark.parametrize("most_at_once", [5, 50, 86])
-def test_nor_when_the_disk_takes_a_little_at_a_time(tmp_path: Path, most_at_once: int) -> None:
+def test_disk_writing_small_pieces_loses_no_more_samples(tmp_path: Path, most_at_once: int) -> None:
     session = Session(tmp_path, CutDisk(sync_ns=9 * MS, most_at_once=most_at_once, tried=2))
     session.run(begins_ns=30 * MS, lasts_ns=160 * MS)
     assert session.problems() == set()
@@ -161,7 +161,7 @@ class HalfTheSyncs(CutDisk):
 @pytest.mark.parametrize(
     "disk", [NoSync(), NoFolderSync(), HalfTheSyncs(sync_ns=10 * MS)], ids=lambda d: type(d).__name__
 )
-def test_without_its_syncs_it_would_lose_more(tmp_path: Path, disk: CutDisk) -> None:
+def test_without_syncs_more_would_be_lost(tmp_path: Path, disk: CutDisk) -> None:
     session = Session(tmp_path, disk)
     session.run(begins_ns=150 * MS, lasts_ns=330 * MS)
     assert session.problems() == {"lost"}
@@ -183,7 +183,7 @@ def test_crc_with_the_header_excludes_samples_of_other_journals(
 
 
 @pytest.mark.parametrize("room", [0, 1, 100, 240, 241, 1000, 2021])
-def test_a_full_disk_is_told_and_keeps_what_it_has(tmp_path: Path, room: int) -> None:
+def test_full_disk_is_reported_and_keeps_its_data(tmp_path: Path, room: int) -> None:
     session = Session(tmp_path, CutDisk(room=room))
     session.run(begins_ns=0, lasts_ns=330 * MS)
 

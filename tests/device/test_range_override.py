@@ -68,7 +68,7 @@ def test_one_step_removes_a_tenth_of_range_within_a_second() -> None:
     assert np.all(np.diff(angles) <= 0)
 
 
-def test_it_neither_jumps_nor_jerks() -> None:
+def test_override_neither_jumps_nor_jerks() -> None:
     less = comfort()
     less.less()
     less.less()
@@ -132,7 +132,7 @@ def test_middle_of_the_range_and_still_motors_do_not_move() -> None:
         assert motion.angles_deg == pytest.approx(standing(less, 30.0).angles_deg, abs=0.01)
 
 
-def test_a_motor_at_its_highest_speed_is_not_made_faster() -> None:
+def test_motor_at_its_highest_speed_is_not_accelerated() -> None:
     less = comfort(max_speed_deg_s=50.0)
     less.less()
     for _ in range(100):
@@ -157,7 +157,7 @@ def test_a_motor_at_its_highest_speed_is_not_made_faster() -> None:
 # -- when -------------------------------------------------------------------------------------------------------------
 
 
-def test_where_the_arm_is_held_it_stays_held() -> None:
+def test_held_arm_stays_held() -> None:
     less = comfort()
     less.less()
     assert reached(less, 3.0, pace=0.0) == pytest.approx([60.0] * 300)
@@ -238,7 +238,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert any("Less range was asked for at 3.0 s" in event.message for event in stepped.exchange.events)
 
 
-def test_the_snapshot_tells_how_much_of_the_range_is_played(tmp_path: Path) -> None:
+def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 1.0)
     run = stepped.snapshot.run
@@ -249,7 +249,7 @@ def test_the_snapshot_tells_how_much_of_the_range_is_played(tmp_path: Path) -> N
     assert run is not None and run.range_percent == pytest.approx(90.0)
 
 
-def test_with_less_range_there_is_less_of_what_was_learned(tmp_path: Path) -> None:
+def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     times, angles = strokes()
     learned = Correction(0.02, np.full((int(times[-1] / 0.02) + 1, 5), 2.0))
     stepped = Stepped(tmp_path, station())

@@ -121,7 +121,7 @@ def test_arm_waiting_after_a_reversal_may_return_to_the_start(stroke: Stepped) -
     assert end.reason == "returned"
 
 
-def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> None:
+def test_reversal_returns_no_further_than_the_start(stepped: Stepped) -> None:
     at_the_start(stepped)
     stepped.send(Play())
     stepped.forward(1.5)
@@ -149,7 +149,7 @@ def test_push_shorter_than_a_tenth_of_a_second_is_ignored(stroke: Stepped) -> No
 
 
 @pytest.mark.parametrize("level", [1, LEVEL, 25])
-def test_what_the_patients_level_allows_is_no_resistance(stepped: Stepped, level: int) -> None:
+def test_load_within_the_patients_level_is_no_resistance(stepped: Stepped, level: int) -> None:
     """Level 25 is the drive's own limit, which it reports a little below."""
     at_the_start(stepped, level=level)
     stepped.send(Play())

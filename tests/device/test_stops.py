@@ -112,7 +112,7 @@ def test_nothing_is_idle_before_the_emergency_stop_has_been_seen(tmp_path: Path)
     assert stepped.mode == "idle"
 
 
-def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
+def test_stopped_run_records_its_cause_in_its_journal(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.forward(0.1)
 
@@ -136,7 +136,7 @@ def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepp
     assert np.diff(stopping)[-1] < np.diff(stopping)[0]
 
 
-def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+def test_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.forward(0.05)
     playing.apparatus.estop_open = True
@@ -250,7 +250,7 @@ def _fill_disk(stepped: Stepped) -> None:
         ("journal_fault", _fill_disk),
     ],
 )
-def test_each_fault_stops_by_its_own_category_and_names_itself(
+def test_each_fault_stops_by_its_category_and_names_itself(
     playing: Stepped, code: str, happen: Callable[[Stepped], None]
 ) -> None:
     happen(playing)
@@ -325,7 +325,7 @@ def test_a_silent_drive_without_torque_is_a_stop_too(stepped: Stepped) -> None:
     assert refusal.message == "Motor 1 does not answer."
 
 
-def test_when_the_service_is_gone_a_playback_ends_without_torque(playing: Stepped) -> None:
+def test_lost_service_ends_a_playback_without_torque(playing: Stepped) -> None:
     playing.exchange.closing = True
     playing.exchange.service_silent_ms = float("inf")
     cycles = 0

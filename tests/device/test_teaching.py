@@ -159,7 +159,7 @@ def test_teaching_ended_between_takes_reports_no_further_take(stepped: Stepped) 
     assert [event.code for event in stepped.exchange.events if event.code.startswith("take_")] == []
 
 
-def test_the_snapshot_tells_of_the_take_that_goes_on(stepped: Stepped) -> None:
+def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     teaching = stepped.snapshot.teaching
@@ -197,7 +197,7 @@ def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
         assert kept.path_s[kept.take == take] == pytest.approx([0.0, 0.1, 0.2])
 
 
-def test_what_the_pedal_is_taken_for(stepped: Stepped) -> None:
+def test_pedal_reading_is_reported_during_teaching(stepped: Stepped) -> None:
     taken_for: list[str] = []
 
     def look() -> None:

@@ -30,7 +30,7 @@ def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
     page.get_by_role("button", name="Sign in", exact=True).click()
 
 
-def test_an_account_is_made_used_locked_and_closed(
+def test_account_is_created_used_locked_and_closed(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     sign_up(page, "Yamada Hanako")
@@ -131,7 +131,7 @@ def test_an_administrator_has_to_have_a_second_factor(
     expect(hers.get_by_role("alert").filter(has_text="wrong, or was used before")).to_be_visible()
 
 
-def test_each_role_sees_what_is_for_it(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
+def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
     sign_up(page, "Yamada Hanako")
     record = page.url
     hers = another.new_page()
@@ -188,7 +188,7 @@ def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     page.screenshot(path=artefacts / "emergency-access.png")
 
 
-def test_one_operates_and_the_other_watches_until_taking_over(
+def test_second_user_watches_until_taking_over(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     code = made(page, "Ito Mai", "ito", "Therapist")
@@ -210,7 +210,7 @@ def test_one_operates_and_the_other_watches_until_taking_over(
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
 
 
-def test_a_backup_is_made_by_keyboard_and_its_trial_told(page: Page, artefacts: Path) -> None:
+def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page, artefacts: Path) -> None:
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Backups"))
     expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")

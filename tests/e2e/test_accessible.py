@@ -29,7 +29,7 @@ def clinic(tmp_path: Path) -> Iterator[Clinic]:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_nobody_is_shut_out_of_any_page(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
+def test_every_page_is_accessible(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     found: dict[str, list[str]] = {}
     for name, address in addresses(page, clinic).items():

@@ -53,7 +53,7 @@ def choose(page: Page) -> None:
     page.get_by_role("option", name=NAME).click()
 
 
-def test_what_is_done_every_day_takes_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
+def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
     sign_up(page, NAME)
     page.get_by_role("link", name="To the station").click()
     stand_for_left(page)

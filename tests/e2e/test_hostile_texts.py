@@ -253,7 +253,7 @@ def _query(operation: Any, ids: dict[str, str]) -> dict[str, str]:
 # -- shown in a browser ------------------------------------------------------------------------------------------------
 
 
-def test_the_watch_sees_what_it_is_to_see(page: Page, poisoned: Poisoned, told: list[str]) -> None:
+def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, told: list[str]) -> None:
     page.goto(poisoned.url)
     with page.expect_console_message(lambda said: "script-src" in said.text):  # The picture fails when it fails.
         page.evaluate("document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=kataHostile(1)>')")

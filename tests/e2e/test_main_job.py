@@ -214,7 +214,7 @@ def test_bad_input_is_reported_at_its_field_or_line(page: Page, tmp_path: Path) 
     expect(page.get_by_role("alert")).to_contain_text("missing: scapula_abduction")
 
 
-def test_pages_that_are_not_there_say_so(page: Page, clinic: Clinic) -> None:
+def test_missing_pages_are_reported(page: Page, clinic: Clinic) -> None:
     page.goto(f"{clinic.url}/nowhere")
     expect(page.get_by_role("heading", name="There is no such page")).to_be_visible()
     expect(page.get_by_role("button", name="Stop")).to_be_enabled()

@@ -36,7 +36,7 @@ def test_fourteen_cases_are_the_papers_with_motors_of_its_figures() -> None:
     assert [case.motors for case in cases[::2]] == [(1, 2), (1, 2), (4,), (3,), (4,), (5,), (1, 2, 3, 4, 5)]
 
 
-def test_a_folder_is_taken_file_by_file_on_both_sides(tmp_path: Path, short: Taught) -> None:
+def test_folder_is_evaluated_file_by_file_on_both_sides(tmp_path: Path, short: Taught) -> None:
     write_csv(short, tmp_path / "b.csv")
     write_csv(short, tmp_path / "a.csv")
     cases = recorded_cases(tmp_path)
@@ -46,7 +46,7 @@ def test_a_folder_is_taken_file_by_file_on_both_sides(tmp_path: Path, short: Tau
     assert all(case.motors == AXES for case in cases)
 
 
-def test_a_folder_without_motions_is_told(tmp_path: Path) -> None:
+def test_folder_without_motions_is_reported(tmp_path: Path) -> None:
     with pytest.raises(TaughtError, match="holds no CSV files"):
         recorded_cases(tmp_path)
 
@@ -162,7 +162,7 @@ def test_only_the_paper_method_jumps_at_the_start(short: Taught) -> None:
     assert starts["learned"] < 0.5
 
 
-def test_a_real_apparatus_does_not_move_unless_somebody_says_so(tmp_path: Path) -> None:
+def test_real_apparatus_moves_only_with_explicit_consent(tmp_path: Path) -> None:
     config.write(config.StationConfig(), tmp_path / "station.toml")
     done = subprocess.run(
         [sys.executable, "-m", "kata", "evaluate", "--station", "station.toml"],

@@ -46,14 +46,14 @@ def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) 
     assert not np.array_equal(first.measured_deg, other.measured_deg)
 
 
-def test_what_the_station_refuses_is_told_in_its_words(short: Taught) -> None:
+def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     with pytest.raises(EvaluationError, match="cannot be played: its load level must be"):
         station.play(load(taught, load_level=0), short.duration_s)
 
 
-def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
+def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     station._world.apparatus.press_estop(True)

@@ -177,7 +177,7 @@ def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: in
         pytest.fail("the computer stood still in every attempt")
 
 
-def test_after_an_emergency_stop_everything_begins_anew(tmp_path: Path, motion: Taught) -> None:
+def test_after_an_emergency_stop_everything_restarts(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None
@@ -203,7 +203,7 @@ def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught)
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
 
 
-def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+def test_disagreeing_service_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.believed = "run"
         load(rig, known(motion))
@@ -311,7 +311,7 @@ def test_unplugged_adapter_stops_playback_and_replugging_starts_nothing(tmp_path
 
 
 @pytest.mark.parametrize("kind", ["garbage", "duplicate_id", "off"])
-def test_a_drive_that_fails_in_playback_stops_it_by_name(tmp_path: Path, motion: Taught, kind: Any) -> None:
+def test_failing_drive_stops_the_playback_and_is_named(tmp_path: Path, motion: Taught, kind: Any) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None

@@ -76,5 +76,5 @@ def test_freed_large_block_is_returned_and_threads_share_arenas(
     assert sum(line.startswith("<heap nr=") for line in told) == arenas
 
 
-def test_the_service_asks_for_it(tmp_path: Path) -> None:
+def test_service_limits_its_memory_arenas(tmp_path: Path) -> None:
     assert int(lines(tmp_path, "served")[0]) == 1

@@ -63,7 +63,7 @@ def test_first_recording_needs_little_memory_in_the_device_process(tmp_path: Pat
         assert pages_asked_for(rig.device.pid) - before < _PAGES
 
 
-def test_the_device_process_has_no_huge_pages_made(tmp_path: Path) -> None:
+def test_device_process_has_huge_pages_disabled(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         assert "THP_enabled:\t0" in Path(f"/proc/{rig.device.pid}/status").read_text()

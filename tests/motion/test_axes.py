@@ -3,7 +3,7 @@
 from kata.motion.axes import BASIC_MOTIONS, POSE_RANGE_DEG
 
 
-def test_the_apparatus_reaches_the_reference_where_the_paper_says_so() -> None:
+def test_apparatus_reaches_the_reference_where_the_paper_does() -> None:
     reached = [
         motion.number
         for motion in BASIC_MOTIONS

@@ -80,7 +80,7 @@ def test_to_trim_twice_is_to_trim_once(motion: Motion, a: float, b: float, c: fl
 
 
 @pytest.mark.parametrize("times", [(-0.1, 2.0), (1.0, 1.4), (2.0, 1.0), (0.0, 99.0), (float("nan"), 2.0)])
-def test_only_what_is_there_can_be_trimmed(times: tuple[float, float]) -> None:
+def test_trim_stays_within_the_motion(times: tuple[float, float]) -> None:
     with pytest.raises(EditError, match=r"at least 0\.5 s"):
         edit.trim(built_in(4), *times)
 
@@ -120,7 +120,7 @@ def test_less_range_is_around_the_same_middle_and_never_outside(motion: Motion, 
 
 @any_motion
 @given(motions)
-def test_the_whole_of_everything_is_the_motion_itself(motion: Motion) -> None:
+def test_edits_of_the_whole_range_change_nothing(motion: Motion) -> None:
     for unchanged in (
         edit.scaled(motion, 100.0),
         edit.at_speed(motion, 100.0),
@@ -143,7 +143,7 @@ def test_reduction_in_degrees_applies_to_the_axis_moving_farthest() -> None:
 
 @any_motion
 @given(motions, st.sets(st.sampled_from(AXES), min_size=1))
-def test_isolated_axes_move_as_they_did_and_the_others_stand(motion: Motion, axes: set[int]) -> None:
+def test_isolated_axes_move_unchanged_and_others_rest(motion: Motion, axes: set[int]) -> None:
     alone = edit.isolated(motion, axes)
     for axis in AXES:
         column = alone.angles_deg[:, axis - 1]
@@ -197,7 +197,7 @@ pauses = st.just(0.0) | st.floats(0.002, 4.0)
 """Either none, or one that is longer than what counts as an instant."""
 
 
-def test_a_pause_of_next_to_nothing_is_none() -> None:
+def test_tiny_pause_is_ignored() -> None:
     motion = built_in(1)
     assert edit.repeated(motion, 3, 6e-5).duration_s == edit.repeated(motion, 3, 0.0).duration_s
 
@@ -303,7 +303,7 @@ def test_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
         lambda motion: edit.with_settings(motion, PlaybackSettings(range_percent=5.0)),
     ],
 )
-def test_what_makes_no_sense_is_refused(wrong: object) -> None:
+def test_nonsensical_edits_are_refused(wrong: object) -> None:
     assert callable(wrong)
     with pytest.raises(EditError):
         wrong(built_in(4))

@@ -65,7 +65,7 @@ def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> No
     assert peaks[4] < 0.5
 
 
-def test_it_stays_where_it_has_come_to() -> None:
+def test_learning_stays_converged() -> None:
     """Seven more do not drive it away again."""
     correction: Correction | None = None
     rmse = []
@@ -105,7 +105,7 @@ def earlier() -> Correction:
     return Correction(STEP_S, np.tile(np.sin(np.arange(rows(TRAJECTORY.duration_s)) / 30)[:, None], 5))
 
 
-def test_what_is_not_confirmed_is_forgotten_slowly() -> None:
+def test_unconfirmed_correction_fades_slowly() -> None:
     correction = earlier()
     for _ in range(50):
         correction = again(correction, played_perfectly())
@@ -189,7 +189,7 @@ def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
     assert np.abs(learned[path[:, 2] < 10.0, 2]).max() > 0.3
 
 
-def test_where_samples_are_missing_nothing_is_known() -> None:
+def test_missing_samples_teach_nothing() -> None:
     one = behind()
     there = (one.path_s < 2.0) | (one.path_s > 3.0)
     fewer = Repetition(one.path_s[there], one.measured_deg[there], one.torque_nm[there], one.playing[there])
@@ -208,7 +208,7 @@ def test_a_run_that_played_nothing_cannot_be_learned_from() -> None:
 
 
 @pytest.mark.parametrize("other", [Correction(STEP_S, np.zeros((9, 5))), Correction(0.03, earlier().angles_deg)])
-def test_a_correction_of_another_recording_is_not_gone_on_with(other: Correction) -> None:
+def test_correction_of_another_recording_is_not_used(other: Correction) -> None:
     with pytest.raises(ValueError, match="another recording"):
         again(other, played_perfectly())
 

@@ -89,7 +89,7 @@ def test_motor_angles_that_no_pose_has_are_named() -> None:
 
 
 @pytest.mark.parametrize("unknown", [np.nan, np.inf])
-def test_what_is_not_a_number_is_out_of_reach(unknown: float) -> None:
+def test_value_that_is_no_number_is_out_of_reach(unknown: float) -> None:
     with pytest.raises(OutOfReachError):
         LINKAGE.inverse_deg([0.0, unknown])
     with pytest.raises(OutOfReachError):
@@ -123,7 +123,7 @@ def test_both_ways_agree_at_any_pose(phi: float, psi: float, side: Side) -> None
     assert np.radians(back) == pytest.approx(np.radians([phi, psi]), abs=1e-9, rel=0)
 
 
-def test_the_linkage_meets_no_singularity_where_it_closes() -> None:
+def test_linkage_has_no_singularity_within_its_reach() -> None:
     scapula = _grid(WITHIN_DEG, 181).reshape(-1, 2)
     jacobian = LINKAGE.jacobian(scapula[LINKAGE.reachable(scapula, ANYWHERE)])
     assert np.linalg.det(jacobian).min() > 0.5

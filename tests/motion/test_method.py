@@ -30,7 +30,7 @@ def as_measured(angles_deg: Floats) -> Floats:
 
 @pytest.mark.parametrize("every", [1, 2, 10], ids=["100 Hz", "50 Hz", "10 Hz"])
 @pytest.mark.parametrize("taught", motions(), ids=lambda taught: taught.name)
-def test_smoothing_keeps_what_was_taught(taught: Taught, every: int) -> None:
+def test_smoothing_preserves_the_taught_motion(taught: Taught, every: int) -> None:
     """0.2 deg are allowed. A third of that is taken at most, at 10 Hz too."""
     angles = motor_angles_deg(taught.poses_deg)
     recorded = as_measured(angles)[::every]
@@ -71,7 +71,7 @@ def test_filter_halves_at_its_cut_off_and_shifts_no_time(frequency_hz: float, le
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4])
-def test_a_recording_of_few_samples_is_one_all_the_same(samples: int) -> None:
+def test_recording_of_few_samples_is_valid(samples: int) -> None:
     times = np.arange(samples) * 0.1
     trajectory = Trajectory(times, np.tile(times[:, None] * 10, 5))
     assert trajectory.at(0.05) == pytest.approx([0.5] * 5)
@@ -134,7 +134,7 @@ def motion(speed_deg_s: float, acceleration_deg_s2: float = 0.0) -> Motion:
 LAG = Lag(np.full(5, 0.06), np.full(5, 0.002), np.full(5, 0.5))
 
 
-def test_a_setpoint_goes_ahead_by_what_the_drives_lag_behind() -> None:
+def test_setpoint_leads_by_the_drive_lag() -> None:
     assert LAG.ahead(motion(40.0)) == pytest.approx([40 * 0.06 + 0.5] * 5, abs=1e-3)
     assert LAG.ahead(motion(-40.0)) == pytest.approx([-40 * 0.06 - 0.5] * 5, abs=1e-3)
     assert LAG.ahead(motion(0.0, 100.0)) == pytest.approx([0.2] * 5)
@@ -142,7 +142,7 @@ def test_a_setpoint_goes_ahead_by_what_the_drives_lag_behind() -> None:
     assert LAG.ahead(motion(5.0)) == pytest.approx([5 * 0.06 + 0.5 * np.tanh(1.0)] * 5)
 
 
-def test_where_the_arm_stands_nothing_is_ahead() -> None:
+def test_resting_arm_has_no_lead() -> None:
     assert not LAG.ahead(motion(0.0)).any()
 
 

@@ -52,7 +52,7 @@ def test_an_encoders_counts_are_not_tremor() -> None:
     assert counted == pytest.approx(smoothness(times, angles), abs=0.01)
 
 
-def test_what_stands_or_is_too_short_has_none() -> None:
+def test_resting_or_short_motion_has_no_smoothness() -> None:
     assert smoothness([0.0, 1.0, 2.0], [5.0, 5.0, 5.0]) is None
     assert smoothness([0.0, 0.2, 0.4], [0.0, 5.0, 9.0]) is None
     with pytest.raises(ValueError, match="stands"):

@@ -84,7 +84,7 @@ def test_reached_range_is_compared_with_the_whole_taught_range() -> None:
     assert motor.played == pytest.approx((0.0, 0.9 * 40 * np.sin(0.99)), abs=1e-3)
 
 
-def test_the_largest_torque_keeps_its_sign() -> None:
+def test_largest_torque_keeps_its_sign() -> None:
     torque = np.zeros_like(TAUGHT_DEG)
     torque[100, 3], torque[200, 3] = 1.5, -2.5
     motors = compare(TIMES_S, TAUGHT_DEG, TIMES_S, TAUGHT_DEG, torque).motors

@@ -41,7 +41,7 @@ def test_limits_check_the_highest_and_lowest_angle_ever_reached(samples: list[fl
 
 @settings(max_examples=50)
 @given(angles, STEPS_S)
-def test_it_keeps_what_was_taught_whatever_that_was(samples: list[float], steps_s: list[float]) -> None:
+def test_trajectory_preserves_any_taught_motion(samples: list[float], steps_s: list[float]) -> None:
     times = np.cumsum(steps_s)[: len(samples)]
     trajectory = Trajectory(times, columns(samples))
     off = trajectory.along(times - times[0]) - columns(samples)
@@ -87,7 +87,7 @@ def test_trajectory_rests_beyond_its_ends_and_keeps_its_speed_before() -> None:
         ([0.0, 0.5, 3.0], [[0.0] * 5] * 3, "samples are missing for 2.5 s after 0.5 s"),
     ],
 )
-def test_what_is_no_trajectory(times: list[float], rows: list[list[float]], sentence: str) -> None:
+def test_invalid_trajectories_are_refused(times: list[float], rows: list[list[float]], sentence: str) -> None:
     with pytest.raises(TrajectoryError, match=sentence):
         Trajectory(times, rows)
 
@@ -114,7 +114,7 @@ def test_single_counts_of_an_encoder_are_no_speed() -> None:
         reference(method, times, rows).check([AxisLimits(-10.0, 10.0, 2.0)] * 5, tolerance_deg=0.0)
 
 
-def test_a_jerk_is_refused_before_it_is_played() -> None:
+def test_jerk_is_refused_before_playback() -> None:
     times = np.arange(0, 1.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[:, 2] = 60.0 * times

@@ -29,7 +29,7 @@ def pins(name: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", ["requirements.txt", "requirements-dev.txt"])
-def test_every_pin_has_hashes_and_none_an_address(name: str) -> None:
+def test_every_pin_has_hashes_and_no_address(name: str) -> None:
     text = (ROOT / name).read_text()
     assert "://" not in text
     assert not re.search(r"^\s*--(?!hash)", text, re.MULTILINE)
@@ -83,7 +83,7 @@ def test_every_package_of_node_is_pinned_exactly(folder: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(pins("requirements.txt")))
-def test_the_licences_of_what_python_runs_on_fit_ours(name: str) -> None:
+def test_licences_of_python_packages_are_compatible(name: str) -> None:
     block = pins("requirements.txt")[name]
     try:
         dist = distribution(name)
@@ -98,7 +98,7 @@ def test_the_licences_of_what_python_runs_on_fit_ours(name: str) -> None:
     assert not UNFITTING.search(licence), licence
 
 
-def test_the_licences_of_what_goes_into_the_page_fit_ours() -> None:
+def test_licences_of_page_packages_are_compatible() -> None:
     packages: dict[str, Any] = json.loads((ROOT / "frontend/package-lock.json").read_text())["packages"]
     shipped = {path: package for path, package in packages.items() if path and not package.get("dev")}
     assert len(shipped) > 20

@@ -74,7 +74,7 @@ def test_logs_go_to_the_clinics_server_over_tls() -> None:
         assert services[station]["environment"]["KATA_LOG_FORMAT"] == "json", "with the rows of the audit trail"
 
 
-def test_the_stations_open_what_the_others_have_sealed() -> None:
+def test_stations_open_each_others_secrets() -> None:
     services = compose()["services"]
     for station in ("station-1", "station-2"):
         key = Path(services[station]["environment"]["KATA_SECOND_FACTOR_KEY"])
@@ -82,7 +82,7 @@ def test_the_stations_open_what_the_others_have_sealed() -> None:
     assert "/var/lib/kata-shared" in (ROOT / "Dockerfile").read_text()
 
 
-def test_no_secret_stands_in_the_compose_file() -> None:
+def test_compose_file_contains_no_secret() -> None:
     text = (ROOT / "docker-compose.yml").read_text()
     assert re.findall(r"PASSWORD: (?!\$\{)", text) == []
 

@@ -43,7 +43,7 @@ def names_in(file: str) -> set[str]:
     return {one.name for one in ast.walk(tree) if isinstance(one, ast.FunctionDef | ast.AsyncFunctionDef)}
 
 
-def test_every_test_that_it_names_exists() -> None:
+def test_every_named_test_exists() -> None:
     missing = []
     for file, name in re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", _PAGE):
         if not (ROOT / file).is_file() or (name and name not in names_in(file)):
@@ -58,7 +58,7 @@ def test_every_requirement_cites_a_test_a_check_or_a_section() -> None:
         assert re.search(r"`tests/|`make check`|\]\(#", shown), requirement
 
 
-def test_every_section_that_it_refers_to_is_there() -> None:
+def test_every_referenced_section_exists() -> None:
     there = {
         re.sub(r"[^\w -]", "", title).lower().replace(" ", "-")
         for title in re.findall(r"^##+ (.+)$", _PAGE, re.MULTILINE)

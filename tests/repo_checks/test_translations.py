@@ -114,7 +114,7 @@ def is_told(sentence: str) -> bool:
     return any(re.fullmatch(re.sub(r"\\\{\d\\\}", "(.+?)", one), sentence) for one in patterns)
 
 
-def test_every_sentence_of_the_service_is_told_in_japanese() -> None:
+def test_every_service_sentence_has_a_japanese_translation() -> None:
     said = {
         one
         for one in spoken()
@@ -127,5 +127,5 @@ def test_every_sentence_of_the_service_is_told_in_japanese() -> None:
 
 
 @pytest.mark.parametrize("sentence", ["Nobody has ever said this.", "Motor 3 is tired."])
-def test_a_sentence_that_nobody_has_put_into_japanese_is_found(sentence: str) -> None:
+def test_untranslated_sentence_is_found(sentence: str) -> None:
     assert not is_told(sentence)

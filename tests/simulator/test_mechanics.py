@@ -167,7 +167,7 @@ def test_no_torque_without_torque_enable() -> None:
     assert world.angles() == pytest.approx(before, abs=0.5)
 
 
-def test_goal_current_limits_what_a_drive_gives() -> None:
+def test_goal_current_limits_the_drive() -> None:
     world = World()
     world.energise()
     servo = world.servos[3]

@@ -80,7 +80,7 @@ def test_capsule_resistance_grows_towards_the_end_of_range() -> None:
     assert loads([15, 109, 90, -20, 0])[3] == pytest.approx(JOINTS[3].stiffness_nm)
 
 
-def test_tone_resists_movement_comes_and_goes_and_never_helps() -> None:
+def test_tone_resists_movement_and_never_helps() -> None:
     plant = Plant(1)
     joint = plant.joints[2]
     resists = []
@@ -121,7 +121,7 @@ def test_backlash_delays_the_arm_when_a_motor_reverses() -> None:
     assert back == pytest.approx(-play / 2, abs=0.1)
 
 
-def test_friction_holds_what_pulls_less_than_it() -> None:
+def test_friction_holds_smaller_forces() -> None:
     joint, drive = Joint(2, JOINTS[2], turned=False), a_drive(3)
     began = joint.arm_angle
     joint.load_nm = 0.9 * JOINTS[2].arm_coulomb_nm
@@ -210,7 +210,7 @@ def test_voltage_just_drives_maximal_torque_at_the_highest_speed() -> None:
     assert drive.limit_nm < DRIVES[0].maximum_nm
 
 
-def test_two_motors_share_what_their_supply_has() -> None:
+def test_two_motors_share_the_current_of_their_supply() -> None:
     pair = [a_drive(1), a_drive(2)]
     for drive in pair:
         drive.tune(200.0, 0.0, 8.0, 20.0)
@@ -223,7 +223,7 @@ def test_two_motors_share_what_their_supply_has() -> None:
     assert pair[0].limit_nm > pair[1].limit_nm
 
 
-def test_whoever_brakes_takes_nothing_from_its_supply() -> None:
+def test_braking_motor_takes_nothing_from_its_supply() -> None:
     drive = a_drive(1)
     drive.torque_nm, drive.speed = -4.0, 5.0
     assert drive.power_w == 0.0
@@ -261,12 +261,12 @@ def sunk_to_deg(seed: int | None) -> float:
     return math.degrees(plant.joints[3].arm_angle)
 
 
-def test_a_seed_makes_another_apparatus_and_the_same_one_again() -> None:
+def test_seed_gives_a_different_reproducible_apparatus() -> None:
     assert sunk_to_deg(1) == sunk_to_deg(1)
     assert len({sunk_to_deg(seed) for seed in (None, 1, 2)}) == 3
 
 
-def test_it_does_not_matter_in_which_pieces_time_passes() -> None:
+def test_step_size_does_not_change_the_result() -> None:
     def end(step_ms: int) -> list[float]:
         apparatus = Apparatus(3, 0)
         servos = ServoBus(apparatus).servos
@@ -311,12 +311,12 @@ def test_hand_trembles_at_8_to_12_hz_and_drifts_slowly() -> None:
     assert 0.1 < np.ptp(held) < 6 * HAND.wander_deg
 
 
-def test_a_seed_makes_another_hand_and_the_same_one_again() -> None:
+def test_seed_gives_a_different_reproducible_hand() -> None:
     assert np.array_equal(held_still(1, 2.0), held_still(1, 2.0))
     assert not np.array_equal(held_still(1, 2.0), held_still(2, 2.0))
 
 
-def test_the_hand_traces_the_mirrored_motion_on_the_other_side() -> None:
+def test_hand_traces_the_mirrored_motion_on_the_other_side() -> None:
     motion = built_in_motions()[6]
     ends = []
     for turned in (False, True):

@@ -52,7 +52,7 @@ def test_first_to_command_takes_a_free_lease() -> None:
     assert refusal.message == "Sato operates the apparatus at another browser."
 
 
-def test_each_browser_is_told_whether_it_is_its_own(lease: Lease) -> None:
+def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:
     mine, watched, neutral = lease.told(SATO, at(5)), lease.told(KATO, at(5)), lease.told(None, at(5))
     assert (mine.holder, mine.mine, mine.since, mine.away_since) == ("Sato", True, NOON.at, None)
     assert (watched.holder, watched.mine) == ("Sato", False)
@@ -73,13 +73,13 @@ def test_takeover_must_be_explicit_and_both_users_are_notified(lease: Lease) -> 
     assert lease.refusal(SATO) is not None
 
 
-def test_the_same_person_at_another_browser_is_another(lease: Lease) -> None:
+def test_same_person_in_another_browser_counts_as_another(lease: Lease) -> None:
     elsewhere = Browser(UUID(int=3), "Sato")
     assert lease.refusal(elsewhere) is not None
     assert lease.told(elsewhere, NOON).mine is False
 
 
-def test_taking_what_one_has_changes_nothing(lease: Lease) -> None:
+def test_taking_an_own_lease_changes_nothing(lease: Lease) -> None:
     assert lease.take(SATO, at(9), take_over=True) is None
     told = lease.told(SATO, at(9))
     assert (told.since, told.taken_from) == (NOON.at, None)
@@ -176,7 +176,7 @@ def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease) -> 
     assert lease.told(SATO, at(100)).away_since is None
 
 
-def test_another_page_of_the_same_browser_is_enough(lease: Lease) -> None:
+def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease) -> None:
     lease.came(SATO)
     lease.left(SATO, at(10))
     assert due(lease, 20, "playing") is None
@@ -184,14 +184,14 @@ def test_another_page_of_the_same_browser_is_enough(lease: Lease) -> None:
     assert due(lease, 22, "playing") == "pause"
 
 
-def test_others_who_watch_do_not_count(lease: Lease) -> None:
+def test_other_watching_browsers_do_not_count(lease: Lease) -> None:
     lease.came(KATO)
     lease.left(SATO, at(10))
     assert due(lease, 12, "playing") == "pause"
     lease.left(KATO, at(12))
 
 
-def test_who_takes_over_has_to_be_there(lease: Lease) -> None:
+def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
     """Kato only ever asks: present for two seconds after each request, and then the same as everybody."""
     assert lease.take(KATO, at(10), take_over=True) is None
     assert due(lease, 13.5, "playing") is None
@@ -208,7 +208,7 @@ def test_who_takes_over_has_to_be_there(lease: Lease) -> None:
     assert due(lease, 53, "playing") == "pause"
 
 
-def test_asking_takes_nothing_from_who_holds_it(lease: Lease) -> None:
+def test_request_alone_takes_nothing_from_the_holder(lease: Lease) -> None:
     lease.left(SATO, at(10))
     lease.asked(KATO, at(11.9))
     assert due(lease, 12, "playing") == "pause"

@@ -52,7 +52,7 @@ def test_registered_station_never_heard_is_silent() -> None:
     ]
 
 
-def test_whoever_is_registered_again_is_still_heard() -> None:
+def test_reregistered_station_is_still_received() -> None:
     roster = Roster("Station 1")
     roster.take(state(), BEGIN)
     roster.register(["Station 2"])
@@ -96,6 +96,6 @@ def test_station_messages_never_exceed_the_database_column(length: int) -> None:
     assert length > 100 or read == told
 
 
-def test_what_a_newer_version_says_besides_is_left_out() -> None:
+def test_unknown_fields_of_a_newer_version_are_ignored() -> None:
     told = json.loads(encoded(state())) | {"something_new": [1, 2]}
     assert StationTold.model_validate_json(json.dumps(told)) == state()

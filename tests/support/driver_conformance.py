@@ -179,7 +179,7 @@ class Conformance:
             ("second_wire_broken", False, False, False),
         ],
     )
-    def test_either_contact_stops_and_equal_ones_disagree(
+    def test_either_contact_stops_and_equal_contacts_disagree(
         self, world: World, bus: Bus, fault: Any, pressed: bool, reads_open: bool, disagree: bool
     ) -> None:
         if fault:
@@ -226,7 +226,7 @@ class Conformance:
         assert fastest == pytest.approx(30.0, rel=0.6)
         assert hardest > 0.3
 
-    def test_every_drive_tells_its_status_within_eight_cycles(self, world: World, bus: Bus) -> None:
+    def test_every_drive_reports_its_status_within_eight_cycles(self, world: World, bus: Bus) -> None:
         told = {status.axis for reading in self.cycles(world, bus, 8) for status in reading.statuses}
         assert told == {0, 1, 2, 3, 4}
 
@@ -327,7 +327,7 @@ class Conformance:
         world.fault("silent", 3)
         assert spent_s() - whole_s < 100 * 0.001
 
-    def test_a_silent_drive_is_heard_again_soon_after_it_speaks(self, world: World, bus: Bus) -> None:
+    def test_silent_drive_is_read_again_soon_after_it_answers(self, world: World, bus: Bus) -> None:
         world.fault("silent", 2)
         self.cycles(world, bus, 50)
         world.script.clear()
@@ -335,7 +335,7 @@ class Conformance:
         assert all(readings[-1].drives)
 
     @pytest.mark.parametrize("kind", ["garbage", "wrong_crc", "duplicate_id"])
-    def test_damaged_answers_are_not_taken_and_said_to_be_damaged(self, world: World, bus: Bus, kind: Any) -> None:
+    def test_corrupt_answers_are_rejected_and_reported(self, world: World, bus: Bus, kind: Any) -> None:
         world.fault(kind, 5)
         for reading in self.cycles(world, bus, 3):
             assert reading.drives[4] is None
@@ -351,7 +351,7 @@ class Conformance:
             assert reading.inputs is None
             assert reading.drives[0] is None
 
-    def test_noise_between_answers_costs_no_sound_one(self, world: World, bus: Bus) -> None:
+    def test_noise_between_answers_loses_no_valid_answer(self, world: World, bus: Bus) -> None:
         world.fault("noise", value=3)
         # One cycle to find out that the line is noisy.
         for reading in self.cycles(world, bus, 20)[1:]:
@@ -394,7 +394,7 @@ class Conformance:
         told = {s.axis: s.torque_on for r in self.cycles(world, bus, 40) for s in r.statuses}
         assert told == {0: True, 1: False, 2: True, 3: True, 4: True}
 
-    def test_a_hardware_error_is_told(self, world: World, bus: Bus) -> None:
+    def test_hardware_error_is_reported(self, world: World, bus: Bus) -> None:
         world.fault("hardware_error", 3, 4)
         assert [drive.alert for drive in self.cycles(world, bus, 1)[0].drives] == [
             False,
@@ -408,7 +408,7 @@ class Conformance:
 
     # -- time -----------------------------------------------------------------------------------------------------
 
-    def test_a_cycle_takes_what_its_bytes_take(self, world: World, bus: Bus) -> None:
+    def test_cycle_lasts_as_long_as_its_bytes(self, world: World, bus: Bus) -> None:
         bus.torque_on(HOLD)
         self.cycles(world, bus, 2)
         began_ns = world.t_ns

@@ -107,14 +107,14 @@ class _Twice:
         self._line.close()
 
 
-def test_an_answer_to_whoever_asked_before_is_no_second_drive() -> None:
+def test_late_duplicate_ping_answer_is_no_second_drive() -> None:
     world = World()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1))
     bus.open()
     bus.configure([0])
 
 
-def test_two_drives_that_answer_one_after_the_other_are_found() -> None:
+def test_two_drives_that_answer_one_after_another_are_found() -> None:
     world = World()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=2))
     bus.open()
@@ -126,7 +126,7 @@ _ANSWER = st.tuples(st.integers(0, 252), st.integers(0, 255), st.binary(max_size
 
 
 @given(st.lists(_ANSWER, max_size=5), st.binary(max_size=8), st.data())
-def test_every_sound_packet_is_found_however_it_is_cut(
+def test_every_valid_packet_is_found_in_any_pieces(
     answers: list[tuple[int, int, bytes]], noise: bytes, data: st.DataObject
 ) -> None:
     stream = noise + b"".join(protocol.status(*answer) for answer in answers)
@@ -142,7 +142,7 @@ def test_every_sound_packet_is_found_however_it_is_cut(
 
 
 @given(_ANSWER, st.data())
-def test_a_packet_with_one_wrong_byte_is_never_taken(answer: tuple[int, int, bytes], data: st.DataObject) -> None:
+def test_packet_with_one_wrong_byte_is_never_accepted(answer: tuple[int, int, bytes], data: st.DataObject) -> None:
     packet = bytearray(protocol.status(*answer))
     at = data.draw(st.integers(0, len(packet) - 1))
     packet[at] ^= data.draw(st.integers(1, 255))
@@ -175,7 +175,7 @@ def test_both_implementations_reproduce_the_checksum_of_the_specification() -> N
     assert [one.sound for one in protocol.InstructionParser().feed(ping)] == [True]
 
 
-def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
+def test_drives_support_fast_sync_read_and_it_is_used() -> None:
     world = World()
     heard: list[int] = []
     carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
@@ -234,7 +234,7 @@ def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     assert any(bus.read().inputs for _ in range(3))
 
 
-def test_the_one_drive_whose_watchdog_is_not_armed_is_found() -> None:
+def test_single_drive_without_an_armed_watchdog_is_found() -> None:
     world = World()
     bus = ready(world)
     bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])

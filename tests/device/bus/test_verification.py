@@ -53,7 +53,7 @@ def test_lost_answer_is_requested_again_at_the_next_turn() -> None:
     assert next(due for due in iter(verification.next_read, ()) if due) != first
 
 
-def test_a_block_that_is_never_answered_keeps_no_other_waiting() -> None:
+def test_unanswered_block_delays_no_other() -> None:
     lost = frozenset({(0, 1)})
     verification = verified()
     asked(verification, 400, lost=lost)
@@ -73,7 +73,7 @@ def test_a_block_that_is_never_answered_keeps_no_other_waiting() -> None:
     lost=st.frozensets(st.sampled_from(sorted(ROTATION)), max_size=4),
     forgotten=st.frozensets(st.integers(0, DRIVES - 1)),
 )
-def test_a_status_comes_at_least_every_other_cycle(
+def test_status_is_read_at_least_every_other_cycle(
     cycle_hz: int, lost: frozenset[tuple[int, int]], forgotten: frozenset[int]
 ) -> None:
     verification = verified(cycle_hz)
@@ -97,7 +97,7 @@ def test_nothing_is_read_of_drives_that_have_only_a_status() -> None:
     assert asked(Verification(DRIVES, 1, 100), 50) == [None] * 50
 
 
-def test_what_was_wrong_stays_wrong_until_it_is_read_again() -> None:
+def test_wrong_register_stays_wrong_until_read_again() -> None:
     verification = verified()
     verification.found(2, 1, "return delay time")
     for _ in range(3):
