@@ -39,7 +39,7 @@ def test_throttle_checks_six_of_a_thousand_tries_per_minute() -> None:
     assert let_through(throttle, clock, ("name sato", OF_A_NAME), tries=1000) == 6
 
 
-def test_throttled_client_is_told_how_long_to_wait() -> None:
+def test_throttled_client_gets_its_waiting_time() -> None:
     throttle = Throttle(Clock())
     for _ in range(5):
         throttle.begin(("name sato", OF_A_NAME))

@@ -184,5 +184,5 @@ def test_settings_that_would_open_everything_are_refused(wrong: dict[str, Any]) 
         ({"tls_certificate": Path("c.pem"), "tls_key": Path("k.pem")}, True),
     ],
 )
-def test_service_uses_tls_off_loopback_unless_told_otherwise(given: dict[str, Any], encrypted: bool) -> None:
+def test_service_uses_tls_off_loopback_unless_set_otherwise(given: dict[str, Any], encrypted: bool) -> None:
     assert Settings(**given).encrypted is encrypted

@@ -90,7 +90,7 @@ def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(strok
     assert steps_deg.max() < 0.2  # turning round is as gentle as playing
 
 
-def test_arm_waits_after_a_reversal_until_told_to_play_on(stroke: Stepped) -> None:
+def test_arm_waits_after_a_reversal_until_play_is_pressed(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
     waiting_at_s = position_s(stroke)
