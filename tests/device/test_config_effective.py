@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from kata.device.config_rules import RANGES
 from tests.support.effective_config import BASES, accepted, changes, hold_effective, placed, rows, told_of
+from tests.support.examples import examples
 
 # -- an apparatus in which one thing is wrong -----------------------------------------------------------------------
 
@@ -16,7 +17,7 @@ from tests.support.effective_config import BASES, accepted, changes, hold_effect
 
 
 @given(changes())
-@settings(max_examples=150)
+@examples(few=50, many=300)
 def test_each_accepted_configuration_keeps_the_supervisor_effective(
     tmp_path_factory: pytest.TempPathFactory, told: dict[str, Any]
 ) -> None:

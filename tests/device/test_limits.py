@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.faults import largest_step_deg
@@ -12,6 +12,7 @@ from kata.device.messages import Approach, Less, Play, Return, Unload
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Trajectory
+from tests.support.examples import examples
 from tests.support.playback import station
 from tests.support.stepped import REST_DEG, Stepped
 from tests.support.trajectories import LOAD, a_trajectory
@@ -141,7 +142,7 @@ shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
 
 
 @given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
-@settings(max_examples=15)
+@examples(few=5, many=50)
 def test_no_setpoint_moves_away_from_the_patients_limits(
     tmp_path_factory: pytest.TempPathFactory,
     picked_up: tuple[float, ...],

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device import journal
@@ -18,6 +18,7 @@ from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Held, Trajectory
+from tests.support.examples import examples
 from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
 from tests.support.stepped import REST_DEG, Stepped
 
@@ -523,7 +524,7 @@ def do(stepped: Stepped, act: Act) -> None:
     st.sampled_from([(100, 150.0), (100, 56.0), (50, 56.0), (10, 56.0)]),
     st.lists(st.tuples(st.integers(1, 120), st.sampled_from(get_args(Act))), max_size=5),
 )
-@settings(max_examples=150)
+@examples(few=40, many=150)
 def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     tmp_path_factory: pytest.TempPathFactory,
     recording: tuple[Floats, Floats],

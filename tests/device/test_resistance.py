@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kata.device import journal
@@ -16,6 +16,7 @@ from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
+from tests.support.examples import examples
 from tests.support.stepped import REST_DEG, Stepped
 from tests.support.trajectories import LOAD, a_trajectory
 
@@ -651,7 +652,7 @@ def reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, str
 @example("play", 3, 0.05, 1, 1.01, 1)
 @example("play", 4, 60.0, 25, 1.01, 1)
 @example("reversal", 1, 60.0, 12, 1.01, 1)
-@settings(max_examples=40)
+@examples(few=12, many=100)
 def test_a_push_above_the_level_is_answered_in_every_phase(
     tmp_path_factory: pytest.TempPathFactory,
     phase: Phase,
