@@ -33,7 +33,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # silent. A journey's browser keeps an event loop running in its process, where no other test could start one.
 MEASURED := tests/bench tests/evaluate tests/simulator
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
-DESK := $(addprefix tests/e2e/test_,accessible.py assessment.py hostile_texts.py japanese.py office.py openid.py shared_screen.py size.py stations.py)
+DESK := $(addprefix tests/e2e/test_,assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 test: $(PACKAGES) $(PAGE) $(JUDGES) $(if $(KATA_CHROMIUM),,$(BROWSER)) ## every test, the journeys in a real browser included
 	@cd frontend && npm test --silent

@@ -16,15 +16,14 @@ from tests.support.accessibility import addresses, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 
 
-@pytest.fixture(scope="module")
-def clinic(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
-    """Start one clinic with invented patients for this file: its tests leave the apparatus idle and change no record."""
-    folder = tmp_path_factory.mktemp("clinic")
-    database = Database(f"sqlite:///{folder / 'kata.db'}")
+@pytest.fixture
+def clinic(tmp_path: Path) -> Iterator[Clinic]:
+    """With invented patients."""
+    database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     upgrade(database)
     fill(database, 1, utc_now(), 2)
     database.close()
-    started = Clinic(folder)
+    started = Clinic(tmp_path)
     yield started
     started.close()
 
