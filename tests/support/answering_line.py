@@ -1,4 +1,4 @@
-"""A line whose drives answer every request and keep every register: it shows what a driver writes, for any configuration."""
+"""A line whose drives answer every request and store every register: it records what a driver writes."""
 
 import struct
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""Everything that somebody with the database in their hands, and perhaps the anchor, may do to the audit trail."""
+"""Every change that an attacker with the database, and perhaps the anchor, can make to the audit trail."""
 
 import json
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""A disk whose power can be cut: it notes every write and sync, and says what may be left of them.
+"""A disk whose power can be cut: it records every write and sync and returns what may remain.
 
 What POSIX promises is little, and this disk keeps no more: a name is there for certain after a sync of its folder, bytes
 after a sync of their file. Of what was written since, any part may be there, and where the file has grown over a block

@@ -1,4 +1,4 @@
-"""A database of the present schema without waiting for its migrations, which have tests of their own."""
+"""Empty databases of the current schema, copied from one upgraded file: migrations have their own tests."""
 
 from functools import cache
 from pathlib import Path

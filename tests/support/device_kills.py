@@ -1,4 +1,4 @@
-"""One `kill -9` of the device process, and what it leaves: on the disk, in the database, and in the arm."""
+"""One `kill -9` of the device process and its effect on disk, database and arm."""
 
 import os
 import random

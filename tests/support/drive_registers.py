@@ -1,4 +1,4 @@
-"""The registers that a configured drive must have, worked out from the manuals and not from the driver.
+"""The registers that a configured drive must have, computed from the manuals and not from the driver.
 
 Dynamixel: control table of the XH540. Modbus: the station's register map.
 """

@@ -1,4 +1,4 @@
-"""What every driver has to do. Whoever writes one subclasses :class:`Conformance` and is done when it passes."""
+"""Requirements of every driver. A driver is complete when its subclass of :class:`Conformance` passes."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal

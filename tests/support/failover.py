@@ -1,5 +1,4 @@
-"""Two PostgreSQL servers, of which the second has everything that the first has acknowledged (synchronous streaming replication), and takes
-over when that is killed."""
+"""Two PostgreSQL servers with synchronous streaming replication: the second takes over when the first is killed."""
 
 import os
 import pwd

@@ -1,4 +1,4 @@
-"""The fault matrix: what each kind of fault of each signal leads to in each mode, by which cause and how soon.
+"""The fault matrix: the required effect, cause and time limit of each fault kind of each signal in each mode.
 
 Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs every cell of it.
 """

@@ -1,4 +1,4 @@
-"""An apparatus under the stepped clock, one of whose signals is at fault."""
+"""An apparatus under the stepped clock with one faulty signal."""
 
 import random
 from collections import deque

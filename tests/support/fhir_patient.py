@@ -1,4 +1,4 @@
-"""A patient with a history, written directly to the database: what an export has to tell of."""
+"""A patient with a history, written directly to the database, for exports."""
 
 from datetime import UTC, date, datetime, timedelta
 from uuid import UUID, uuid4

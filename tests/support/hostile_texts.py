@@ -1,4 +1,4 @@
-"""Five hundred texts that would run a script on a page that took them for more than text."""
+"""Five hundred texts that would run a script on an unsafe page."""
 
 from base64 import b64encode
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Hands that never touch a mouse."""
+"""Operating a page by keyboard alone."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Somebody signed in, without the way there: what most tests begin with."""
+"""Login sessions written directly to the database."""
 
 from pathlib import Path
 from uuid import uuid4

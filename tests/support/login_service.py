@@ -1,4 +1,4 @@
-"""A service to sign in to: without an apparatus, with passwords that cost nothing and a clock that a test moves."""
+"""A service without an apparatus, with cheap password hashing and a clock that the test moves."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""An OpenID Connect provider of the tests' own: a real HTTP server with a real RSA key, whose answers a test can spoil."""
+"""A test OpenID Connect provider: a real HTTP server with a real RSA key, whose answers a test can change."""
 
 import base64
 import hashlib

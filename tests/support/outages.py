@@ -1,5 +1,4 @@
-"""Stations that share one database and go on treating while it hangs and dies; what they, their simulators and the apparatus did is known
-here, and compared with what the database has in the end."""
+"""Stations that share one database and continue treatment during outages, and a comparison of their record with the database."""
 
 import logging
 import random

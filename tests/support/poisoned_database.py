@@ -1,4 +1,4 @@
-"""A clinic in whose every text column somebody has tried it: one hostile text a row, and as many rows as there are texts."""
+"""A clinic with hostile texts in every text column: one text per row, one row per text."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What a therapist does before anything is played, for tests that are about something else."""
+"""The checks that a therapist completes before teaching and playback."""
 
 import time
 from typing import Any

@@ -1,4 +1,4 @@
-"""The real processes, without a service: a simulated apparatus, the device process, and our end of its socket."""
+"""The real processes without a service: a simulated apparatus, the device process and the test at its socket."""
 
 import select
 import socket

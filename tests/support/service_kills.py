@@ -1,4 +1,4 @@
-"""One `kill -9` of the service while several people write, and what it leaves behind: everything that was acknowledged."""
+"""One `kill -9` of the service during writes, and a check that every acknowledged change remains."""
 
 import os
 import signal

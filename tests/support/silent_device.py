@@ -1,4 +1,4 @@
-"""A control program that only the test speaks for, in place of the device process."""
+"""A replacement for the device process that sends only what the test sends."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The simulated apparatus under a stepped clock, and what its drives have accepted, which is what tests judge by."""
+"""The simulated apparatus under a stepped clock, with a record of what its drives accepted."""
 
 import math
 import struct

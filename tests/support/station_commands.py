@@ -1,4 +1,4 @@
-"""Commands as a page sends them: those that can start motion carry the state that the page saw last."""
+"""Commands as a page sends them: a command that can start motion carries the last state that the page received."""
 
 from typing import Any, Protocol
 

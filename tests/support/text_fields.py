@@ -1,4 +1,4 @@
-"""Every field of text that the API's document has, and which of them an answer holds."""
+"""Every text field of the API document, and the text fields present in an answer."""
 
 from collections.abc import Iterator
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""A patient with an episode, written straight into the database: what reports are made of."""
+"""A patient with an episode, written directly to the database, for reports."""
 
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
