@@ -42,7 +42,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if not item.nodeid.endswith(f"::{item.name}"):
             assert item.parent is not None
-            item._id = item.parent.id.child(item.name)  # type: ignore[attr-defined]
+            item._id = item.parent.id.child(item.name)
     shared = [nodeid for nodeid, count in Counter(item.nodeid for item in items).items() if count > 1]
     if shared:
         raise pytest.UsageError(f"Several tests share an id: {shared}")
