@@ -1,11 +1,8 @@
 """What several kinds of tests need."""
 
 import gc
-import json
 import os
-import socket
-import subprocess
-import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,9 +16,9 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught, read_csv
-from tests.upgraded import upgraded_file
-
-ROOT = Path(__file__).parent.parent
+from tests.support.databases import upgraded_file
+from tests.support.motions import recorded_motions
+from tests.support.paths import ROOT
 
 # What `make test` says of a commit, it says of it every time: its examples follow from the tests alone. Looking for new
 # ones is `make campaign`'s work, and what that finds becomes a test.
@@ -37,6 +34,20 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give each test an id of its own: pytest-xdist runs only one of those that share an id, without a word.
+
+    Schemathesis puts the operation into a test's name, which pytest leaves out of the id.
+    """
+    for item in items:
+        if not item.nodeid.endswith(f"::{item.name}"):
+            assert item.parent is not None
+            item._id = item.parent.id.child(item.name)
+    shared = [nodeid for nodeid, count in Counter(item.nodeid for item in items).items() if count > 1]
+    if shared:
+        raise pytest.UsageError(f"Several tests share an id: {shared}")
+
+
 @pytest.fixture(scope="session")
 def browser_type_launch_args() -> dict[str, Any]:
     """Tell pytest-playwright which browser: KATA_CHROMIUM, or the one that `make test` has fetched."""
@@ -48,34 +59,6 @@ def browser_type_launch_args() -> dict[str, Any]:
         "executable_path": str(browser),
         "args": ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", *quiet],
     }
-
-
-def judge(script: str, *arguments: str, given: str | None = None) -> Any:
-    """What somebody else's library makes of something of ours: a script of tests/fhir_validators, and the JSON that it prints."""
-    folder = ROOT / "tests/fhir_validators"
-    node = Path(sys.executable).with_name("node")
-    if not (folder / "node_modules").is_dir() or not node.exists():
-        pytest.fail(
-            "The judges are not there: `make test` fetches them (npm ci --ignore-scripts in tests/fhir_validators)."
-        )
-    done = subprocess.run(
-        [node, folder / script, *arguments], input=given, capture_output=True, text=True, timeout=120, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
-def free_port() -> int:
-    """A port that nobody listens on just now."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port: int = free.getsockname()[1]
-    return port
-
-
-def recorded_motions() -> list[Path]:
-    """The CSV files of the folder KATA_TAUGHT; none without it."""
-    folder = os.environ.get("KATA_TAUGHT")
-    return sorted(Path(folder).glob("*.csv")) if folder else []
 
 
 @pytest.fixture(scope="session")

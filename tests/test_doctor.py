@@ -16,7 +16,7 @@ from kata.access.backups.making import make
 from kata.database.engine import Database
 from kata.doctor import Finding, examine
 from kata.settings import Settings
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 
 @pytest.fixture
@@ -38,20 +38,20 @@ def found(name: str, folder: Path, station: str | None = None) -> Finding:
     return next(finding for finding in examine(settings) if finding.name == name)
 
 
-def test_a_station_whose_port_opens_is_well(tmp_path: Path, port: str) -> None:
+def test_station_with_an_opening_port_passes(tmp_path: Path, port: str) -> None:
     told = found("Port", tmp_path, f'port = "{port}"')
     assert told.state == "ok"
     assert port in told.message
 
 
-def test_a_port_that_is_not_there_is_a_problem(tmp_path: Path) -> None:
+def test_missing_port_is_a_problem(tmp_path: Path) -> None:
     told = found("Port", tmp_path, 'port = "/dev/ttyKATA"')
     assert told.state == "problem"
     assert "/dev/ttyKATA is not there" in told.message
     assert "Plug the RS-485 adapter in" in told.what_to_do
 
 
-def test_a_station_that_cannot_be_read_is_a_problem_and_the_other_lines_come(tmp_path: Path) -> None:
+def test_unreadable_station_is_a_problem_and_other_lines_still_print(tmp_path: Path) -> None:
     (tmp_path / "station.toml").write_text("rate_hz = 30")
     findings = examine(Settings(data=tmp_path, database_url="", station=tmp_path / "station.toml"))
     states = {finding.name: finding for finding in findings}
@@ -60,7 +60,7 @@ def test_a_station_that_cannot_be_read_is_a_problem_and_the_other_lines_come(tmp
     assert states["Data folder"].state == "ok"
 
 
-def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_adapter_that_delays_replies_is_reported(tmp_path: Path, port: str, monkeypatch: pytest.MonkeyPatch) -> None:
     timer = tmp_path / "tty" / Path(port).name / "device" / "latency_timer"
     timer.parent.mkdir(parents=True)
     monkeypatch.setattr(doctor, "_TTYS", tmp_path / "tty")
@@ -71,7 +71,7 @@ def test_an_adapter_that_keeps_replies_back_is_told(tmp_path: Path, port: str, m
     assert told.message == "1 ms"
 
 
-def test_huge_pages_for_everybody_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_global_huge_pages_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = tmp_path / "enabled"
     monkeypatch.setattr(doctor, "_HUGE_PAGES", chosen)
     assert not [
@@ -94,7 +94,7 @@ def test_the_databases_schema_is_looked_at(tmp_path: Path) -> None:
     assert "written by a newer version of Kata" in told.message
 
 
-def test_backups_are_asked_for_until_one_is_known_to_be_restorable(tmp_path: Path) -> None:
+def test_backups_are_requested_until_one_is_known_to_restore(tmp_path: Path) -> None:
     assert found("Backups", tmp_path).state == "ok", "nothing to lose yet"
     database = Database(upgraded_file(tmp_path / "kata.db"))
     settings = Settings(data=tmp_path, database_url="", station=None)
@@ -121,7 +121,7 @@ def test_a_folder_that_cannot_be_written_is_a_problem(tmp_path: Path) -> None:
     assert told.state == "problem"
 
 
-def test_whoever_is_granted_nothing_is_told_what_to_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_privileges_are_reported_with_their_setting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "fifo_granted", lambda: False)
     monkeypatch.setattr(doctor, "memory_lock_granted", lambda: False)
     assert "LimitRTPRIO" in found("Real-time scheduling", tmp_path).what_to_do
@@ -129,9 +129,7 @@ def test_whoever_is_granted_nothing_is_told_what_to_set(tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize(("station", "code"), [(None, 0), ('port = "/dev/ttyKATA"', 1)])
-def test_the_command_prints_lines_and_ends_with_1_when_there_is_a_problem(
-    tmp_path: Path, station: str | None, code: int
-) -> None:
+def test_command_prints_lines_and_exits_1_on_problems(tmp_path: Path, station: str | None, code: int) -> None:
     command = [sys.executable, "-m", "kata", "doctor", "--data", str(tmp_path)]
     if station is not None:
         (tmp_path / "station.toml").write_text(station)

@@ -63,20 +63,20 @@ def test_the_same_number_makes_the_same_clinic(databases: list[Database]) -> Non
     assert one == other
 
 
-def test_nobody_is_invented_among_patients(databases: list[Database]) -> None:
+def test_every_seeded_patient_is_marked_as_invented(databases: list[Database]) -> None:
     before = told(databases[0])
     with pytest.raises(SeedError, match="only put into an empty one"):
         fill(databases[0], 2, NOW)
     assert told(databases[0]) == before
 
 
-def test_the_command_refuses_while_somebody_works_there(tmp_path: Path) -> None:
+def test_command_refuses_while_a_service_runs_there(tmp_path: Path) -> None:
     with journal.claimed(tmp_path, 0.0):
         result = CliRunner().invoke(app, ["seed", "--data", str(tmp_path)])
     assert result.exit_code == 1
 
 
-def test_as_many_as_there_are_can_be_asked_for_and_no_more(tmp_path: Path) -> None:
+def test_seed_accepts_any_number_up_to_the_available_patients(tmp_path: Path) -> None:
     most = signature(fill).parameters["patients"].default
     assert signature(seed).parameters["patients"].default == most
     refused = CliRunner().invoke(app, ["seed", "--data", str(tmp_path), "--patients", str(most + 1)])

@@ -90,9 +90,7 @@ def verified(database: Database, folder: Path | None = None, kept: chain.Head | 
 
 
 class TestWhatIsWritten:
-    def test_a_change_has_a_row_that_tells_who_where_what_and_whose_but_nothing_of_what_a_field_says(
-        self, chained: Database
-    ) -> None:
+    def test_audit_row_names_who_where_what_whose_but_no_values(self, chained: Database) -> None:
         patient = somebody()
         with request("create_patient", station="Station 1") as context, chained.write() as session:
             session.add(patient)
@@ -112,7 +110,7 @@ class TestWhatIsWritten:
         assert context.told == {"done"}
         assert verified(chained).whole
 
-    def test_a_change_that_is_taken_back_leaves_no_row_and_no_gap(self, chained: Database) -> None:
+    def test_rolled_back_change_leaves_no_audit_row_and_no_gap(self, chained: Database) -> None:
         def half_done() -> None:
             with chained.write() as session:
                 audit.note(session, "half")
@@ -128,9 +126,7 @@ class TestWhatIsWritten:
                 session.add(somebody())
         assert [(row.number, row.action) for row in rows(chained)] == [(1, "create_patient")]
 
-    def test_a_change_whose_row_cannot_be_written_is_not_made(
-        self, chained: Database, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_change_without_its_audit_row_is_not_made(self, chained: Database, monkeypatch: pytest.MonkeyPatch) -> None:
         def broken(*_: object) -> None:
             raise OperationalError("", None, Exception("disk full"))
 
@@ -140,7 +136,7 @@ class TestWhatIsWritten:
         with chained.read() as session:
             assert session.query(PatientRow).count() == 0
 
-    def test_what_is_noted_stands_for_the_change_and_names_who_signed_in(self, chained: Database) -> None:
+    def test_audit_note_replaces_the_change_and_names_the_account(self, chained: Database) -> None:
         with request("sign_in", actor=None), chained.write() as session:
             now = utc_now()
             session.add(
@@ -151,7 +147,7 @@ class TestWhatIsWritten:
         assert (row.who, row.account_id, row.subject) == ("Sato", SATO.account_id, "account")
         assert json.loads(row.detail).keys() == {"method", "added"}
 
-    def test_whose_account_is_tried_is_told_where_nobody_is_signed_in(self) -> None:
+    def test_failed_sign_in_records_the_account_that_was_tried(self) -> None:
         whose = uuid4()
         with request("sign_in_by_password", actor=None) as context:
             context.account_id = whose
@@ -161,7 +157,7 @@ class TestWhatIsWritten:
             context.account_id = whose
             assert audit.entry("sign_in_by_password", "done").account_id == SATO.account_id
 
-    def test_what_nobody_asked_for_is_the_programs_even_in_the_middle_of_a_request(self, chained: Database) -> None:
+    def test_unrequested_change_is_recorded_as_the_programs(self, chained: Database) -> None:
         with request("turn") as context, by_program("import_journal"), chained.write() as session:
             session.add(somebody())
         (row,) = rows(chained)
@@ -182,7 +178,7 @@ class TestWhatIsWritten:
             session.execute(update(SignInRow).values(seen_at=now))
         assert [json.loads(row.detail) for row in rows(chained)] == [{"added": {"accounts": [str(account.id)]}}]
 
-    def test_changes_in_bulk_are_told_by_table_and_many_rows_by_their_number(self, chained: Database) -> None:
+    def test_bulk_changes_are_recorded_by_table_and_row_count(self, chained: Database) -> None:
         with request("erase_patient"), chained.write() as session:
             session.add_all([somebody(f"K-{n}") for n in range(9)])
             session.flush()
@@ -198,7 +194,7 @@ class TestWhatIsWritten:
 
 
 class TestOneChain:
-    def test_writers_at_the_same_time_make_one_chain_without_gaps(self, database: Database) -> None:
+    def test_concurrent_writers_make_one_chain_without_gaps(self, database: Database) -> None:
         """As two services would: two engines on one database, four threads each."""
         other = Database(database.url.render_as_string(hide_password=False))
         ready = threading.Barrier(8)
@@ -237,7 +233,7 @@ class TestOneChain:
             "TRUNCATE audit",
         ],
     )
-    def test_the_database_itself_only_lets_it_grow(self, chained: Database, statement: str) -> None:
+    def test_database_only_lets_the_trail_grow(self, chained: Database, statement: str) -> None:
         for n in range(3):
             with chained.write() as session:
                 audit.note(session, f"act {n}")
@@ -248,7 +244,7 @@ class TestOneChain:
 
 
 class TestQueue:
-    def test_looks_are_written_once_a_minute_for_each_person_act_and_object(
+    def test_views_are_deduplicated_per_minute_person_action_and_object(
         self, database: Database, tmp_path: Path
     ) -> None:
         async def look() -> None:
@@ -265,7 +261,7 @@ class TestQueue:
         assert looks == [1, 2, 1]
         assert verified(database, tmp_path).whole
 
-    def test_what_is_refused_again_is_counted_when_its_minute_is_over(self) -> None:
+    def test_repeated_refusals_are_counted_when_their_minute_ends(self) -> None:
         repeats = Repeats()
         with request("get_patient", None):
             refused = audit.entry("get_patient", "refused", uuid4(), detail={"code": "not_signed_in"})
@@ -278,7 +274,7 @@ class TestQueue:
         assert counted.at == others[-1].at
         assert repeats.take(refused, WINDOW_S + 1) == [refused]
 
-    def test_while_not_even_the_disk_takes_any_looks_wait_and_what_the_apparatus_was_told_does_not(
+    def test_views_wait_for_a_full_disk_and_device_commands_continue(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         with trail_of(database, tmp_path) as audit_log:
@@ -301,7 +297,7 @@ class TestQueue:
         assert sorted(actions[2:-1]) == sorted(f"look {n}" for n in range(20))
         assert verified(database, tmp_path).whole
 
-    def test_while_the_database_is_away_nobody_waits_and_all_of_it_comes_in_order(
+    def test_audit_writers_do_not_wait_during_outages_and_keep_order(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         append, away = chain.append, threading.Event()
@@ -322,7 +318,7 @@ class TestQueue:
         assert told == ["service_started", *(f"look {n}" for n in range(20)), "service_ended"]
         assert verified(database, tmp_path).whole
 
-    def test_a_database_that_cannot_be_written_to_for_a_while_loses_nothing(
+    def test_temporarily_unwritable_database_loses_no_audit_rows(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         append, failures = chain.append, iter(range(3))
@@ -340,9 +336,7 @@ class TestQueue:
 
 
 class TestAnchor:
-    def test_the_anchor_follows_every_commit_and_rows_say_how_long_it_is(
-        self, database: Database, tmp_path: Path
-    ) -> None:
+    def test_anchor_follows_every_commit_and_records_the_trail_length(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             assert audit_log.until_written()
             for n in range(3):
@@ -354,7 +348,7 @@ class TestAnchor:
         assert [row.anchored for row in rows(database)] == [0, 1, 2, 3, 4]
         assert verified(database, tmp_path).whole
 
-    def test_a_crash_between_commit_and_anchor_is_no_damage_and_told_at_the_next_start(
+    def test_crash_between_commit_and_anchor_is_reported_at_next_start(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         with trail_of(database, tmp_path):
@@ -370,7 +364,7 @@ class TestAnchor:
         assert verified(database, tmp_path).whole
         assert not [record for record in caplog.records if record.levelno >= logging.CRITICAL]
 
-    def test_a_line_that_a_power_cut_has_torn_is_written_behind(self, database: Database, tmp_path: Path) -> None:
+    def test_anchor_line_torn_by_a_power_cut_is_written_past(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path):
             pass
         with (tmp_path / "audit.anchor").open("a") as file:
@@ -380,7 +374,7 @@ class TestAnchor:
         assert [line.line for line in anchor.read(tmp_path / "audit.anchor")] == [1, 2, 3, 4]
         assert verified(database, tmp_path).whole
 
-    def test_a_disk_that_does_not_take_the_anchor_keeps_no_change_back(
+    def test_unwritable_anchor_disk_delays_no_change(
         self, database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         def full(*_: object) -> None:
@@ -396,7 +390,7 @@ class TestAnchor:
         assert "anchor cannot be written" in caplog.text
         assert verified(database, tmp_path).whole
 
-    def test_a_service_that_starts_on_a_trail_that_was_cut_says_so_loudly_and_in_the_trail(
+    def test_service_reports_a_truncated_trail_in_log_and_trail(
         self, database: Database, tmp_path: Path, caplog: pytest.LogCaptureFixture
     ) -> None:
         with trail_of(database, tmp_path) as audit_log:
@@ -413,7 +407,7 @@ class TestAnchor:
         assert [row.action for row in rows(database)][3] == "audit_broken"
         assert not verified(database, tmp_path).whole
 
-    def test_restoring_a_backup_is_told_and_no_damage(self, database: Database, tmp_path: Path) -> None:
+    def test_restoring_a_backup_is_recorded_and_is_no_damage(self, database: Database, tmp_path: Path) -> None:
         with trail_of(database, tmp_path) as audit_log:
             for n in range(4):
                 with database.write() as session:

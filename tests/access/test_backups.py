@@ -37,8 +37,8 @@ from kata.database.database_copy import copy
 from kata.database.engine import Database
 from kata.database.table_checksums import Tally, tallies
 from kata.settings import Settings
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 log = logging.getLogger(__name__)
 
@@ -100,7 +100,7 @@ def backup_of(settings: Settings) -> Path:
 # -- a backup, and the way back ---------------------------------------------------------------------------------------
 
 
-def test_a_backup_brings_the_database_back_as_it_was(settings: Settings, database: Database) -> None:
+def test_backup_restores_the_database_unchanged(settings: Settings, database: Database) -> None:
     before = counted(settings)
     note = make(settings, "asked")
     assert (note.problem, note.test_problem) == ("", "")
@@ -124,7 +124,7 @@ def test_a_backup_brings_the_database_back_as_it_was(settings: Settings, databas
     assert list(settings.data.glob(".backup-*")) == []
 
 
-def test_what_a_restore_replaces_is_put_aside_whole(settings: Settings, database: Database) -> None:
+def test_restore_sets_the_replaced_data_aside_completely(settings: Settings, database: Database) -> None:
     file = backup_of(settings)
     add_patient(database, "K-2")
     database.close()
@@ -161,9 +161,7 @@ def test_on_a_new_computer_file_and_key_are_enough(settings: Settings, database:
     assert make(new, "asked").test_problem == ""
 
 
-def test_nobody_comes_in_over_a_restore_with_what_was_open_at_the_backup(
-    settings: Settings, database: Database
-) -> None:
+def test_restore_revokes_everything_that_was_open_at_the_backup(settings: Settings, database: Database) -> None:
     with database.write() as session:
         session.scalars(select(AccountRow)).one().code_hash = "0" * 64
     file = backup_of(settings)
@@ -174,7 +172,7 @@ def test_nobody_comes_in_over_a_restore_with_what_was_open_at_the_backup(
         assert session.scalars(select(AccountRow)).one().code_hash is None
 
 
-def test_the_audit_trail_goes_on_over_a_restore_and_says_what_was_given_up(
+def test_audit_trail_continues_after_a_restore_and_records_the_loss(
     settings: Settings, database: Database, tmp_path: Path
 ) -> None:
     with trail_of(settings, database):
@@ -233,7 +231,7 @@ def test_a_backup_brings_the_key_of_the_second_factors_along(
         assert not (new.data / "second-factor-key.txt").exists()
 
 
-def test_a_try_verifies_the_audit_trail_in_what_came_back(settings: Settings, database: Database) -> None:
+def test_trial_restore_verifies_the_audit_trail(settings: Settings, database: Database) -> None:
     with trail_of(settings, database):
         add_patient(database, "K-2")
     with database.read() as session:
@@ -258,7 +256,7 @@ def test_a_try_verifies_the_audit_trail_in_what_came_back(settings: Settings, da
     assert (tried.problems, tried.audit_problem) == ([], cut_off.audit_problem)
 
 
-def test_what_is_written_while_a_backup_is_made_is_no_damage_of_its_trail(
+def test_writes_during_a_backup_do_not_damage_its_trail(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The anchor is copied behind the database, and speaks of later rows."""
@@ -276,7 +274,7 @@ def test_what_is_written_while_a_backup_is_made_is_no_damage_of_its_trail(
     assert note.audit_rows
 
 
-def test_the_trail_of_several_services_is_whole_without_the_others_anchors(
+def test_shared_trail_verifies_without_the_other_services_anchors(
     settings: Settings, database: Database, tmp_path: Path
 ) -> None:
     for name in ("other", "audit"):
@@ -295,14 +293,14 @@ def verdict(settings: Settings) -> Verdict:
     return told
 
 
-def test_each_of_several_backups_under_load_is_of_one_moment(settings: Settings, database: Database) -> None:
+def test_each_of_several_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
     """Numbers come one after the other, two a transaction: a backup has them without a gap, and an even count."""
     assert_of_one_moment(settings, database, backups=3)
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(3600)
-def test_each_of_a_hundred_backups_under_load_is_of_one_moment(settings: Settings, database: Database) -> None:
+def test_each_of_a_hundred_backups_under_load_is_consistent(settings: Settings, database: Database) -> None:
     # A hundred times as fast as it goes, and most of the hours would be spent on what the first ones have written.
     assert_of_one_moment(settings, database, backups=100, pause_s=0.01)
 
@@ -367,7 +365,7 @@ def numbers_in(settings: Settings, file: Path) -> list[str]:
 # -- what is refused, and how -----------------------------------------------------------------------------------------
 
 
-def test_a_file_says_nothing_to_whoever_has_no_key(settings: Settings) -> None:
+def test_backup_file_reveals_nothing_without_its_key(settings: Settings) -> None:
     file = backup_of(settings)
     assert SECRET_NAME.encode() not in file.read_bytes()
     assert file.stat().st_mode & 0o777 == 0o600
@@ -383,7 +381,7 @@ def test_a_file_says_nothing_to_whoever_has_no_key(settings: Settings) -> None:
         restore(settings, file, other)
 
 
-def test_a_file_that_was_cut_short_or_changed_anywhere_is_refused_and_changes_nothing(small: Settings) -> None:
+def test_truncated_or_changed_backup_is_refused_and_changes_nothing(small: Settings) -> None:
     (small.data / "some.toml").write_bytes(os.urandom(200_000))
     file = backup_of(small)
     whole, before = file.read_bytes(), counted(small)
@@ -423,7 +421,7 @@ def told(small: Settings) -> dict[str, object]:
     return contents
 
 
-def test_a_backup_of_a_newer_version_or_of_another_database_says_what_to_do(small: Settings) -> None:
+def test_backup_of_newer_version_or_other_database_explains_the_remedy(small: Settings) -> None:
     honest = told(small)
     for change, sentence in (
         ({"schema": "9999", "program": "7.0"}, "newer version of Kata .7.0, tables of 9999.*Install that version"),
@@ -446,7 +444,7 @@ def test_nothing_in_a_file_is_written_outside(small: Settings, name: str) -> Non
         restore(small, forged(small, told(small), (link, b"")), small.backup_key_file)
 
 
-def test_a_copy_that_does_not_hold_what_was_counted_is_not_put_in_place(small: Settings) -> None:
+def test_restored_copy_with_different_counts_is_not_put_in_place(small: Settings) -> None:
     file, before = backup_of(small), counted(small)
     keys = identities(small.backup_key_file)
     work = small.data / "looked-at"
@@ -472,7 +470,7 @@ def test_nothing_is_replaced_under_a_running_service(settings: Settings, databas
     assert patients(database) == ["K-1", "K-2"]
 
 
-def test_a_server_that_others_are_connected_to_is_not_replaced(settings: Settings, database: Database) -> None:
+def test_server_with_other_connections_is_not_replaced(settings: Settings, database: Database) -> None:
     if database.file:
         pytest.skip("a file has no others that are connected")
     file = backup_of(settings)
@@ -484,7 +482,7 @@ def test_a_server_that_others_are_connected_to_is_not_replaced(settings: Setting
     assert patients(database) == ["K-1"]
 
 
-def test_a_restore_that_fails_halfway_leaves_all_as_it_was(
+def test_restore_that_fails_halfway_leaves_everything_unchanged(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = backup_of(settings)
@@ -502,7 +500,7 @@ def test_a_restore_that_fails_halfway_leaves_all_as_it_was(
         assert (settings.journal / "run-1.journal").exists()
 
 
-def test_a_restore_that_is_cut_off_is_told_at_the_next_start_and_can_be_done_again(
+def test_interrupted_restore_is_reported_at_start_and_can_be_repeated(
     settings: Settings, database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = backup_of(settings)
@@ -526,7 +524,7 @@ def test_a_restore_that_is_cut_off_is_told_at_the_next_start_and_can_be_done_aga
 # -- the key ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_key_is_made_once_and_may_be_taken_away(small: Settings) -> None:
+def test_key_is_made_once_and_may_be_moved_elsewhere(small: Settings) -> None:
     assert whereabouts(small) == "nowhere"
     assert make_key(small)
     key = small.backup_key_file.read_text()
@@ -550,7 +548,7 @@ def test_the_key_is_made_once_and_may_be_taken_away(small: Settings) -> None:
     database.close()
 
 
-def test_others_whom_the_settings_name_can_open_backups_too(small: Settings) -> None:
+def test_additional_recipients_in_the_settings_can_open_backups(small: Settings) -> None:
     director = Identity.generate()
     of_two = small.model_copy(update={"backup_recipients": f"{director.to_public()}"})
     file = backup_of(of_two)
@@ -565,7 +563,7 @@ def test_others_whom_the_settings_name_can_open_backups_too(small: Settings) -> 
 # -- what becomes of them ---------------------------------------------------------------------------------------------
 
 
-def test_old_backups_go_but_for_a_fortnight_and_the_first_of_each_month(tmp_path: Path) -> None:
+def test_old_backups_are_deleted_except_a_fortnight_and_monthly_firsts(tmp_path: Path) -> None:
     now = datetime(2026, 11, 22, 3, tzinfo=UTC)
     for day in range(500):
         at = now - timedelta(days=day)
@@ -590,7 +588,7 @@ def test_old_backups_go_but_for_a_fortnight_and_the_first_of_each_month(tmp_path
     assert (tmp_path / "somebody-elses.kata-backup").exists()
 
 
-def test_a_backup_that_cannot_be_made_is_noted_with_its_reason(small: Settings) -> None:
+def test_failed_backup_is_recorded_with_its_reason(small: Settings) -> None:
     in_the_way = small.data / "file"
     in_the_way.touch()
     nowhere = small.model_copy(update={"backups": in_the_way / "backups"})
@@ -606,12 +604,12 @@ def test_a_backup_that_cannot_be_made_is_noted_with_its_reason(small: Settings) 
     database.close()
 
 
-def test_only_one_is_made_at_a_time(small: Settings) -> None:
+def test_only_one_backup_is_made_at_a_time(small: Settings) -> None:
     with one_at_a_time(small), pytest.raises(BackupError, match="another backup is being made"):
         make(small, "asked")
 
 
-def test_what_a_killed_backup_left_unencrypted_is_taken_away_by_the_next(small: Settings) -> None:
+def test_next_backup_deletes_unencrypted_leftovers_of_a_killed_one(small: Settings) -> None:
     left = small.data / ".backup-killed"
     left.mkdir()
     (left / "database").write_text("not encrypted")

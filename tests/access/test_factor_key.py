@@ -15,7 +15,7 @@ def line(byte: int) -> str:
     return urlsafe_b64encode(bytes([byte]) * 32).decode()
 
 
-def test_what_is_sealed_opens_with_its_key_for_its_account_and_not_otherwise() -> None:
+def test_sealed_secret_opens_only_with_its_key_and_account() -> None:
     key, account = FactorKey(bytes(32)), uuid4()
     sealed = key.close(SECRET, account)
     assert SECRET not in sealed
@@ -31,7 +31,7 @@ def test_what_is_sealed_opens_with_its_key_for_its_account_and_not_otherwise() -
         assert key.open(nonsense, account) is None
 
 
-def test_it_is_made_once_and_for_this_user_alone(tmp_path: Path) -> None:
+def test_factor_key_is_made_once_and_only_for_its_user(tmp_path: Path) -> None:
     file, account = tmp_path / "keys" / "second-factor-key.txt", uuid4()
     sealed = factor_key(file).close(SECRET, account)
     assert file.stat().st_mode & 0o777 == 0o600
@@ -39,7 +39,7 @@ def test_it_is_made_once_and_for_this_user_alone(tmp_path: Path) -> None:
     assert [path.name for path in file.parent.iterdir()] == [file.name]
 
 
-def test_a_key_that_was_replaced_still_opens_from_its_line_below(tmp_path: Path) -> None:
+def test_replaced_key_still_opens_from_its_line_below(tmp_path: Path) -> None:
     file, account = tmp_path / "key.txt", uuid4()
     old = factor_key(file).close(SECRET, account)
     file.write_text(f"# newer\n{line(7)}\n{file.read_text()}")
@@ -48,7 +48,7 @@ def test_a_key_that_was_replaced_still_opens_from_its_line_below(tmp_path: Path)
     assert FactorKey(bytes([7]) * 32).open(both.close(SECRET, account), account) == SECRET, "the first line seals"
 
 
-def test_a_key_that_others_can_read_or_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_readable_or_malformed_factor_key_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "key.txt"
     factor_key(file)
     file.chmod(0o644)
@@ -63,7 +63,7 @@ def test_a_key_that_others_can_read_or_that_is_none_is_refused(tmp_path: Path) -
         factor_key(file / "key.txt")
 
 
-def test_what_came_out_of_a_backup_is_opened_besides(tmp_path: Path) -> None:
+def test_key_restored_from_a_backup_is_opened_as_well(tmp_path: Path) -> None:
     here, backed_up, account = tmp_path / "here.txt", tmp_path / "backed-up.txt", uuid4()
     before, then = factor_key(here).close(SECRET, account), factor_key(backed_up).close(SECRET, account)
     for _ in range(2):

@@ -22,7 +22,7 @@ from kata.database.database_copy import copy
 from kata.database.engine import Database
 from kata.database.programs import postgresql_program
 from kata.settings import Settings, by_tls
-from tests.conftest import free_port
+from tests.support.ports import free_port
 
 AWAY = "postgresql+psycopg://kata@database.clinic.example/kata"
 
@@ -35,7 +35,7 @@ AWAY = "postgresql+psycopg://kata@database.clinic.example/kata"
         "postgresql+psycopg://kata@/kata?host=one.example:5432&host=localhost",
     ],
 )
-def test_to_another_computer_it_goes_by_tls_to_a_server_that_is_looked_at(url: str) -> None:
+def test_remote_postgresql_is_reached_by_verified_tls(url: str) -> None:
     assert "sslmode=verify-full" in Settings(database_url=url).effective_database_url
     assert by_tls(url).partition("?")[0] == url.partition("?")[0], "with its password, if there is one"
 
@@ -52,7 +52,7 @@ def test_to_another_computer_it_goes_by_tls_to_a_server_that_is_looked_at(url: s
         "sqlite:////srv/kata.db",
     ],
 )
-def test_what_stays_on_this_computer_or_says_so_itself_is_left_as_it_is(url: str) -> None:
+def test_local_or_explicit_postgresql_settings_are_left_unchanged(url: str) -> None:
     assert Settings(database_url=url).effective_database_url == url
 
 
@@ -170,14 +170,14 @@ def test_a_certificate_lets_the_service_in_and_its_backup_too(server: Server, tm
     database.close()
 
 
-def test_nobody_else_is_let_in_and_nothing_is_said_in_the_open(server: Server) -> None:
+def test_other_clients_are_refused_and_nothing_is_sent_in_clear(server: Server) -> None:
     assert "connection requires a valid client certificate" in refusal(server.url())
     others = {"sslcert": server.folder / "somebody.pem", "sslkey": server.folder / "somebody.key"}
     assert 'certificate authentication failed for user "kata"' in refusal(server.url(**others))
     assert "no encryption" in refusal(server.url(sslmode="disable"))
 
 
-def test_a_server_that_is_not_known_hears_nothing(server: Server) -> None:
+def test_unknown_server_receives_nothing(server: Server) -> None:
     stranger = server.url(sslrootcert=server.folder / "another.pem", **server.ours)
     assert "certificate verify failed" in refusal(stranger)
     elsewhere = server.url(**server.ours).replace("@127.0.0.1:", "@localhost:")

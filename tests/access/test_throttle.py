@@ -32,14 +32,14 @@ def let_through(
     return through
 
 
-def test_of_a_thousand_tries_a_minute_at_a_name_six_are_looked_at() -> None:
+def test_throttle_checks_six_of_a_thousand_tries_per_minute() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     # Five are free, and a sixth half a minute later.
     assert let_through(throttle, clock, ("name sato", OF_A_NAME), tries=1000) == 6
 
 
-def test_who_has_to_wait_is_told_how_long() -> None:
+def test_throttled_client_gets_its_waiting_time() -> None:
     throttle = Throttle(Clock())
     for _ in range(5):
         throttle.begin(("name sato", OF_A_NAME))
@@ -49,7 +49,7 @@ def test_who_has_to_wait_is_told_how_long() -> None:
     assert refused.value.headers == {"Retry-After": "30"}
 
 
-def test_each_wait_is_twice_as_long_until_a_quarter_of_an_hour() -> None:
+def test_each_wait_doubles_up_to_a_quarter_of_an_hour() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     let_through(throttle, clock, ("name sato", OF_A_NAME), tries=5)
@@ -62,7 +62,7 @@ def test_each_wait_is_twice_as_long_until_a_quarter_of_an_hour() -> None:
     assert waits == pytest.approx([30, 60, 120, 240, 480, 900, 900, 900], abs=15)
 
 
-def test_a_storm_at_many_names_from_one_address_is_let_through_slowly() -> None:
+def test_many_names_from_one_address_are_let_through_slowly() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     through = 0
@@ -74,7 +74,7 @@ def test_a_storm_at_many_names_from_one_address_is_let_through_slowly() -> None:
     throttle.begin(("name sato", OF_A_NAME), ("address 10.0.0.7", OF_AN_ADDRESS))
 
 
-def test_who_is_refused_at_one_count_is_not_counted_at_the_other() -> None:
+def test_attempt_refused_by_one_limit_is_not_counted_by_another() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     let_through(throttle, clock, ("name sato", OF_A_NAME), tries=5, minutes=0.01)
@@ -83,7 +83,7 @@ def test_who_is_refused_at_one_count_is_not_counted_at_the_other() -> None:
     throttle.begin(("address 10.0.0.9", OF_AN_ADDRESS))
 
 
-def test_success_forgets_what_went_before() -> None:
+def test_success_clears_earlier_failures() -> None:
     clock = Clock()
     throttle = Throttle(clock)
     for _ in range(10):
@@ -99,7 +99,7 @@ def test_a_try_that_was_no_failure_does_not_count() -> None:
         throttle.was_no_failure("address 10.0.0.9")
 
 
-def test_names_that_are_made_up_fill_no_memory() -> None:
+def test_invented_names_fill_no_memory() -> None:
     throttle = Throttle(Clock())
     for number in range(20_000):
         throttle.begin((f"name {number}", OF_A_NAME))

@@ -16,8 +16,8 @@ from kata.access.verify import verify
 from kata.cli import app
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.access.tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
-from tests.upgraded import upgraded_file
+from tests.support.audit_tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
+from tests.support.databases import upgraded_file
 
 ROWS = 200
 NAMES = [name for name, _ in tricks(ROWS, Random(0))]
@@ -41,7 +41,7 @@ def audit_log(
     database.close()
 
 
-def test_a_trail_as_it_was_written_is_whole(audit_log: tuple[Database, Path]) -> None:
+def test_unchanged_trail_is_complete(audit_log: tuple[Database, Path]) -> None:
     database, file = audit_log
     with database.read() as session:
         verdict = verify(session, [file])
@@ -50,7 +50,7 @@ def test_a_trail_as_it_was_written_is_whole(audit_log: tuple[Database, Path]) ->
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_trick_shows_and_it_is_said_where(audit_log: tuple[Database, Path], name: str) -> None:
+def test_every_tampering_is_detected_and_located(audit_log: tuple[Database, Path], name: str) -> None:
     database, file = audit_log
     for seed in range(3):
         trick = dict(tricks(ROWS, Random(f"{name} {seed}")))[name]
@@ -63,7 +63,7 @@ def test_every_trick_shows_and_it_is_said_where(audit_log: tuple[Database, Path]
             assert any("anchor" in finding.message for finding in verdict.findings), played
 
 
-def test_what_was_cut_off_is_said_to_the_row(audit_log: tuple[Database, Path]) -> None:
+def test_truncation_is_reported_after_the_last_remaining_row(audit_log: tuple[Database, Path]) -> None:
     _, verdict = judged(*audit_log, lambda session, _: cut(session, ROWS, 30))
     assert [(one.first, one.last) for one in verdict.findings] == [(171, 200)]
     assert (
@@ -71,7 +71,7 @@ def test_what_was_cut_off_is_said_to_the_row(audit_log: tuple[Database, Path]) -
     )
 
 
-def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_kept_elsewhere(
+def test_external_head_reveals_older_copies_of_database_and_anchor_together(
     audit_log: tuple[Database, Path],
 ) -> None:
     database, file = audit_log
@@ -92,7 +92,7 @@ def test_an_older_copy_of_database_and_anchor_together_shows_by_a_head_that_was_
     assert (finding.first, finding.last) == (161, 200)
 
 
-def test_only_the_last_line_of_an_anchor_can_be_missing_unseen_as_after_a_crash_and_no_row_with_it(
+def test_only_the_last_anchor_line_can_be_missing_without_notice(
     audit_log: tuple[Database, Path],
 ) -> None:
     database, file = audit_log
@@ -115,7 +115,7 @@ class TestCommand:
         done = CliRunner().invoke(app, ["audit", "verify", "--data", str(folder), *more])
         return done.exit_code, done.output
 
-    def test_says_that_a_trail_is_whole_and_what_to_keep(self, folder: Path) -> None:
+    def test_verify_reports_a_complete_trail_and_what_to_store(self, folder: Path) -> None:
         status, told = self.run(folder)
         assert status == 0
         assert "whole: 60 rows, 3 anchors" in told
@@ -124,7 +124,7 @@ class TestCommand:
         assert self.run(folder, "--head", head)[0] == 0
         assert self.run(folder, "--head", named(Head(61, bytes(32))))[0] == 1
 
-    def test_says_where_it_is_not_and_ends_with_status_1(self, folder: Path) -> None:
+    def test_verify_reports_the_damage_and_exits_with_status_1(self, folder: Path) -> None:
         database = Database(f"sqlite:///{folder / 'kata.db'}")
         with database.writer.begin() as connection:
             connection.exec_driver_sql("DROP TRIGGER audit_kept_as_it_is")
@@ -135,7 +135,7 @@ class TestCommand:
         assert "NOT WHOLE  Row 17 is not what was written, or row 16 before it is not." in told
         assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
 
-    def test_exports_what_it_has_read(self, folder: Path) -> None:
+    def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
         assert self.run(folder, "--export", str(folder / "trail.jsonl"))[0] == 0
         exported = [json.loads(line) for line in (folder / "trail.jsonl").read_text().splitlines()]
         assert [row["number"] for row in exported] == list(range(1, 61))
@@ -152,7 +152,7 @@ class TestCommand:
         assert f"{anchor.read(second)[0].anchor}, which is not here" in told
 
     @pytest.mark.parametrize("more", [("--head", "ten"), ("--head", "1:ab")])
-    def test_a_head_that_is_none_is_refused(self, folder: Path, more: tuple[str, ...]) -> None:
+    def test_malformed_head_is_refused(self, folder: Path, more: tuple[str, ...]) -> None:
         assert self.run(folder, *more)[0] == 2
 
     def test_without_a_database_there_is_nothing_to_verify(self, tmp_path: Path) -> None:

@@ -2,33 +2,14 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
-from kata.api.app import create_app
 from kata.bench import postgresql
-from kata.settings import Settings
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
-
-
-@contextmanager
-def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iterator[TestClient]:
-    """From start to end; somebody of this role is signed in."""
-    if "database_url" not in settings and not (folder / "kata.db").exists():
-        upgraded_file(folder / "kata.db")
-    given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
-    app = create_app(Settings(**given))
-    with TestClient(app, client=("127.0.0.1", 50_000)) as client:
-        client.cookies.set(COOKIE, signed_in(app.state.database, role))
-        yield client
+from tests.support.service import running
 
 
 @pytest.fixture(scope="module")

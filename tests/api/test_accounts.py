@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
 
-import pyotp
 import pytest
-from fastapi.testclient import TestClient
 from sqlalchemy import select
 from starlette.websockets import WebSocketDisconnect
 
@@ -16,8 +14,9 @@ from kata.access import set_up
 from kata.access.actor import Role
 from kata.access.sign_in import COOKIE
 from kata.access.tables import AuditRow
-from tests.api.conftest import running
-from tests.api.signing_in import OTHER, PASSWORD, Clinic, clinic, code
+from tests.support.login_service import OTHER, PASSWORD, Clinic, clinic, code
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 LIMIT_S: Final = 60.0
 """A busy computer's; the watch looks twice a second."""
@@ -29,18 +28,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clinic]:
         yield made
 
 
-def enrol(browser: TestClient, at: float) -> tuple[pyotp.TOTP, list[str]]:
-    """Set up a second factor: the app, and the recovery codes."""
-    begun = browser.post("/api/me/second-factor", json={}).json()
-    assert begun["picture"].startswith("data:image/svg+xml")
-    app = pyotp.parse_uri(begun["address"])
-    assert isinstance(app, pyotp.TOTP)
-    confirmed = browser.put("/api/me/second-factor", json={"code": app.at(at)})
-    assert confirmed.status_code == 200, confirmed.text
-    return app, confirmed.json()["codes"]
-
-
-def test_a_second_factor_is_asked_for_and_each_code_is_good_once(shared: Clinic) -> None:
+def test_second_factor_is_required_and_each_code_works_once(shared: Clinic) -> None:
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
@@ -66,7 +54,7 @@ def test_an_administrator_has_to_set_a_second_factor_up_first(shared: Clinic) ->
 
 
 @pytest.mark.parametrize("role", ["viewer", "technician", "therapist", "administrator"])
-def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, tmp_path: Path) -> None:
+def test_mandatory_second_factor_blocks_everything_before_enrolment(role: Role, tmp_path: Path) -> None:
     with running(tmp_path, simulate=False, second_factor="everyone") as client:
         everybody = Clinic(client)
         browser = everybody.sign_in(everybody.account(role))
@@ -77,7 +65,7 @@ def test_where_it_is_asked_of_everybody_nobody_gets_further_without(role: Role, 
         assert browser.get("/api/station").status_code == 200
 
 
-def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(shared: Clinic) -> None:
+def test_passer_by_cannot_change_credentials_at_an_open_screen(shared: Clinic) -> None:
     browser = shared.sign_in(shared.account())
     shared.clock.forward(660)
     assert code(browser.post("/api/me/second-factor", json={}), 403) == "password_needed"
@@ -85,7 +73,7 @@ def test_a_passer_by_at_an_open_screen_changes_nothing_that_lets_people_in(share
     assert browser.post("/api/me/second-factor", json={"password": PASSWORD}).status_code == 200
 
 
-def test_the_page_speaks_to_somebody_in_the_language_they_chose_at_whichever_browser(shared: Clinic) -> None:
+def test_page_uses_the_accounts_language_in_every_browser(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     assert browser.get("/api/me").json()["language"] == "", "the browser's, until one is chosen"
@@ -112,7 +100,7 @@ def test_a_locked_screen_opens_with_the_password_alone(shared: Clinic) -> None:
 
 
 @pytest.mark.parametrize("how", ["unlocked", "a new password", "a second factor"])
-def test_whoever_shows_again_who_they_are_goes_on_under_another_secret(shared: Clinic, how: str) -> None:
+def test_reauthenticated_user_continues_under_a_new_secret(shared: Clinic, how: str) -> None:
     browser = shared.sign_in(shared.account())
     before, here = browser.cookies[COOKIE], browser.get("/api/me/sign-ins").json()["items"][0]["id"]
     stolen = shared.browser()
@@ -135,7 +123,7 @@ def test_whoever_shows_again_who_they_are_goes_on_under_another_secret(shared: C
     assert browser.get("/api/me/sign-ins").json()["items"][0]["id"] == here, "the same sign-in: lease and sockets go on"
 
 
-def test_a_new_password_signs_the_other_browsers_out(shared: Clinic) -> None:
+def test_new_password_ends_logins_in_other_browsers(shared: Clinic) -> None:
     username = shared.account()
     here, there = shared.sign_in(username), shared.sign_in(username)
     change = {"old_password": OTHER, "password": OTHER}
@@ -157,7 +145,7 @@ def test_a_password_that_is_tried_first_is_refused(shared: Clinic, weak: str) ->
     assert answer.json()["errors"][0]["pointer"] == "#/password"
 
 
-def test_a_password_of_ones_own_name_is_refused(shared: Clinic) -> None:
+def test_password_equal_to_the_user_name_is_refused(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     answer = browser.post("/api/me/password", json={"old_password": PASSWORD, "password": f"{username}1!"})
@@ -194,14 +182,14 @@ def test_an_account_begins_with_a_code_and_ends_disabled(shared: Clinic) -> None
 
 
 @pytest.mark.parametrize("change", [{"role": "viewer"}, {"stations": ["west"]}, {"disabled": True}])
-def test_other_rights_sign_every_browser_out(shared: Clinic, change: dict[str, Any]) -> None:
+def test_changed_rights_end_every_login(shared: Clinic, change: dict[str, Any]) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     assert shared.administrator.patch(f"/api/accounts/{shared.id_of(username)}", json=change).status_code == 200
     assert browser.get("/api/me").status_code == 401
 
 
-def test_a_reset_ends_password_second_factor_and_sign_ins_until_the_code_is_used(shared: Clinic) -> None:
+def test_reset_suspends_the_password_factor_and_logins_until_completed(shared: Clinic) -> None:
     username = shared.account()
     browser = shared.sign_in(username)
     enrol(browser, shared.clock.seconds())
@@ -219,7 +207,7 @@ def test_a_reset_ends_password_second_factor_and_sign_ins_until_the_code_is_used
     assert code(again, 401) == "wrong_code", "good for a day"
 
 
-def test_who_is_locked_out_by_anothers_guessing_comes_back_in_by_a_code(shared: Clinic) -> None:
+def test_user_locked_out_by_anothers_guessing_returns_with_a_code(shared: Clinic) -> None:
     username = shared.account()
     for _ in range(6):
         answer = shared.browser("10.0.0.9").post("/api/sign-in", json={"username": username, "password": OTHER})
@@ -231,7 +219,7 @@ def test_who_is_locked_out_by_anothers_guessing_comes_back_in_by_a_code(shared: 
     shared.sign_in(username, OTHER)
 
 
-def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
+def test_last_active_administrator_cannot_be_removed(tmp_path: Path) -> None:
     with clinic(tmp_path) as alone:
         me = alone.administrator.get("/api/me").json()["account_id"]
         for change in ({"disabled": True}, {"role": "therapist"}):
@@ -241,7 +229,7 @@ def test_somebody_is_always_left_to_let_others_in(tmp_path: Path) -> None:
         assert answer.status_code == 200
 
 
-def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> None:
+def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
     username = shared.account()
     here, there = shared.sign_in(username), shared.sign_in(username)
     other = next(item["id"] for item in there.get("/api/me/sign-ins").json()["items"] if item["here"])
@@ -256,7 +244,7 @@ def test_one_sees_where_one_is_signed_in_and_ends_it_there(shared: Clinic) -> No
     assert there.get("/api/me").status_code == 401
 
 
-def test_the_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
+def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
     with clinic(tmp_path) as fresh:
         assert fresh.app.state.access.set_up_secret, "nobody was there at the start"
         given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
@@ -293,7 +281,7 @@ def _until_closed(socket: Any) -> int:
 
 
 @pytest.mark.parametrize("how", ["signed out", "disabled", "role", "by another service"])
-def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
+def test_ended_login_closes_its_socket(shared: Clinic, how: str) -> None:
     username = shared.account()
     browser, other = shared.sign_in(username), shared.sign_in(shared.account())
     with other.websocket_connect("/api/live") as stays:
@@ -316,7 +304,7 @@ def test_what_ends_a_sign_in_ends_its_socket(shared: Clinic, how: str) -> None:
 
 
 @pytest.mark.parametrize("what", ["disabled", "another role", "reset"])
-def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
+def test_user_shut_out_stops_nothing_from_then_on(shared: Clinic, what: str) -> None:
     username = shared.account()
     browser, path = shared.sign_in(username), f"/api/accounts/{shared.id_of(username)}"
     assert browser.post("/api/station/stop").status_code in (200, 503), "let in, and remembered for an hour"
@@ -329,9 +317,7 @@ def test_whoever_is_shut_out_stops_nothing_from_then_on(shared: Clinic, what: st
 
 
 @pytest.mark.parametrize("how", ["signed out there", "disabled", "another role", "a new password"])
-def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
-    how: str, tmp_path: Path, services_url: str
-) -> None:
+def test_user_shut_out_by_one_service_is_refused_everywhere(how: str, tmp_path: Path, services_url: str) -> None:
     """Two stations on one database: within a second, as for sockets, also while no page of theirs listens."""
     with (
         running(tmp_path / "1", simulate=False, database_url=services_url) as first,
@@ -360,7 +346,7 @@ def test_whoever_is_shut_out_by_one_service_stops_nothing_through_another(
         assert stays.post("/api/station/stop").status_code in (200, 503)
 
 
-def test_a_sign_in_is_one_row_of_the_trail_and_a_try_in_vain_names_the_account(shared: Clinic) -> None:
+def test_sign_in_is_one_audit_row_and_failures_name_accounts(shared: Clinic) -> None:
     username = shared.account()
     shared.sign_in(username)
     shared.browser().post("/api/sign-in", json={"username": username, "password": OTHER})

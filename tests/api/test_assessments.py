@@ -7,15 +7,11 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
-from tests.api.test_records import problem
+from tests.support.assessments import FLEXION, found
+from tests.support.responses import problem
 
 NOW = datetime.now(UTC)
-FLEXION: dict[str, Any] = {"side": "left", "motion": "flexion", "kind": "active", "angle_deg": 95}
 ROTATION = FLEXION | {"motion": "external_rotation", "position": "at_side", "angle_deg": 20}
-
-
-def found(**given: Any) -> dict[str, Any]:
-    return {"assessed_at": "2026-03-02T09:30:00Z", "assessed_by": "Kimura Jun", "rom": [FLEXION]} | given
 
 
 @pytest.fixture
@@ -51,7 +47,7 @@ def test_an_assessment_is_entered_changed_and_withdrawn(client: TestClient, pati
 
 
 @pytest.mark.parametrize("whose", ["episode", "patient"])
-def test_assessments_are_leafed_through_newest_first_also_those_of_one_moment(
+def test_assessments_are_paged_newest_first_even_at_equal_times(
     client: TestClient, patient: dict[str, Any], url: str, whose: str
 ) -> None:
     days = ("02", "03", "03", "03", "04")
@@ -94,12 +90,14 @@ def test_assessments_are_leafed_through_newest_first_also_those_of_one_moment(
         ({"assessed_at": "1890-03-02T09:30:00Z"}, "#/assessed_at"),
     ],
 )
-def test_what_is_wrong_is_said_at_its_field(client: TestClient, url: str, wrong: dict[str, Any], pointer: str) -> None:
+def test_invalid_assessment_is_reported_at_its_field(
+    client: TestClient, url: str, wrong: dict[str, Any], pointer: str
+) -> None:
     told = problem(client.post(url, json=found(**wrong)), 422, "invalid")
     assert pointer in {error["pointer"].removesuffix("/") for error in told["errors"]}
 
 
-def test_the_form_says_what_the_service_accepts(client: TestClient, url: str) -> None:
+def test_form_limits_match_what_the_service_accepts(client: TestClient, url: str) -> None:
     form = client.get("/api/assessments/form").json()
     assert len(form["spadi"]) == 13
     for end in ("lowest_deg", "highest_deg", "reference_deg"):
@@ -112,7 +110,7 @@ def test_the_form_says_what_the_service_accepts(client: TestClient, url: str) ->
 
 
 @pytest.mark.parametrize("path", ["episodes/{}/assessments", "assessments/{}", "patients/{}/assessments"])
-def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
 
 

@@ -16,10 +16,10 @@ from kata.access.audit import entry
 from kata.access.sign_in import COOKIE
 from kata.access.verify import verify
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.test_station import until_mode
-from tests.operating import operate
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
+from tests.support.station_api import until_mode
+from tests.support.station_commands import operate
 
 _BY_PROGRAM: Final = {
     "service_started",
@@ -82,7 +82,7 @@ def is_whole(folder: Path, client: TestClient) -> bool:
         return verify(session, [Settings(data=folder).effective_audit_anchor]).whole
 
 
-def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
+def test_audit_trail_records_who_did_what_with_a_record(
     client: TestClient, patient: dict[str, Any], folder: Path
 ) -> None:
     path = f"/api/patients/{patient['id']}"
@@ -117,7 +117,7 @@ def test_what_was_done_with_a_record_stands_in_the_trail_with_who_did_it(
     assert is_whole(folder, client)
 
 
-def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) -> None:
+def test_moving_and_stopping_the_apparatus_is_recorded(client: TestClient) -> None:
     until_mode(client, "idle")
     operate(client, "play")
     with acting_as(client, "technician"):
@@ -128,7 +128,7 @@ def test_who_moves_the_apparatus_and_who_stops_it_is_told(client: TestClient) ->
     operate(client, "acknowledge")
 
 
-def test_who_watches_live_is_told(client: TestClient) -> None:
+def test_live_viewers_are_recorded(client: TestClient) -> None:
     before = len(audit_log(client, action="live"))
     with acting_as(client, "viewer"), client.websocket_connect("/api/live") as socket:
         socket.receive_json()
@@ -137,7 +137,7 @@ def test_who_watches_live_is_told(client: TestClient) -> None:
     assert (watched[0]["role"], watched[0]["outcome"]) == ("viewer", "done")
 
 
-def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
+def test_refused_live_viewers_are_recorded_as_well(client: TestClient) -> None:
     with acting_as(client, None), pytest.raises(WebSocketDisconnect), client.websocket_connect("/api/live"):
         pass
     assert (audit_log(client, action="live")[0]["who"], audit_log(client, action="live")[0]["outcome"]) == (
@@ -146,7 +146,7 @@ def test_who_is_not_let_in_to_watch_is_told_too(client: TestClient) -> None:
     )
 
 
-def test_what_is_refused_at_the_door_is_told(client: TestClient) -> None:
+def test_refused_requests_are_recorded(client: TestClient) -> None:
     client.post("/api/patients", json={}, headers={"origin": "https://evil.example"})
     row = audit_log(client, action="at_the_door")[0]
     assert (row["outcome"], row["subject"], row["who"]) == ("refused", "POST /api/patients", "")
@@ -158,7 +158,9 @@ def test_a_form_that_is_filled_in_wrongly_is_no_refusal(client: TestClient) -> N
     assert len(audit_log(client, action="create_patient")) == before
 
 
-def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestClient, patient: dict[str, Any]) -> None:
+def test_audit_search_applies_every_filter_and_pages_through_results(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
     for n in range(5):
         client.patch(f"/api/patients/{patient['id']}", json={"notes": f"{n}"})
     # Whoever looks a patient up in the trail stands in it, too; so of one kind of act only.
@@ -179,7 +181,7 @@ def test_the_search_finds_by_every_filter_and_goes_on_page_by_page(client: TestC
     assert client.get("/api/audit", params={"after": "there"}).status_code == 422
 
 
-def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: TestClient) -> None:
+def test_events_delayed_by_an_outage_are_ordered_by_their_time(client: TestClient) -> None:
     begun = replace(entry("unnamed", "done"), station="Drill")
     for minutes in (0, -30, 30, -60):
         one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
@@ -196,14 +198,14 @@ def test_what_an_outage_kept_back_stands_where_it_belongs_by_its_time(client: Te
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
-def test_only_administrators_read_the_trail_and_that_they_did_is_in_it(client: TestClient, role: str) -> None:
+def test_only_administrators_read_the_trail_and_reading_is_recorded(client: TestClient, role: str) -> None:
     with acting_as(client, role):
         assert client.get("/api/audit").status_code == 403
     assert (role, "list_audit", "refused") in acts(client, action="list_audit")
     assert ("administrator", "list_audit", "done") in acts(client, action="list_audit")
 
 
-def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
+def test_erasing_a_patient_leaves_the_trail_which_has_no_names(
     client: TestClient, patient: dict[str, Any], folder: Path
 ) -> None:
     path = f"/api/patients/{patient['id']}"
@@ -224,7 +226,7 @@ def test_erasing_a_patient_leaves_the_trail_which_never_had_a_name(
     assert is_whole(folder, client)
 
 
-def test_what_the_program_does_is_its_own(client: TestClient) -> None:
+def test_program_actions_are_recorded_as_the_programs(client: TestClient) -> None:
     by_nobody = {
         (row["who"], row["action"]) for row in audit_log(client) if row["account_id"] is None and not row["address"]
     }

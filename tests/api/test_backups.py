@@ -17,8 +17,8 @@ from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError
 from kata.settings import Settings
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 TOKYO = ZoneInfo("Asia/Tokyo")
 LIMIT_S = 150.0
@@ -31,7 +31,7 @@ def until(condition: Callable[[], Any]) -> None:
         time.sleep(0.1)
 
 
-def test_an_administrator_has_a_backup_made_and_sees_that_it_can_be_restored(client: TestClient) -> None:
+def test_administrator_makes_a_backup_and_sees_that_it_restores(client: TestClient) -> None:
     before = client.get("/api/backups").json()
     assert (before["items"], before["last_good"], before["running"], before["key"]) == ([], None, False, "here")
     assert before["next_at"] is not None
@@ -53,7 +53,7 @@ def test_an_administrator_has_a_backup_made_and_sees_that_it_can_be_restored(cli
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
-def test_nobody_else_is_told_of_backups(client: TestClient, role: Any) -> None:
+def test_only_administrators_see_backups(client: TestClient, role: Any) -> None:
     mine = client.cookies.get(COOKIE)
     client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
     try:
@@ -69,7 +69,7 @@ def clinic(tmp_path: Path) -> tuple[Settings, Database]:
     return Settings(data=tmp_path, database_url=""), database
 
 
-def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Settings, Database]) -> None:
+def test_due_backup_is_made_once_the_arm_is_free(clinic: tuple[Settings, Database]) -> None:
     settings, database = clinic
     asked: list[bool] = []
 
@@ -91,7 +91,7 @@ def test_one_that_is_due_is_made_by_itself_once_the_arm_is_free(clinic: tuple[Se
     database.close()
 
 
-def test_of_several_services_on_one_database_one_makes_the_nights_backup(tmp_path: Path, services_url: str) -> None:
+def test_one_of_several_services_makes_the_nightly_backup(tmp_path: Path, services_url: str) -> None:
     """All of them see that it is due in the same moment."""
     databases = [Database(services_url) for _ in range(3)]
     for n in range(3):
@@ -141,7 +141,7 @@ def test_a_service_that_ends_takes_its_backup_along(clinic: tuple[Settings, Data
     database.close()
 
 
-def test_a_backup_is_due_after_its_hour_on_the_clinics_clock() -> None:
+def test_backup_is_due_after_its_hour_in_clinic_time() -> None:
     def at(hour: int, minute: int = 0, day: int = 22) -> datetime:
         return datetime(2026, 11, day, hour, minute, tzinfo=TOKYO).astimezone(UTC)
 
@@ -157,7 +157,7 @@ def test_a_backup_is_due_after_its_hour_on_the_clinics_clock() -> None:
     assert due(at(9), "02:30", TOKYO, last_night, at(7, 59))
 
 
-def test_the_next_one_is_told_on_the_clinics_clock_too() -> None:
+def test_next_backup_is_shown_in_clinic_time() -> None:
     now = datetime(2026, 11, 22, 3, tzinfo=UTC)
     assert next_at(now, "02:30", TOKYO) == datetime(2026, 11, 22, 17, 30, tzinfo=UTC)
     assert next_at(now, "13:00", TOKYO) == datetime(2026, 11, 22, 4, tzinfo=UTC)
@@ -171,6 +171,6 @@ def test_the_next_one_is_told_on_the_clinics_clock_too() -> None:
 
 
 @pytest.mark.parametrize("at", ["25:00", "at night", "2"])
-def test_a_time_of_day_that_is_none_is_refused(at: str) -> None:
+def test_invalid_time_of_day_is_refused(at: str) -> None:
     with pytest.raises(ValueError, match="must be a time of day such as 02:30, or never"):
         Settings(backup_at=at)

@@ -33,13 +33,13 @@ from kata.clinic.sessions.replay import (
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.device import journal
-from tests.api.conftest import running
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until, until_mode
-from tests.api.test_visit import eventually
-from tests.api.visits import WHO, still_open, try_estop
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.preflight import WHO, still_open, try_estop
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, until, until_mode
+from tests.support.visits import eventually
 
 LIMIT_S = 60.0
 THERE = checks.Apparatus("Station 1", pedal_answers=True, verified_since=datetime(2020, 1, 1, tzinfo=UTC))
@@ -108,7 +108,7 @@ def play(client: TestClient, session_id: str, recording_id: str, position: int) 
     return run
 
 
-def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arrives_once(
+def test_session_runs_during_an_outage_and_is_stored_once(
     client: TestClient,
     server: postgresql.Server,
     offline_cache: OfflineCache,
@@ -202,7 +202,7 @@ def test_a_session_begins_is_played_and_ends_while_the_database_is_dead_and_arri
         assert row.run_count == 2
 
 
-def test_it_is_refused_for_whoever_is_not_of_this_day_or_restricted_and_beyond_a_limit(
+def test_outage_session_is_refused_beyond_cached_patients_or_limits(
     client: TestClient,
     server: postgresql.Server,
     offline_cache: OfflineCache,
@@ -325,7 +325,7 @@ def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
         (_nothing, []),
     ],
 )
-def test_what_was_changed_elsewhere_meanwhile_is_an_alarm_of_the_session(
+def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(
     client: TestClient, change: Callable[[Session, dict[str, Any]], None], told: list[Change]
 ) -> None:
     app: Any = client.app
@@ -345,7 +345,7 @@ def test_what_was_changed_elsewhere_meanwhile_is_an_alarm_of_the_session(
         assert len(list(session.scalars(rows))) == len(told)
 
 
-def test_pain_and_end_that_somebody_elsewhere_has_given_stay_and_what_was_said_here_is_told(client: TestClient) -> None:
+def test_pain_and_end_recorded_elsewhere_stay_and_conflicts_are_reported(client: TestClient) -> None:
     patient = of_today(client, "Endo Yui")
     opened = begun_away(client, patient)
     put(client, opened)
@@ -368,7 +368,7 @@ def test_pain_and_end_that_somebody_elsewhere_has_given_stay_and_what_was_said_h
     assert CHANGED["ended_already"] in alarms(client, str(opened.id))
 
 
-def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
+def test_session_that_cannot_be_saved_to_disk_does_not_begin(
     client: TestClient,
     offline_cache: OfflineCache,
     server: postgresql.Server,
@@ -390,7 +390,7 @@ def test_a_session_that_could_not_be_kept_on_the_disk_has_not_begun(
     assert client.get(f"/api/patients/{patient['id']}/sessions").json()["items"] == []
 
 
-def test_only_the_last_twenty_are_kept_and_whoever_is_treated_among_them(client: TestClient) -> None:
+def test_only_twenty_patients_are_cached_including_the_one_being_treated(client: TestClient) -> None:
     app: Any = client.app
     patient = of_today(client, "Goto Mao")
     held = OfflineCache(app.state.database, "Station 1")

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from kata.database.engine import Database
-from tests.command import kata
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.kata_command import kata
 
 
-def test_serve_wants_to_know_which_apparatus(tmp_path: Path) -> None:
+def test_serve_requires_the_choice_of_an_apparatus(tmp_path: Path) -> None:
     done = kata("serve", "--data", tmp_path, folder=tmp_path)
     assert done.returncode == 1
     assert "--station FILE.toml" in done.stderr
@@ -31,7 +31,7 @@ def test_serve_wants_to_know_which_apparatus(tmp_path: Path) -> None:
         ("[inputs]\ndrive_id = 9", "inputs.drive_id"),
     ],
 )
-def test_serve_says_what_is_wrong_with_a_station(tmp_path: Path, text: str, sentence: str) -> None:
+def test_serve_reports_a_wrong_station_file(tmp_path: Path, text: str, sentence: str) -> None:
     (tmp_path / "station.toml").write_text(text)
     done = kata("serve", "--station", "station.toml", "--data", tmp_path, "--port", "0", folder=tmp_path)
     assert done.returncode == 1
@@ -39,7 +39,7 @@ def test_serve_says_what_is_wrong_with_a_station(tmp_path: Path, text: str, sent
     assert "Traceback" not in done.stderr
 
 
-def test_serve_says_that_the_port_is_taken(tmp_path: Path) -> None:
+def test_serve_reports_a_port_in_use(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         done = kata("serve", "--simulate", "--data", tmp_path, "--port", port, folder=tmp_path)
@@ -48,7 +48,7 @@ def test_serve_says_that_the_port_is_taken(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_serve_says_that_the_database_is_newer(tmp_path: Path) -> None:
+def test_serve_reports_a_newer_database(tmp_path: Path) -> None:
     database = Database(upgraded_file(tmp_path / "kata.db"))
     with database.writer.begin() as connection:
         connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
@@ -77,7 +77,7 @@ def alive(pid: int) -> bool:
 @pytest.mark.parametrize(
     ("how", "code"), [(signal.SIGINT, {0}), (signal.SIGTERM, {0}), (signal.SIGKILL, {-signal.SIGKILL})]
 )
-def test_however_it_ends_nothing_of_it_stays(tmp_path: Path, how: signal.Signals, code: set[int]) -> None:
+def test_service_leaves_no_process_however_it_ends(tmp_path: Path, how: signal.Signals, code: set[int]) -> None:
     command = [sys.executable, "-m", "kata", "serve", "--simulate", "--data", str(tmp_path), "--port", "0"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as served:
         assert served.stderr is not None

@@ -15,8 +15,8 @@ from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
-from tests.command import kata
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.kata_command import kata
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def refused(done: subprocess.CompletedProcess[str], sentence: str, code: int = 1
     assert done.stdout == ""
 
 
-def test_a_backup_says_where_it_is_that_it_came_back_and_what_to_keep(data: Path, tmp_path: Path) -> None:
+def test_backup_command_prints_path_verification_and_what_to_store(data: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "not there yet" / "backups"
     done = kata("backup", "--data", data, "--to", elsewhere, folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -71,7 +71,7 @@ def test_a_backup_says_where_it_is_that_it_came_back_and_what_to_keep(data: Path
     assert f"Key: {data / 'backup-key.txt'}. Without it the backup is worth nothing" in done.stdout
 
 
-def test_a_backup_that_could_not_be_tried_says_so(data: Path) -> None:
+def test_backup_without_a_trial_restore_reports_this(data: Path) -> None:
     backup_of(data)
     (data / "backup-key.txt").unlink()
     done = kata("backup", "--data", data, folder=data)
@@ -80,7 +80,7 @@ def test_a_backup_that_could_not_be_tried_says_so(data: Path) -> None:
     assert "Key:" not in done.stdout
 
 
-def test_no_backup_is_made_of_nothing_or_into_something_that_is_no_folder(data: Path, tmp_path: Path) -> None:
+def test_backup_of_nothing_or_into_a_file_is_refused(data: Path, tmp_path: Path) -> None:
     refused(kata("backup", "--data", tmp_path / "empty", folder=tmp_path), "there is no database")
     (tmp_path / "a file").write_text("")
     refused(
@@ -104,7 +104,7 @@ def test_a_setting_that_makes_no_sense_makes_no_backup(
     assert list(data.glob("backups/*")) == []
 
 
-def test_a_try_changes_nothing_and_says_what_is_in_it(data: Path) -> None:
+def test_trial_restore_changes_nothing_and_lists_the_contents(data: Path) -> None:
     file = backup_of(data)
     add_patient(data, "K-2")
     done = kata("restore", file, "--try", "--data", data, folder=data)
@@ -114,7 +114,7 @@ def test_a_try_changes_nothing_and_says_what_is_in_it(data: Path) -> None:
     assert patients(data) == ["K-1", "K-2"]
 
 
-def test_a_restore_over_a_clinic_that_is_there_puts_it_aside(data: Path) -> None:
+def test_restore_over_an_existing_clinic_sets_it_aside(data: Path) -> None:
     file = backup_of(data)
     add_patient(data, "K-2")
     done = kata("restore", file, "--data", data, folder=data)
@@ -135,7 +135,7 @@ def test_a_restore_on_a_new_computer_takes_file_and_key(data: Path, tmp_path: Pa
 
 
 @pytest.mark.parametrize("only_try", [[], ["--try"]])
-def test_what_is_no_backup_or_does_not_open_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
+def test_invalid_or_locked_backup_changes_nothing(data: Path, tmp_path: Path, only_try: list[str]) -> None:
     file = backup_of(data)
 
     def restoring(backup: Path, *more: Any) -> subprocess.CompletedProcess[str]:
@@ -166,7 +166,7 @@ def test_nothing_is_restored_under_a_service_at_work(data: Path) -> None:
         assert kata("restore", file, "--try", "--data", data, folder=data).returncode == 0
 
 
-def test_a_link_for_a_clinic_that_is_locked_out_is_good_once_the_last_one_alone(tmp_path: Path) -> None:
+def test_only_the_latest_recovery_link_works_and_only_once(tmp_path: Path) -> None:
     data, made = tmp_path / "new" / "data", []
     for _ in range(2):
         done = kata("accounts", "link", "--data", data, "--url", "https://kata.clinic.example/", folder=tmp_path)

@@ -13,9 +13,9 @@ import httpx2
 
 from kata.access.sign_in import COOKIE
 from kata.bench import postgresql
-from tests.conftest import free_port
-from tests.operating import operate
-from tests.signed_in import signed_in_at
+from tests.support.login import signed_in_at
+from tests.support.ports import free_port
+from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
 
@@ -109,7 +109,7 @@ def play(served: Served, session_id: str, **what: Any) -> str:
     return run_id
 
 
-def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
+def test_measured_samples_survive_a_killed_service(tmp_path: Path) -> None:
     first = Served(tmp_path)
     patient_id, recording_id = taught(first)
     session = first.call("POST", "sessions", {"patient_id": patient_id})
@@ -128,9 +128,7 @@ def test_what_was_measured_survives_a_killed_service(tmp_path: Path) -> None:
         second.end(signal.SIGTERM)
 
 
-def test_a_service_that_is_killed_in_an_outage_finds_the_session_that_began_in_it_when_both_are_back(
-    server: postgresql.Server, tmp_path: Path
-) -> None:
+def test_service_killed_during_an_outage_recovers_its_session(server: postgresql.Server, tmp_path: Path) -> None:
     first = Served(tmp_path, server.url)
     patient_id, recording_id = taught(first)
     items = {"name": "Morning", "items": [{"load_level": 25, "recording_id": recording_id}]}

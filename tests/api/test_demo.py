@@ -6,21 +6,14 @@ from pathlib import Path
 import pytest
 
 from kata.database.engine import Database
-from kata.motion.axes import POSE_COLUMNS
 from kata.motion.builtin import built_in_motions
 from kata.motion.taught import Taught
-from tests.command import kata
+from tests.support.kata_command import kata
+from tests.support.motions import write_csv
 
 
-def write_csv(motion: Taught, path: Path) -> Path:
-    rows = [",".join(("time_s", *POSE_COLUMNS))]
-    for time_s, pose in zip(motion.times_s, motion.poses_deg, strict=True):
-        rows.append(",".join(f"{value:.4f}" for value in (time_s, *pose)))
-    path.write_text("\n".join(rows) + "\n")
-    return path
-
-
-@pytest.mark.parametrize("rate_hz", [10, 100])
+# 10 Hz is not the default, so it proves the option too; stations and journeys prove the whole job at 100 Hz.
+@pytest.mark.parametrize("rate_hz", [10, pytest.param(100, marks=pytest.mark.campaign)])
 def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, rate_hz: int) -> None:
     taught, out, data = write_csv(motion, tmp_path / "a motion.csv"), tmp_path / "out.json", tmp_path / "data"
     data.mkdir()
@@ -46,7 +39,7 @@ def test_demo_teaches_plays_compares_and_stores(tmp_path: Path, motion: Taught, 
     assert "holds a database already" in again.stderr
 
 
-def test_demo_says_what_is_wrong_with_a_file(tmp_path: Path) -> None:
+def test_demo_reports_errors_in_a_file(tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text("time_s,elbow\n0,1\n")
     for file, sentence in (("bad.csv", "missing: scapula_abduction"), ("none.csv", "No such file")):
         done = kata("demo", "--taught", file, folder=tmp_path)
@@ -55,7 +48,7 @@ def test_demo_says_what_is_wrong_with_a_file(tmp_path: Path) -> None:
         assert "Traceback" not in done.stderr
 
 
-def test_demo_says_when_a_motion_is_too_fast_for_the_apparatus(tmp_path: Path) -> None:
+def test_demo_reports_a_motion_too_fast_for_the_apparatus(tmp_path: Path) -> None:
     slow = built_in_motions()[3]
     fast = Taught("fast", slow.times_s / 8, slow.poses_deg)
     done = kata("demo", "--taught", write_csv(fast, tmp_path / "fast.csv"), folder=tmp_path)

@@ -1,8 +1,6 @@
 """What a therapist does to a recording, as a new one: over REST, checked, kept or refused."""
 
 import io
-from collections.abc import Callable
-from datetime import UTC, datetime
 from typing import Any
 from uuid import UUID, uuid4
 
@@ -10,47 +8,11 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, RecordingSamplesRow, TeachingRow
-from kata.database.engine import Database
-from kata.database.series import pack
-from kata.motion.linkage import Floats, motor_angles_deg, pose_deg
-from tests.api.test_records import problem
-from tests.api.test_station import load, until_mode
-
-LASTS_S = 8.0
-
-
-def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
-    """Poses of an arm that is lifted sideways from 10 deg and let down again, the scapula rotating upward with it."""
-
-    def at(times_s: Floats) -> Floats:
-        share = 0.5 - 0.5 * np.cos(2 * np.pi * times_s / LASTS_S)
-        none = np.zeros_like(times_s)
-        return np.stack([none, 10 * share, 10 + (top_deg - 10) * share, 5 * share, none], axis=1)
-
-    return at
-
-
-def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], Floats], **given: Any) -> dict[str, Any]:
-    """A recording of a right shoulder, as if it had been taught."""
-    app: Any = client.app
-    database: Database = app.state.database
-    times_s = np.arange(0, LASTS_S + 0.005, 0.01)
-    angles_deg = motor_angles_deg(at(times_s), "right")
-    told = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given
-    with database.write() as session:
-        teaching = TeachingRow(id=uuid4(), started_at=datetime.now(UTC), **told)
-        session.add(teaching)
-        session.flush()
-        row = RecordingRow(
-            id=uuid4(), teaching_id=teaching.id, take=1, station="Station 1", taught_at=datetime.now(UTC),
-            duration_s=LASTS_S, rate_hz=100, samples=len(times_s), note="", archived_at=None, **told,
-        )  # fmt: skip
-        session.add(row)
-        session.flush()
-        SAMPLES.keep(session, row.id, pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS), None)
-    made: dict[str, Any] = client.get(f"/api/recordings/{row.id}").json()
-    return made
+from kata.clinic.recordings.tables import RecordingSamplesRow
+from kata.motion.linkage import Floats, pose_deg
+from tests.support.recordings import LASTS_S, lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import load, until_mode
 
 
 @pytest.fixture
@@ -76,7 +38,7 @@ def listed(client: TestClient, recording: dict[str, Any]) -> list[dict[str, Any]
     return items
 
 
-def test_a_trimmed_recording_is_a_new_one_that_names_its_parent(client: TestClient, recording: dict[str, Any]) -> None:
+def test_trimmed_recording_is_new_and_names_its_parent(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="trim", start_s=1.0, end_s=5.5)
 
     assert made["parent_id"] == recording["id"]
@@ -94,7 +56,7 @@ def test_a_trimmed_recording_is_a_new_one_that_names_its_parent(client: TestClie
     assert [one["id"] for one in listed(client, recording)] == [made["id"], recording["id"]]
 
 
-def test_hold_stands_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
+def test_hold_pauses_at_one_point(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="hold", at_s=2.0, hold_s=3.0)
     # 0.2 s more for each of coming to a stand and going on.
     assert made["duration_s"] == pytest.approx(LASTS_S + 3.4)
@@ -114,7 +76,7 @@ def test_scale_takes_range_from_the_motors_that_are_named(client: TestClient, re
     assert made["ranges"][3] == recording["ranges"][3]
 
 
-def test_isolate_moves_no_other_motor(client: TestClient, recording: dict[str, Any]) -> None:
+def test_isolation_moves_no_other_motor(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="isolate", motors=[4, 3])
     assert made["done"] == ["motors 3, 4 only"]
     (_, before), (_, after) = samples(client, recording), samples(client, made)
@@ -142,7 +104,7 @@ def test_stretch_goes_beyond_the_end_and_holds_there(client: TestClient, recordi
     assert angles[:, 2].max() == pytest.approx(93.0)
 
 
-def test_mirror_is_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
+def test_mirror_gives_the_same_pose_of_the_other_shoulder(client: TestClient, recording: dict[str, Any]) -> None:
     made = derive(client, recording, do="mirror")
     assert (made["side"], made["done"]) == ("left", ["mirrored for the left shoulder"])
     (_, before), (_, after) = samples(client, recording), samples(client, made)
@@ -150,7 +112,7 @@ def test_mirror_is_the_same_pose_of_the_other_shoulder(client: TestClient, recor
     assert np.abs(after[:, :2] - before[:, :2]).max() > 1.0
 
 
-def test_what_was_made_can_be_made_into_more(client: TestClient, recording: dict[str, Any]) -> None:
+def test_derived_recording_can_be_derived_again(client: TestClient, recording: dict[str, Any]) -> None:
     once = derive(client, recording, do="mirror", name=" For the left ")
     assert once["name"] == "For the left"
     twice = derive(client, once, do="trim", start_s=0, end_s=4)
@@ -166,13 +128,13 @@ def test_what_was_made_can_be_made_into_more(client: TestClient, recording: dict
     assert after == pytest.approx(before[:401], abs=1e-2)
 
 
-def test_a_long_name_gives_way_to_what_was_done(client: TestClient, patient: dict[str, Any]) -> None:
+def test_long_name_is_replaced_by_the_edits(client: TestClient, patient: dict[str, Any]) -> None:
     made = derive(client, taught(client, patient, lifted(), name="N" * 100), do="isolate", motors=[3])
     assert len(made["name"]) == 100
     assert made["name"].endswith("N, motor 3 only")
 
 
-def test_what_was_made_is_loaded_as_any_recording(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_loads_like_any_recording(client: TestClient, patient: dict[str, Any]) -> None:
     made = derive(client, taught(client, patient, lifted()), do="warm_up", less_deg=6, step_deg=3)
     until_mode(client, "idle")
     load(client, patient, made)
@@ -183,7 +145,9 @@ def test_what_was_made_is_loaded_as_any_recording(client: TestClient, patient: d
     until_mode(client, "idle")
 
 
-def test_what_leaves_the_limits_is_refused_with_motor_and_time(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_beyond_limits_is_refused_with_motor_and_time(
+    client: TestClient, patient: dict[str, Any]
+) -> None:
     recording = taught(client, patient, lifted(top_deg=118.0))
     url = f"/api/recordings/{recording['id']}/derived"
     edit = {"do": "stretch", "further_deg": 10, "back_deg": 5, "hold_s": 0}
@@ -195,7 +159,7 @@ def test_what_leaves_the_limits_is_refused_with_motor_and_time(client: TestClien
     assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
 
 
-def test_what_the_other_shoulder_cannot_do_is_refused_with_motor_and_time(
+def test_mirrored_recording_beyond_limits_is_refused_with_motor_and_time(
     client: TestClient, patient: dict[str, Any]
 ) -> None:
     """The linkage is not symmetric: a scapula that one side's motors hold, the other's cannot."""
@@ -221,7 +185,7 @@ def test_what_the_other_shoulder_cannot_do_is_refused_with_motor_and_time(
         ({"do": "warm_up", "less_deg": 79, "step_deg": 0.5, "pause_s": 120}, "longer than an hour"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_words(
+def test_impossible_edit_is_refused_with_a_sentence(
     client: TestClient, recording: dict[str, Any], edit: dict[str, Any], sentence: str
 ) -> None:
     told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "impossible")
@@ -241,7 +205,7 @@ def test_what_cannot_be_done_is_said_in_words(
         ({"do": "mirror", "name": " "}, ["#/name"]),
     ],
 )
-def test_what_is_wrong_with_the_request_is_said_field_by_field(
+def test_invalid_request_is_reported_field_by_field(
     client: TestClient, recording: dict[str, Any], edit: dict[str, Any], pointers: list[str]
 ) -> None:
     told = problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")
@@ -253,14 +217,14 @@ def test_an_unknown_thing_to_do_is_refused(client: TestClient, recording: dict[s
     problem(client.post(f"/api/recordings/{recording['id']}/derived", json=edit), 422, "invalid")
 
 
-def test_a_preview_shows_both_and_keeps_nothing(client: TestClient, recording: dict[str, Any]) -> None:
+def test_preview_shows_both_motions_and_saves_nothing(client: TestClient, recording: dict[str, Any]) -> None:
     answer = client.post(f"/api/recordings/{recording['id']}/derived/preview", json={"do": "isolate", "motors": [3]})
     assert answer.status_code == 200, answer.text
     assert [trace["name"] for trace in answer.json()["data"]] == ["Before", "After"] * 5
     assert [one["id"] for one in listed(client, recording)] == [recording["id"]]
 
 
-def test_nothing_is_made_of_what_is_damaged_or_not_there(client: TestClient, recording: dict[str, Any]) -> None:
+def test_damaged_or_missing_recording_cannot_be_derived(client: TestClient, recording: dict[str, Any]) -> None:
     app: Any = client.app
     with app.state.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
@@ -270,7 +234,7 @@ def test_nothing_is_made_of_what_is_damaged_or_not_there(client: TestClient, rec
         problem(client.post(f"/api/recordings/{uuid4()}/{path}", json=body), 404, "not_found")
 
 
-def test_of_two_who_change_a_recording_the_second_is_told(client: TestClient, recording: dict[str, Any]) -> None:
+def test_second_of_two_editors_of_a_recording_is_refused(client: TestClient, recording: dict[str, Any]) -> None:
     url = f"/api/recordings/{recording['id']}"
     renamed = client.patch(url, json={"name": "Lift, slowly", "updated_at": recording["updated_at"]})
     assert renamed.status_code == 200
@@ -280,7 +244,7 @@ def test_of_two_who_change_a_recording_the_second_is_told(client: TestClient, re
     assert client.patch(url, json=again).json()["name"] == "Lift, slowly"
 
 
-def test_what_was_made_says_who_taught_it_in_which_fixtures(client: TestClient, patient: dict[str, Any]) -> None:
+def test_derived_recording_names_its_teacher_and_fixtures(client: TestClient, patient: dict[str, Any]) -> None:
     given = {"taught_by": "Sato", "fixtures": ["arm_fixer_1"]}
     recording = taught(client, patient, lifted(), **given)
     made = derive(client, recording, do="trim", start_s=1.0, end_s=4.0)
@@ -288,7 +252,7 @@ def test_what_was_made_says_who_taught_it_in_which_fixtures(client: TestClient, 
         assert {name: one[name] for name in given} == given
 
 
-def test_a_part_of_a_recording_is_drawn_by_itself(client: TestClient, recording: dict[str, Any]) -> None:
+def test_part_of_a_recording_can_be_plotted_alone(client: TestClient, recording: dict[str, Any]) -> None:
     url = f"/api/recordings/{recording['id']}/figure"
     closer = client.get(url, params={"start_s": 1.0, "end_s": 1.5}).json()
     assert closer["layout"]["xaxis"]["range"] == [1.0, 1.5]

@@ -10,10 +10,10 @@ from fastapi.testclient import TestClient
 from kata.database.base import utc_now
 from kata.device.messages import Load
 from kata.station.station import Station
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until_mode
-from tests.api.visits import go_through_checklist
+from tests.support.preflight import go_through_checklist
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, until_mode
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_nothing_is_opened_for_an_archived_patient(
     problem(client.post(f"/api/episodes/{episode['id']}/reopen"), 409, "archived")
 
 
-def test_an_episode_is_not_closed_while_a_session_in_it_is_open(
+def test_episode_with_an_open_session_cannot_be_closed(
     client: TestClient, patient: dict[str, Any], episode: dict[str, Any]
 ) -> None:
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -85,7 +85,7 @@ def test_an_episode_is_not_closed_while_a_session_in_it_is_open(
     assert client.post(f"/api/episodes/{episode['id']}/close", json={}).status_code == 200
 
 
-def test_stages_are_noted_by_their_days_and_a_wrong_one_is_removed(
+def test_stages_are_recorded_by_day_and_can_be_removed(
     client: TestClient, patient: dict[str, Any], episode: dict[str, Any]
 ) -> None:
     url = f"/api/episodes/{episode['id']}/stages"
@@ -149,14 +149,14 @@ def test_a_speed_limit_out_of_range_is_refused(client: TestClient, episode: dict
     assert [error["pointer"] for error in told["errors"]] == ["#/max_speed_deg_s"]
 
 
-def test_a_speed_limit_can_be_taken_away(client: TestClient, episode: dict[str, Any]) -> None:
+def test_speed_limit_can_be_removed(client: TestClient, episode: dict[str, Any]) -> None:
     url = f"/api/episodes/{episode['id']}"
     assert client.patch(url, json={"max_speed_deg_s": 20.0, "limits_by": "Dr. Mori"}).json()["max_speed_deg_s"] == 20.0
     assert client.patch(url, json={"diagnosis": "Other"}).json()["max_speed_deg_s"] == 20.0
     assert client.patch(url, json={"max_speed_deg_s": None}).json()["max_speed_deg_s"] is None
 
 
-def test_what_is_not_there_is_not_found(client: TestClient, episode: dict[str, Any]) -> None:
+def test_missing_record_is_not_found(client: TestClient, episode: dict[str, Any]) -> None:
     problem(client.get(f"/api/episodes/{uuid4()}"), 404, "not_found")
     problem(client.get(f"/api/patients/{uuid4()}/episodes"), 404, "not_found")
     problem(client.post(f"/api/patients/{uuid4()}/episodes", json={"side": "right"}), 404, "not_found")

@@ -14,8 +14,8 @@ from fastapi.testclient import TestClient
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
 from kata.database.engine import Database
-from tests.api.test_records import problem
-from tests.clinic.exported import NAME, treated
+from tests.support.fhir_patient import NAME, treated
+from tests.support.responses import problem
 
 
 def number() -> str:
@@ -48,7 +48,7 @@ def imported(client: TestClient, resource: Any, side: str = "right") -> Any:
     )
 
 
-def test_a_patient_goes_out_as_fhir(client: TestClient) -> None:
+def test_patient_is_exported_as_fhir(client: TestClient) -> None:
     key, taken = history(client)
     answer = client.get(f"/api/patients/{key}/fhir")
     assert answer.status_code == 200, answer.text
@@ -77,7 +77,7 @@ def test_patients_come_in_from_fhir_each_with_an_episode(client: TestClient) -> 
     assert len(imported(client, both).json()["items"]) == 2
 
 
-def test_an_import_changes_nobody_and_signs_up_all_or_none(client: TestClient, patient: dict[str, Any]) -> None:
+def test_import_changes_no_patient_and_creates_all_or_none(client: TestClient, patient: dict[str, Any]) -> None:
     taken = fhir_patient(identifier=[{"value": patient["clinic_number"]}])
     free = fhir_patient()
     both = {"resourceType": "Bundle", "type": "collection", "entry": [{"resource": free}, {"resource": taken}]}
@@ -88,7 +88,7 @@ def test_an_import_changes_nobody_and_signs_up_all_or_none(client: TestClient, p
     assert imported(client, free).status_code == 201
 
 
-def test_what_is_not_understood_is_told_by_its_path(client: TestClient) -> None:
+def test_unsupported_import_element_is_reported_by_its_path(client: TestClient) -> None:
     told = problem(imported(client, fhir_patient(gender="f", birthDate="1970")), 422, "not_understood")
     assert [error["pointer"] for error in told["errors"]] == ["Patient.gender", "Patient.birthDate"]
     problem(imported(client, fhir_patient(), side="middle"), 422, "invalid")
@@ -103,9 +103,7 @@ def test_what_is_not_understood_is_told_by_its_path(client: TestClient) -> None:
         ("/api/patients/{patient}/recordings/import/preview?side=right", "text/csv"),
     ],
 )
-def test_nothing_that_was_taken_in_is_kept_as_a_file(
-    client: TestClient, patient: dict[str, Any], path: str, kind: str
-) -> None:
+def test_imported_file_is_not_stored(client: TestClient, patient: dict[str, Any], path: str, kind: str) -> None:
     """So there is nothing that a virus scanner could keep from being handed on; this is what scanners are tried with."""
     eicar = rb"X5O!P%@AP[4\PZX54(P^)7CC)7}$EICAR-STANDARD-ANTIVIRUS-TEST-FILE!$H+H*"
     app: Any = client.app
@@ -124,7 +122,7 @@ def test_nothing_that_was_taken_in_is_kept_as_a_file(
     assert kept == []
 
 
-def test_the_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> None:
+def test_whole_record_is_one_file_with_everything_in_it(client: TestClient) -> None:
     key, taken = history(client)
     answer = client.get(f"/api/patients/{key}/export.zip")
     assert answer.status_code == 200, answer.text
@@ -204,7 +202,7 @@ def test_a_request_is_noted_listed_and_refused_with_an_explanation(client: TestC
     assert asked(client, key)["id"] != request["id"]
 
 
-def test_what_was_erased_names_nobody_and_the_figures_stay(client: TestClient) -> None:
+def test_erased_patient_is_anonymous_and_figures_remain(client: TestClient) -> None:
     key, taken = history(client)
     before = client.get(f"/api/patients/{key}").json()
     request = asked(client, key)
@@ -251,7 +249,7 @@ def test_nothing_is_erased_while_a_session_is_open(client: TestClient, patient: 
 
 
 @pytest.mark.parametrize("path", ["patients/{}/export.zip", "patients/{}/fhir", "patients/{}/erasures"])
-def test_nobody_has_nothing(client: TestClient, path: str) -> None:
+def test_patient_without_data_exports_nothing(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
     refusal = {"explanation": "None.", "decided_by": "Director Kobayashi"}
     problem(client.post(f"/api/erasures/{uuid4()}/refuse", json=refusal), 404, "not_found")

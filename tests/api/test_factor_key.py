@@ -11,9 +11,9 @@ from sqlalchemy import select
 from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.signing_in import PASSWORD, Clinic, clinic, code
-from tests.api.test_accounts import enrol
+from tests.support.login_service import PASSWORD, Clinic, clinic, code
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def sealed_of(clinic: Clinic, username: str) -> str:
     return sealed
 
 
-def test_the_database_gives_nobody_codes_and_the_key_is_not_in_it(shared: Clinic, folder: Path) -> None:
+def test_database_reveals_no_codes_and_does_not_contain_the_key(shared: Clinic, folder: Path) -> None:
     username = shared.account()
     app, _ = enrol(shared.sign_in(username), shared.clock.seconds())
     written = b"".join(file.read_bytes() for file in folder.glob("kata.db*"))
@@ -45,7 +45,7 @@ def test_the_database_gives_nobody_codes_and_the_key_is_not_in_it(shared: Clinic
     assert key.read_text().splitlines()[-1].encode() not in written
 
 
-def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) -> None:
+def test_sealed_secret_in_anothers_row_opens_nothing(shared: Clinic) -> None:
     mine, hers = shared.account(), shared.account()
     app, _ = enrol(shared.sign_in(mine), shared.clock.seconds())
     enrol(shared.sign_in(hers), shared.clock.seconds())
@@ -61,7 +61,7 @@ def test_a_sealed_secret_put_into_anothers_row_lets_nobody_in(shared: Clinic) ->
     shared.sign_in(mine, code=given["code"])
 
 
-def test_without_the_key_a_recovery_code_lets_in_and_a_reset_sets_up_anew(shared: Clinic) -> None:
+def test_without_the_key_recovery_codes_work_and_reset_enrols_again(shared: Clinic) -> None:
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
@@ -82,9 +82,7 @@ def test_without_the_key_a_recovery_code_lets_in_and_a_reset_sets_up_anew(shared
         shared.app.state.access = kept
 
 
-def test_a_start_with_another_key_says_whose_second_factors_it_does_not_open(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with clinic(tmp_path) as first:
         enrol(first.sign_in(first.account()), first.clock.seconds())
     settings = Settings(data=tmp_path)
@@ -96,7 +94,7 @@ def test_a_start_with_another_key_says_whose_second_factors_it_does_not_open(
     assert settings.effective_second_factor_key.exists()
 
 
-def test_services_on_one_database_open_what_the_others_have_sealed(tmp_path: Path, services_url: str) -> None:
+def test_services_on_one_database_open_each_others_secrets(tmp_path: Path, services_url: str) -> None:
     key = tmp_path / "shared" / "key.txt"
     with running(tmp_path / "1", simulate=False, database_url=services_url, second_factor_key=key) as client:
         first = Clinic(client)

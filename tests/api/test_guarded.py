@@ -11,10 +11,10 @@ from kata.bench.clinic import GUARDED
 from kata.clinic.sessions import runs
 from kata.device import messages
 from kata.station.guard import SEEN_LIMIT_S
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, load, until, until_mode
-from tests.operating import operate, seen
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, load, until, until_mode
+from tests.support.station_commands import operate, seen
 
 EACH = sorted(GUARDED)
 SEEN_LIMIT = timedelta(seconds=SEEN_LIMIT_S)
@@ -149,7 +149,7 @@ def test_a_stop_voids_commands_that_were_sent_before(client: TestClient, recordi
     until_mode(client, "idle")
 
 
-def test_a_load_during_playback_reaches_neither_database_nor_device(
+def test_load_during_playback_reaches_neither_database_nor_device(
     client: TestClient, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From another page of the same browser, which operates: the lease does not refuse it."""

@@ -12,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from kata.api import security_middleware
 from kata.settings import Settings
 from kata.station.station import Station
-from tests.api.conftest import running
+from tests.support.service import running
 
 _OWN = "http://testserver"
 
@@ -38,12 +38,12 @@ def test_loopback_and_named_hosts_are_served(client: TestClient, host: str) -> N
     assert client.get("/health/live", headers={"host": host}).status_code == 200
 
 
-def test_a_host_said_twice_is_refused(client: TestClient) -> None:
+def test_repeated_host_header_is_refused(client: TestClient) -> None:
     twice: Any = [("host", "testserver"), ("host", "evil.example")]
     assert client.get("/health/live", headers=twice).status_code == 400
 
 
-def test_the_address_that_a_connection_came_to_is_served_and_no_other() -> None:
+def test_only_the_listening_address_is_accepted_as_host() -> None:
     look = security_middleware.Hardening(None, security_middleware.allowed_hosts(Settings()))  # type: ignore[arg-type]
     scope = {"type": "http", "method": "GET", "scheme": "https", "server": ("192.0.2.7", 8000)}
     served = {
@@ -67,9 +67,7 @@ _FOREIGN: list[dict[str, str]] = [
 
 
 @pytest.mark.parametrize("headers", _FOREIGN)
-def test_a_change_or_a_socket_that_another_sites_page_asks_for_is_refused(
-    client: TestClient, headers: dict[str, str]
-) -> None:
+def test_cross_site_changes_and_sockets_are_refused(client: TestClient, headers: dict[str, str]) -> None:
     for method in ("POST", "PUT", "PATCH", "DELETE"):
         answer = client.request(method, "/api/station/stop", headers=headers)
         assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
@@ -78,13 +76,13 @@ def test_a_change_or_a_socket_that_another_sites_page_asks_for_is_refused(
 
 
 @pytest.mark.parametrize("headers", [{}, {"origin": _OWN}, {"origin": _OWN, "sec-fetch-site": "same-origin"}])
-def test_what_its_own_page_asks_for_is_not(client: TestClient, headers: dict[str, str]) -> None:
+def test_requests_of_its_own_page_are_accepted(client: TestClient, headers: dict[str, str]) -> None:
     assert client.post("/api/station/side", headers=headers, json={"side": "nowhere"}).status_code == 422
     with client.websocket_connect("/api/live", headers=headers) as socket:
         assert socket.receive_json()["kind"] == "snapshot"
 
 
-def test_another_sites_page_may_link_here_but_neither_embed_nor_read(client: TestClient) -> None:
+def test_other_sites_may_link_but_neither_embed_nor_read(client: TestClient) -> None:
     foreign = {"sec-fetch-site": "cross-site"}
     linked = foreign | {"sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
     assert client.get("/health/live", headers=linked).status_code == 200
@@ -128,16 +126,16 @@ def test_every_answer_carries_the_headers(
 
 
 @pytest.mark.parametrize("method", ["TRACE", "CONNECT", "OPTIONS"])
-def test_a_method_that_nobody_needs_is_refused(client: TestClient, method: str) -> None:
+def test_unused_http_method_is_refused(client: TestClient, method: str) -> None:
     assert client.request(method, "/health/live").status_code == 405
 
 
-def test_over_tls_browsers_are_told_to_come_back_by_tls(client: TestClient) -> None:
+def test_tls_answers_require_tls_in_future(client: TestClient) -> None:
     answer = TestClient(client.app, base_url="https://testserver").get("/health/live")
     assert answer.headers["strict-transport-security"] == "max-age=31536000; includeSubDomains"
 
 
-def test_what_is_too_long_is_refused_whether_it_says_so_or_not(client: TestClient) -> None:
+def test_oversized_request_is_refused_with_or_without_a_length(client: TestClient) -> None:
     long = b'"' + b"a" * security_middleware.LARGEST_BODY + b'"'
     json = {"content-type": "application/json"}
     said = client.post("/api/patients", content=long, headers=json)
@@ -186,7 +184,5 @@ def test_settings_that_would_open_everything_are_refused(wrong: dict[str, Any]) 
         ({"tls_certificate": Path("c.pem"), "tls_key": Path("k.pem")}, True),
     ],
 )
-def test_where_others_can_reach_it_the_service_speaks_tls_unless_told_otherwise(
-    given: dict[str, Any], encrypted: bool
-) -> None:
+def test_service_uses_tls_off_loopback_unless_set_otherwise(given: dict[str, Any], encrypted: bool) -> None:
     assert Settings(**given).encrypted is encrypted

@@ -15,11 +15,11 @@ from kata.access.sign_in import COOKIE
 from kata.access.tables import AuditRow
 from kata.clinic.episodes.limits import Allowed
 from kata.station.lease import GIVEN_UP_S
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, load, until, until_mode
-from tests.operating import operate
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.station_api import accepted, load, until, until_mode
+from tests.support.station_commands import operate
 
 LIMIT_S = 60.0
 OPERATING = (
@@ -97,7 +97,7 @@ def recording(client: TestClient, patient: dict[str, Any]) -> dict[str, Any]:
     return taught(client, patient, lifted())
 
 
-def test_only_one_operates_and_the_others_are_told_who_and_may_stop(client: TestClient, other: Browser) -> None:
+def test_only_one_client_operates_and_others_see_who(client: TestClient, other: Browser) -> None:
     until_mode(client, "idle")
     assert other.live()["lease"]["holder"] is None
     mine = client.post("/api/station/lease", json={}).json()
@@ -145,7 +145,7 @@ def test_taking_over_is_shown_at_both_browsers_and_written_down(client: TestClie
     assert noted(client, "take_over") == [*before, '{"from":"Test administrator"}']
 
 
-def test_a_playback_whose_browser_is_lost_is_paused_and_let_go_half_a_minute_later(
+def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
     client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until_mode(client, "idle")
@@ -187,7 +187,7 @@ def test_a_playback_whose_browser_is_lost_is_paused_and_let_go_half_a_minute_lat
 # -- what takes its time to check ---------------------------------------------------------------------------------------
 
 
-def test_who_takes_over_while_a_recording_is_checked_does_not_find_it_loaded(
+def test_new_operator_does_not_inherit_a_recording_still_being_checked(
     client: TestClient, other: Browser, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until_mode(client, "idle")
@@ -207,7 +207,7 @@ def test_who_takes_over_while_a_recording_is_checked_does_not_find_it_loaded(
     assert client.get(f"/api/sessions/{visit['id']}").json()["runs"] == []
 
 
-def test_limits_that_a_doctor_changes_while_a_recording_is_held_against_them_refuse_it(
+def test_limits_changed_during_loading_refuse_the_recording(
     client: TestClient, recording: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until_mode(client, "idle")

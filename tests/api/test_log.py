@@ -27,7 +27,7 @@ def logged(caplog: pytest.LogCaptureFixture) -> str:
     return "\n".join(formatter.format(record) for record in caplog.records)
 
 
-def test_an_unexpected_error_is_logged_without_what_was_written(
+def test_unexpected_error_is_logged_without_the_users_input(
     client: TestClient, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def create(session: Any, wanted: PatientCreate) -> None:
@@ -55,9 +55,7 @@ def test_signing_in_is_logged_without_the_password(client: TestClient, caplog: p
     assert SECRET not in logged(caplog)
 
 
-def test_every_row_of_the_audit_trail_is_a_line_of_the_log_that_is_collected(
-    client: TestClient, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, caplog: pytest.LogCaptureFixture) -> None:
     """Where a program takes it elsewhere, it cannot be taken back; what a field said is in neither."""
     app: Any = client.app
     body = {"clinic_number": "K-told", "name": NAME, "affected_side": "right"}
@@ -76,7 +74,7 @@ def test_every_row_of_the_audit_trail_is_a_line_of_the_log_that_is_collected(
     assert NAME not in json.dumps(lines, ensure_ascii=False)
 
 
-def test_whoever_reads_a_terminal_is_spared_them() -> None:
+def test_plain_log_omits_audit_rows() -> None:
     before = logging.getLogger(ROWS).level
     handlers = list(logging.getLogger().handlers)
     try:
@@ -89,7 +87,7 @@ def test_whoever_reads_a_terminal_is_spared_them() -> None:
         logging.getLogger().handlers[:] = handlers
 
 
-def test_a_line_of_the_log_is_one_line_whatever_stands_in_it() -> None:
+def test_log_line_stays_one_line_whatever_it_contains() -> None:
     record = logging.LogRecord("kata", logging.INFO, "", 0, "a name\nand %s", ("2026 CRITICAL forged\r\n",), None)
     formatted = JsonLines().format(record)
     assert "\n" not in formatted
@@ -98,7 +96,7 @@ def test_a_line_of_the_log_is_one_line_whatever_stands_in_it() -> None:
     assert "\r" not in Lines().format(record)
 
 
-def test_what_does_not_fit_is_named_without_what_it_was() -> None:
+def test_validation_error_does_not_contain_the_invalid_value() -> None:
     with pytest.raises(ValidationError) as error:
         PatientCreate.model_validate({"clinic_number": NAME * 9, "name": NAME, "affected_side": NAME})
     assert NAME not in str(error.value)

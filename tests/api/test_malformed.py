@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from kata.access.sign_in import COOKIE
-from tests.e2e.conftest import Clinic
+from tests.support.browser_clinic import Clinic
 
 _CASES: Final = 1000
 _PLACES: Final = (
@@ -89,7 +89,7 @@ def wire(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Wire]:
     clinic.close()
 
 
-def test_a_right_request_is_told_from_all_these(wire: Wire) -> None:
+def test_valid_request_is_distinguished_from_all_malformed_ones(wire: Wire) -> None:
     own = [f"Host: {wire.own}", f"Origin: http://{wire.own}"]
     assert wire.status("GET", "/api/patients", own, signed_in=True) == 200
     assert wire.status("GET", "/api/patients", own, signed_in=False) == 401
@@ -98,7 +98,7 @@ def test_a_right_request_is_told_from_all_these(wire: Wire) -> None:
 
 
 @pytest.mark.timeout(600)
-def test_a_thousand_malformed_headers_let_nobody_in(wire: Wire) -> None:
+def test_thousand_malformed_headers_grant_no_access(wire: Wire) -> None:
     chance = random.Random(7)
     own = [f"Host: {wire.own}"]
     wrong = list(wrong_hosts(wire.own))

@@ -11,7 +11,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from kata.api.app import create_app
 from kata.settings import Settings
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def document() -> dict[str, Any]:
     return create_app(Settings()).openapi()
 
 
-def test_it_is_valid(document: dict[str, Any]) -> None:
+def test_document_is_valid_openapi(document: dict[str, Any]) -> None:
     validate(document)
 
 
@@ -28,7 +28,7 @@ def test_the_pages_copy_is_fresh(document: dict[str, Any]) -> None:
     assert kept == json.loads(json.dumps(document)), "stale: kata openapi --out frontend/openapi.json, npm run client"
 
 
-def test_every_operation_says_what_it_does_and_how_it_fails(document: dict[str, Any]) -> None:
+def test_every_operation_describes_its_purpose_and_failures(document: dict[str, Any]) -> None:
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             where = f"{method} {path}"
@@ -42,7 +42,7 @@ def test_every_operation_says_what_it_does_and_how_it_fails(document: dict[str, 
                 assert list(answer["content"]) == ["application/problem+json"], where
 
 
-def test_every_number_says_its_unit_or_its_range(document: dict[str, Any]) -> None:
+def test_every_number_has_a_unit_or_a_range(document: dict[str, Any]) -> None:
     """A bare number with a unit in its name must also say so to people, or be bounded."""
     units = ("_deg", "_deg_s", "_nm", "_s", "_ms", "_hz")
     for name, schema in document["components"]["schemas"].items():
@@ -65,7 +65,7 @@ def subclasses(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
         yield from subclasses(one)
 
 
-def test_what_is_true_or_false_is_said_so_by_whoever_asks(document: dict[str, Any]) -> None:
+def test_boolean_parameters_must_be_given_explicitly(document: dict[str, Any]) -> None:
     """0 and "no" are neither: the document says boolean."""
     bodies = json.dumps([one.get("requestBody") for path in document["paths"].values() for one in path.values()])
     asked = set(re.findall(r"#/components/schemas/(\w+)", bodies))

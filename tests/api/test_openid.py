@@ -18,10 +18,10 @@ from kata.access.openid import Provider as OurSide
 from kata.doctor import examine
 from kata.errors import ProblemError
 from kata.settings import Settings
-from tests.api.conftest import running
-from tests.api.provider import CLIENT, SECRET, Provider, provider
-from tests.api.signing_in import Clinic, code
-from tests.api.test_accounts import enrol
+from tests.support.login_service import Clinic, code
+from tests.support.openid_provider import CLIENT, SECRET, Provider, provider
+from tests.support.second_factor import enrol
+from tests.support.service import running
 
 
 def settings(folder: Path, made: Provider, **more: Any) -> dict[str, Any]:
@@ -99,7 +99,7 @@ def last_row(clinic: Clinic) -> dict[str, Any]:
     return row
 
 
-def test_whoever_is_linked_comes_in_and_is_where_they_wanted_to_go(clinic: Clinic, theirs: Provider) -> None:
+def test_linked_user_signs_in_and_returns_to_the_requested_page(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert browser.get("/api/sign-in").json() == {"openid": "Clinic ID"}
@@ -115,7 +115,7 @@ def test_whoever_is_linked_comes_in_and_is_where_they_wanted_to_go(clinic: Clini
     )
 
 
-def test_the_provider_is_asked_for_the_subject_alone_and_anew_each_time(clinic: Clinic, theirs: Provider) -> None:
+def test_provider_is_asked_only_for_the_subject_and_every_time(clinic: Clinic, theirs: Provider) -> None:
     address = begin(clinic.browser())
     assert address.startswith(f"{theirs.issuer}/authorize?")
     asked = dict(parse_qsl(urlsplit(address).query))
@@ -142,7 +142,7 @@ def test_no_token_of_the_provider_reaches_the_browser(clinic: Clinic, theirs: Pr
     assert all("HttpOnly" in cookie and "SameSite=strict" in cookie for cookie in cookies)
 
 
-def test_nobody_gets_an_account_by_signing_in(clinic: Clinic, theirs: Provider) -> None:
+def test_signing_in_at_the_provider_creates_no_account(clinic: Clinic, theirs: Provider) -> None:
     theirs.subject = "somebody-else"
     before = len(clinic.administrator.get("/api/accounts").json()["items"])
     browser = clinic.browser()
@@ -176,7 +176,7 @@ def test_a_disabled_account_stays_out_and_is_put_out(clinic: Clinic, theirs: Pro
 
 
 @pytest.mark.parametrize("what", ["another state", "another browser", "too late", "without having begun"])
-def test_what_was_not_begun_at_this_browser_is_refused(clinic: Clinic, theirs: Provider, what: str) -> None:
+def test_login_not_begun_in_this_browser_is_refused(clinic: Clinic, theirs: Provider, what: str) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -213,7 +213,7 @@ def test_what_was_not_begun_at_this_browser_is_refused(clinic: Clinic, theirs: P
         pytest.param({}, {"kid": "unknown"}, id="an unknown key"),
     ],
 )
-def test_a_word_that_is_not_for_this_sign_in_is_not_taken(
+def test_id_token_for_another_login_is_refused(
     clinic: Clinic, theirs: Provider, claims: dict[str, Any], header: dict[str, Any]
 ) -> None:
     linked(clinic, theirs)
@@ -224,14 +224,14 @@ def test_a_word_that_is_not_for_this_sign_in_is_not_taken(
     assert (last_row(clinic)["outcome"], last_row(clinic)["detail"]) == ("refused", {"why": "openid_refused"})
 
 
-def test_a_word_signed_by_another_key_is_not_taken(clinic: Clinic, theirs: Provider) -> None:
+def test_id_token_signed_by_another_key_is_refused(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     theirs.signs_with = RSAKey.generate_key(2048, {"kid": "one"})
     assert code(come_back(clinic.browser(), theirs), 401) == "openid_refused"
 
 
 @pytest.mark.parametrize("algorithm", ["none", "HS256"])
-def test_a_word_that_anybody_could_have_signed_is_not_taken(clinic: Clinic, theirs: Provider, algorithm: str) -> None:
+def test_unsigned_or_publicly_signable_id_token_is_refused(clinic: Clinic, theirs: Provider, algorithm: str) -> None:
     linked(clinic, theirs)
     theirs.forged = algorithm
     assert code(come_back(clinic.browser(), theirs), 401) == "openid_refused"
@@ -250,7 +250,7 @@ def test_a_code_is_good_once(clinic: Clinic, theirs: Provider) -> None:
     assert code(thief.post("/api/sign-in/openid", json=given), 401) == "openid_refused"
 
 
-def test_what_the_provider_or_another_refuses_is_no_sign_in(clinic: Clinic, theirs: Provider) -> None:
+def test_refusal_by_the_provider_or_others_is_no_login(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     assert code(come_back(clinic.browser(), theirs, code=""), 401) == "openid_refused"
     assert code(come_back(clinic.browser(), theirs, code="made-up"), 401) == "openid_refused"
@@ -270,7 +270,7 @@ def test_what_the_provider_or_another_refuses_is_no_sign_in(clinic: Clinic, thei
         "x",
     ],
 )
-def test_nobody_is_led_to_another_site(clinic: Clinic, to: str) -> None:
+def test_redirects_to_other_sites_are_refused(clinic: Clinic, to: str) -> None:
     answer = clinic.browser().post("/api/sign-in/openid/begin", json={"to": to})
     assert answer.status_code == 422, answer.text
 
@@ -280,7 +280,7 @@ def test_every_screen_can_be_wanted(clinic: Clinic, to: str) -> None:
     assert clinic.browser().post("/api/sign-in/openid/begin", json={"to": to}).status_code == 200
 
 
-def test_a_locked_screen_is_unlocked_by_whoever_locked_it(clinic: Clinic, theirs: Provider) -> None:
+def test_locked_screen_is_unlocked_only_by_its_user(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert come_back(browser, theirs).status_code == 200
@@ -301,7 +301,7 @@ def test_a_locked_screen_is_unlocked_by_whoever_locked_it(clinic: Clinic, theirs
     assert len(browser.get("/api/me/sign-ins").json()["items"]) == 1
 
 
-def test_whoever_has_no_password_shows_again_who_they_are_at_the_provider(clinic: Clinic, theirs: Provider) -> None:
+def test_user_without_password_reauthenticates_at_the_provider(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     reset = clinic.administrator.post(f"/api/accounts/{clinic.id_of(username)}/reset", json={})
     assert reset.json()["account"]["password"] is False
@@ -313,7 +313,7 @@ def test_whoever_has_no_password_shows_again_who_they_are_at_the_provider(clinic
     assert browser.post("/api/me/second-factor", json={}).status_code == 200
 
 
-def test_the_providers_second_factor_counts_only_in_the_words_that_were_set(clinic: Clinic, theirs: Provider) -> None:
+def test_providers_second_factor_counts_only_with_configured_values(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs, "administrator")
     for claims, enrolling in (
         ({}, True),
@@ -326,9 +326,7 @@ def test_the_providers_second_factor_counts_only_in_the_words_that_were_set(clin
         assert come_back(clinic.browser(), theirs).json()["me"]["enrolling"] is enrolling, claims
 
 
-def test_ones_own_second_factor_is_asked_for_where_the_provider_has_asked_for_none(
-    clinic: Clinic, theirs: Provider
-) -> None:
+def test_own_second_factor_is_required_when_provider_asks_none(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     app, _ = enrol(clinic.sign_in(username), clinic.clock.seconds())
     clinic.clock.forward(60)
@@ -357,7 +355,7 @@ def test_codes_are_guessed_no_faster_than_passwords(clinic: Clinic, theirs: Prov
     assert code(browser.post("/api/sign-in/openid/code", json={"code": "000000"}), 429) == "too_many_tries"
 
 
-def test_unlinking_ends_what_is_signed_in_and_one_identity_is_one_account(clinic: Clinic, theirs: Provider) -> None:
+def test_unlinking_ends_login_sessions_and_identities_are_unique(clinic: Clinic, theirs: Provider) -> None:
     username = linked(clinic, theirs)
     browser = clinic.browser()
     assert come_back(browser, theirs).status_code == 200
@@ -373,7 +371,7 @@ def test_unlinking_ends_what_is_signed_in_and_one_identity_is_one_account(clinic
     assert all("oidc_subject" in str(row["detail"]) for row in rows)
 
 
-def test_a_provider_that_does_not_answer_is_told_in_words(clinic: Clinic, theirs: Provider) -> None:
+def test_unreachable_provider_is_reported_in_a_sentence(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -384,7 +382,7 @@ def test_a_provider_that_does_not_answer_is_told_in_words(clinic: Clinic, theirs
     assert (last_row(clinic)["outcome"], last_row(clinic)["detail"]) == ("refused", {"why": "provider_down"})
 
 
-def test_nothing_is_said_to_whom_the_provider_redirects_to(clinic: Clinic, theirs: Provider) -> None:
+def test_redirected_provider_request_sends_nothing(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     asked: list[str] = []
 
@@ -409,7 +407,7 @@ def test_nothing_is_said_to_whom_the_provider_redirects_to(clinic: Clinic, their
     assert asked == []
 
 
-def test_a_provider_that_hangs_holds_up_nobody_else(clinic: Clinic, theirs: Provider) -> None:
+def test_hanging_provider_delays_no_one_else(clinic: Clinic, theirs: Provider) -> None:
     linked(clinic, theirs)
     browser = clinic.browser()
     given = theirs.authorize(begin(browser))
@@ -436,9 +434,7 @@ def test_a_provider_that_hangs_holds_up_nobody_else(clinic: Clinic, theirs: Prov
         {"authorization_endpoint": "javascript:alert(1)"},
     ],
 )
-def test_a_provider_that_is_another_or_speaks_in_the_open_is_none(
-    tmp_path: Path, theirs: Provider, metadata: dict[str, Any]
-) -> None:
+def test_wrong_or_unencrypted_provider_is_refused(tmp_path: Path, theirs: Provider, metadata: dict[str, Any]) -> None:
     theirs.metadata = metadata
     ours = OurSide(Settings(data=tmp_path, **settings(tmp_path, theirs)))
     with pytest.raises(Exception, match="does not answer"):
@@ -447,7 +443,7 @@ def test_a_provider_that_is_another_or_speaks_in_the_open_is_none(
     assert told.state == "problem"
 
 
-def test_the_doctor_says_whether_it_answers(tmp_path: Path, theirs: Provider) -> None:
+def test_doctor_reports_whether_the_provider_answers(tmp_path: Path, theirs: Provider) -> None:
     given = Settings(data=tmp_path, **settings(tmp_path, theirs))
     told = {one.name: one for one in examine(given)}["OpenID provider"]
     assert (told.state, told.message) == ("ok", f"{theirs.issuer} answers, and signs with 1 keys.")
@@ -457,7 +453,7 @@ def test_the_doctor_says_whether_it_answers(tmp_path: Path, theirs: Provider) ->
     assert "OpenID provider" not in {one.name for one in examine(Settings(data=tmp_path))}
 
 
-def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, theirs: Provider) -> None:
+def test_client_secret_readable_by_others_is_refused(tmp_path: Path, theirs: Provider) -> None:
     given = settings(tmp_path, theirs)
     given["openid_secret_file"].chmod(0o604)
     with pytest.raises(OpenIdError, match="chmod 600"):
@@ -475,12 +471,12 @@ def test_a_secret_that_others_can_read_is_refused(tmp_path: Path, theirs: Provid
         {"openid_issuer": "https://id.example?x", "openid_client_id": "kata"},
     ],
 )
-def test_half_a_provider_is_none(given: dict[str, Any]) -> None:
+def test_incomplete_provider_settings_are_refused(given: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"OPENID|https"):
         Settings(**given)
 
 
-def test_a_clinic_without_a_provider_says_so(tmp_path: Path) -> None:
+def test_clinic_without_a_provider_reports_this(tmp_path: Path) -> None:
     with running(tmp_path, simulate=False) as client:
         clinic = Clinic(client)
         assert client.get("/api/sign-in").json() == {"openid": None}

@@ -19,11 +19,11 @@ from kata.access.sign_in import COOKIE
 from kata.api.health import Probe
 from kata.api.logs import JsonLines
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.api.test_station import accepted, until, until_mode
-from tests.api.visits import teaching
-from tests.conftest import ROOT
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.paths import ROOT
+from tests.support.preflight import teaching
+from tests.support.service import running
+from tests.support.station_api import accepted, until, until_mode
 
 TOKEN: Final = "a-token-of-the-tests-0123456789"
 
@@ -91,7 +91,7 @@ def put_so_far(app: Any) -> int:
     return int(spool.last + spool.unwritten)
 
 
-def test_a_service_whose_database_hangs_is_alive_but_not_ready_and_asks_it_once(client: TestClient) -> None:
+def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient) -> None:
     stuck = _Stuck()
     app: Any = client.app
     waiting = put_so_far(app)
@@ -110,7 +110,7 @@ def test_a_service_whose_database_hangs_is_alive_but_not_ready_and_asks_it_once(
 # -- metrics --------------------------------------------------------------------------------------------------------
 
 
-def test_metrics_are_for_technicians_and_administrators_and_whoever_shows_the_token(client: TestClient) -> None:
+def test_metrics_need_technician_administrator_or_token(client: TestClient) -> None:
     app: Any = client.app
     allowed = {}
     for role in ("viewer", "therapist", "technician", "administrator"):
@@ -132,7 +132,7 @@ def test_metrics_are_for_technicians_and_administrators_and_whoever_shows_the_to
 
 
 @pytest.mark.parametrize("content", ["", "short", None], ids=["empty", "short", "no file"])
-def test_a_file_without_a_token_lets_nobody_in(client: TestClient, tmp_path: Path, content: str | None) -> None:
+def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, content: str | None) -> None:
     if content is not None:
         (tmp_path / "token").write_text(content)
     header = {"authorization": f"Bearer {content or ''}"}
@@ -140,7 +140,7 @@ def test_a_file_without_a_token_lets_nobody_in(client: TestClient, tmp_path: Pat
         assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
 
 
-def test_metrics_tell_how_loop_and_database_are_doing(client: TestClient) -> None:
+def test_metrics_describe_loop_and_database(client: TestClient) -> None:
     until_mode(client, "idle")
     told = values(client)
     assert told["kata_device_running", ""] == 1
@@ -166,7 +166,7 @@ def test_a_stop_is_counted_once_by_its_cause(client: TestClient) -> None:
     assert values(client)["kata_stops_total", "estop_pressed"] == before + 1
 
 
-def test_whoever_listens_is_counted_while_they_do(client: TestClient) -> None:
+def test_live_listeners_are_counted_while_connected(client: TestClient) -> None:
     before = values(client)["kata_websocket_clients", ""]
     with client.websocket_connect("/api/live") as socket:
         socket.receive_json()
@@ -181,7 +181,7 @@ def test_a_sign_in_that_is_refused_is_counted(client: TestClient) -> None:
     assert values(client)["kata_sign_ins_refused_total", "wrong_password"] == before + 1
 
 
-def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> None:
+def test_metrics_contain_no_names(client: TestClient, patient: dict[str, Any]) -> None:
     until_mode(client, "idle")
     accepted(client, "teach", teaching(client, patient["id"]))
     until_mode(client, "teaching")
@@ -195,7 +195,7 @@ def test_metrics_name_nobody(client: TestClient, patient: dict[str, Any]) -> Non
     assert not re.search(r"[0-9a-f]{8}-[0-9a-f]{4}-", text), "no id of anything"
 
 
-def test_every_expression_of_the_dashboard_asks_for_what_there_is(client: TestClient) -> None:
+def test_every_dashboard_expression_uses_an_existing_metric(client: TestClient) -> None:
     text = client.get("/metrics").text
     known = set()
     for family in text_string_to_metric_families(text):
@@ -219,7 +219,7 @@ def test_every_expression_of_the_dashboard_asks_for_what_there_is(client: TestCl
 # -- logs -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_log_in_json_is_an_object_a_line_with_its_traceback() -> None:
+def test_json_log_has_one_object_per_line_with_traceback() -> None:
     try:
         raise ValueError("two\nlines")
     except ValueError:

@@ -28,12 +28,12 @@ from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.api.conftest import running
-from tests.api.test_derived import lifted, taught
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, load, until, until_mode
-from tests.api.test_visit import eventually, programme
-from tests.api.visits import WHO, go_through_checklist, still_open
+from tests.support.preflight import WHO, go_through_checklist, still_open
+from tests.support.recordings import lifted, taught
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, load, until, until_mode
+from tests.support.visits import eventually, programme
 
 LIMIT_S = 60.0
 FEW_S = 8.0
@@ -94,7 +94,7 @@ def noted(client: TestClient) -> list[str]:
         return list(session.scalars(query.order_by(AuditRow.number)))
 
 
-def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
+def test_session_continues_while_the_database_hangs_and_page_shows_it(
     client: TestClient, server: postgresql.Server, told: list[Happening]
 ) -> None:
     until_mode(client, "idle")
@@ -141,7 +141,7 @@ def test_a_session_goes_on_while_the_database_hangs_and_the_page_says_so(
     accepted(client, "acknowledge")
 
 
-def test_a_run_that_ends_while_the_database_is_dead_is_there_when_it_has_been_started_again(
+def test_run_ended_during_an_outage_exists_after_a_restart(
     client: TestClient, server: postgresql.Server, told: list[Happening]
 ) -> None:
     until_mode(client, "idle")
@@ -201,7 +201,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
     assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
 
-def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
+def test_session_continues_its_programme_during_an_outage(
     client: TestClient, server: postgresql.Server, told: list[Happening], visit: dict[str, Any]
 ) -> None:
     second = {
@@ -260,9 +260,7 @@ def test_a_session_goes_on_through_its_programme_while_the_database_is_dead(
         assert "begun_without_database" in noted
 
 
-def test_what_was_changed_elsewhere_while_nobody_here_could_know_is_said_and_not_guessed(
-    client: TestClient, visit: dict[str, Any]
-) -> None:
+def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient, visit: dict[str, Any]) -> None:
     app: Any = client.app
     offline_cache: OfflineCache = app.state.offline_cache
     found = offline_cache.start_run(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
@@ -291,7 +289,7 @@ def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, vi
     assert not offline_cache.holds(UUID(visit["patient"]["id"]))
 
 
-def test_a_programmes_time_goes_on_while_nobody_can_count_it(
+def test_programme_time_continues_during_an_outage(
     client: TestClient, visit: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app: Any = client.app
@@ -316,7 +314,7 @@ def test_a_programmes_time_goes_on_while_nobody_can_count_it(
     assert begin(None)
 
 
-def test_a_run_that_was_written_down_is_loaded_although_the_database_is_lost_right_after(
+def test_recorded_run_loads_although_the_database_is_lost_afterwards(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Else it would stand in the session for ever, and the session could not be ended."""

@@ -50,7 +50,7 @@ def client(tmp_path: Path) -> Iterator[TestClient]:
         ("notgzip", False),
     ],
 )
-def test_whoever_takes_gzip_is_sent_it(client: TestClient, accepted: str, compressed: bool) -> None:
+def test_client_accepting_gzip_receives_it(client: TestClient, accepted: str, compressed: bool) -> None:
     answer = client.get(ADDRESS, headers={"accept-encoding": accepted})
     assert answer.status_code == 200
     assert answer.headers.get("content-encoding") == ("gzip" if compressed else None)
@@ -58,13 +58,15 @@ def test_whoever_takes_gzip_is_sent_it(client: TestClient, accepted: str, compre
     assert int(answer.headers["content-length"]) == len(PACKED if compressed else SCRIPT)
 
 
-def test_two_headers_count_as_one(client: TestClient) -> None:
+def test_two_encoding_headers_count_as_one(client: TestClient) -> None:
     answer = client.get(ADDRESS, headers=[("accept-encoding", "br"), ("accept-encoding", "gzip")])
     assert answer.headers["content-encoding"] == "gzip"
 
 
 @pytest.mark.parametrize(("name", "kind"), [("page-1a2b.js", "javascript"), ("page-1a2b.css", "text/css")])
-def test_it_stays_what_it_is_and_is_kept_for_ever_in_both_forms(client: TestClient, name: str, kind: str) -> None:
+def test_static_file_is_unchanged_and_cached_forever_in_both_encodings(
+    client: TestClient, name: str, kind: str
+) -> None:
     forms = [client.get(f"/assets/{name}", headers={"accept-encoding": one}).headers for one in ("gzip", "identity")]
     for headers in forms:
         assert kind in headers["content-type"]
@@ -73,7 +75,7 @@ def test_it_stays_what_it_is_and_is_kept_for_ever_in_both_forms(client: TestClie
     assert forms[0]["etag"] != forms[1]["etag"]
 
 
-def test_what_lies_there_in_one_form_alone_does_not_vary(client: TestClient) -> None:
+def test_file_with_one_encoding_does_not_vary(client: TestClient) -> None:
     answer = client.get("/assets/picture.svg", headers={"accept-encoding": "gzip"})
     assert answer.text == "<svg/>"
     assert "vary" not in answer.headers and "content-encoding" not in answer.headers
@@ -83,7 +85,7 @@ def test_the_compressed_form_has_no_address_of_its_own(client: TestClient) -> No
     assert client.get(f"{ADDRESS}.gz").status_code == 404
 
 
-def test_a_part_is_one_of_the_form_that_was_begun(client: TestClient) -> None:
+def test_resumed_download_keeps_its_encoding(client: TestClient) -> None:
     """A download that was broken off goes on in the same form; in the other one it begins anew."""
     packed = client.get(ADDRESS, headers={"accept-encoding": "gzip"}).headers["etag"]
     rest = {"range": "bytes=20-", "if-range": packed}

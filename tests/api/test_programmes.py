@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.clinic.recordings.tables import RecordingSamplesRow
-from tests.api.test_derived import LASTS_S, lifted, taught
-from tests.api.test_records import problem
+from tests.support.recordings import LASTS_S, lifted, taught
+from tests.support.responses import problem
 
 ITEM = {"repetitions": 3, "pause_s": 2.0, "load_level": 8}
 
@@ -28,7 +28,7 @@ def post(client: TestClient, lift: dict[str, Any], *items: dict[str, Any], **giv
     return client.post(f"/api/patients/{lift['patient_id']}/programmes", json=body | given)
 
 
-def test_a_programme_is_made_listed_changed_and_put_away(client: TestClient, lift: dict[str, Any]) -> None:
+def test_programme_is_created_listed_changed_and_archived(client: TestClient, lift: dict[str, Any]) -> None:
     answer = post(client, lift, ITEM, {"speed_percent": 50.0}, timer_minutes=20)
     assert answer.status_code == 201, answer.text
     made = answer.json()
@@ -61,9 +61,7 @@ def test_a_programme_is_made_listed_changed_and_put_away(client: TestClient, lif
     ]
 
 
-def test_what_this_station_could_not_play_is_refused_with_item_motor_and_time(
-    client: TestClient, lift: dict[str, Any]
-) -> None:
+def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestClient, lift: dict[str, Any]) -> None:
     fast = taught(client, {"id": lift["patient_id"]}, lambda times_s: lifted()(4 * times_s % LASTS_S))
     told = problem(
         post(
@@ -78,9 +76,7 @@ def test_what_this_station_could_not_play_is_refused_with_item_motor_and_time(
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
 
 
-def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_played(
-    client: TestClient, lift: dict[str, Any]
-) -> None:
+def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestClient, lift: dict[str, Any]) -> None:
     damaged = taught(client, {"id": lift["patient_id"]}, lifted())
     app: Any = client.app
     with app.state.database.write() as session:
@@ -95,9 +91,7 @@ def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_playe
     assert "of the left shoulder" in told["items"][2]["problem"]
 
 
-def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
-    client: TestClient, lift: dict[str, Any]
-) -> None:
+def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: TestClient, lift: dict[str, Any]) -> None:
     episode = client.get(f"/api/patients/{lift['patient_id']}/episodes").json()["items"][0]
     forbidding = {
         "limits": [{"motion": 4, "lowest_deg": None, "highest_deg": 70.0}], "max_load_level": 12, "limits_by": "Dr. Mori",
@@ -135,7 +129,7 @@ def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
         ({"made_by": "x" * 101}, "#/made_by"),
     ],
 )
-def test_what_is_out_of_bounds_is_said_by_field(
+def test_out_of_range_value_is_reported_by_field(
     client: TestClient, lift: dict[str, Any], given: dict[str, Any], pointer: str
 ) -> None:
     told = problem(post(client, lift, ITEM, **given), 422, "invalid")
@@ -145,7 +139,7 @@ def test_what_is_out_of_bounds_is_said_by_field(
 @pytest.mark.parametrize(
     "path", ["patients/{}/programmes", "programmes/{}", "sessions/{}/plan", "episodes/{}/adherence"]
 )
-def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
 
 

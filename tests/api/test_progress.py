@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.clinic.progress.schemas import Progress
-from tests.api.test_assessments import FLEXION, found
-from tests.api.test_records import problem
+from tests.support.assessments import FLEXION, found
+from tests.support.responses import problem
 
 CHARTS = ("rom", "pain", "spadi", "tracking", "correction", "adherence")
 
@@ -27,6 +27,6 @@ def test_every_chart_comes_with_its_numbers(client: TestClient, patient: dict[st
         assert moments == ["2026-03-02T09:30:00Z"]
 
 
-def test_what_is_not_there_is_said(client: TestClient, patient: dict[str, Any]) -> None:
+def test_missing_data_is_reported(client: TestClient, patient: dict[str, Any]) -> None:
     problem(client.get(f"/api/episodes/{uuid4()}/progress/rom"), 404, "not_found")
     problem(client.get(f"/api/episodes/{patient['episode_id']}/progress/mood"), 422, "invalid")

@@ -5,22 +5,9 @@ from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
-from httpx2 import Response
 
 from kata.clinic.patients import service
-
-
-def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
-    """It must be a problem document (RFC 9457) with this code."""
-    assert answer.status_code == status, answer.text
-    assert answer.headers["content-type"] == "application/problem+json"
-    told: dict[str, Any] = answer.json()
-    assert told["status"] == status
-    assert told["code"] == code
-    assert told["title"]
-    assert told["detail"].endswith(".")
-    assert "Traceback" not in answer.text
-    return told
+from tests.support.responses import problem
 
 
 def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> None:
@@ -40,7 +27,7 @@ def test_a_patient_is_signed_up_looked_up_and_changed(client: TestClient) -> Non
 
 
 @pytest.mark.parametrize("search", ["satō k", "A-1", "サトウ", "ken SAT"])
-def test_patients_are_found_by_any_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
+def test_patients_are_found_by_words_of_name_kana_or_number(client: TestClient, search: str) -> None:
     if not client.get("/api/patients", params={"search": "Ito"}).json()["items"]:
         for number, name, kana in (("A-1", "Satō Ken", "サトウ ケン"), ("B-2", "Ito Mai", "イトウ マイ")):
             body = {"clinic_number": f"find-{number}", "name": name, "kana": kana, "affected_side": "left"}
@@ -77,7 +64,7 @@ def test_two_editors_do_not_overwrite_each_other(client: TestClient, patient: di
     assert client.get(url).json()["notes"] == "first"
 
 
-def test_a_clinic_number_belongs_to_one(client: TestClient, patient: dict[str, Any]) -> None:
+def test_clinic_number_belongs_to_one_patient(client: TestClient, patient: dict[str, Any]) -> None:
     body = {"clinic_number": patient["clinic_number"], "name": "Other", "affected_side": "left"}
     problem(client.post("/api/patients", json=body), 409, "number_taken")
 
@@ -95,7 +82,9 @@ def test_a_clinic_number_belongs_to_one(client: TestClient, patient: dict[str, A
         ({"clinic_number": "x", "name": "N\0", "kana": "\0", "affected_side": "left"}, {"#/name", "#/kana"}),
     ],
 )
-def test_what_is_wrong_is_said_field_by_field(client: TestClient, body: dict[str, Any], pointers: set[str]) -> None:
+def test_invalid_record_is_reported_field_by_field(
+    client: TestClient, body: dict[str, Any], pointers: set[str]
+) -> None:
     told = problem(client.post("/api/patients", json=body), 422, "invalid")
     assert {error["pointer"] for error in told["errors"]} == pointers
     assert all(error["detail"] for error in told["errors"])
@@ -116,11 +105,11 @@ def test_nonsense_is_a_problem_too(client: TestClient) -> None:
     ["patients/{}", "patients/{}/recordings", "patients/{}/sessions", "recordings/{}", "recordings/{}/figure",
      "recordings/{}/samples.csv", "sessions/{}", "runs/{}", "runs/{}/figures"],
 )  # fmt: skip
-def test_what_is_not_there_is_not_found(client: TestClient, path: str) -> None:
+def test_missing_record_is_not_found(client: TestClient, path: str) -> None:
     problem(client.get(f"/api/{path.format(uuid4())}"), 404, "not_found")
 
 
-def test_a_patient_has_one_open_session_and_it_ends_once(client: TestClient, patient: dict[str, Any]) -> None:
+def test_patient_has_one_open_session_that_ends_once(client: TestClient, patient: dict[str, Any]) -> None:
     first = client.post("/api/sessions", json={"patient_id": patient["id"]})
     assert first.status_code == 201
     again = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -138,7 +127,7 @@ def test_a_patient_has_one_open_session_and_it_ends_once(client: TestClient, pat
 
 
 @pytest.mark.parametrize("method", ["post", "patch"])
-def test_another_sites_page_cannot_change_anything(client: TestClient, method: str) -> None:
+def test_other_sites_page_cannot_change_anything(client: TestClient, method: str) -> None:
     headers = {"origin": "https://elsewhere.example"}
     answer = client.request(method, "/api/station/stop", headers=headers)
     problem(answer, 403, "foreign_origin")
@@ -154,7 +143,7 @@ def test_an_unexpected_error_is_a_sentence_for_the_user(client: TestClient, monk
     assert "secret" not in told["detail"]
 
 
-def test_the_page_is_served_for_every_screen_and_only_for_screens(client: TestClient) -> None:
+def test_page_is_served_for_screens_and_for_nothing_else(client: TestClient) -> None:
     for path in ("/", "/patients", f"/sessions/{uuid4()}"):
         answer = client.get(path)
         assert answer.status_code == 200
@@ -179,7 +168,7 @@ def test_lists_go_on_where_the_page_before_ended(client: TestClient, patient: di
     problem(client.get("/api/patients", params={"after": "damaged"}), 422, "damaged_cursor")
 
 
-def test_sessions_are_narrowed_by_what_the_choices_say(client: TestClient, patient: dict[str, Any]) -> None:
+def test_sessions_are_filtered_by_the_offered_options(client: TestClient, patient: dict[str, Any]) -> None:
     visit = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     began = visit["started_at"]
     assert visit["id"] in {one["id"] for one in client.get("/api/sessions", params={"since": began}).json()["items"]}

@@ -8,8 +8,8 @@ import pytest
 from fastapi.testclient import TestClient
 from pypdf import PdfReader
 
-from tests.api.test_records import problem
-from tests.clinic.treated import Treated, treat
+from tests.support.responses import problem
+from tests.support.treatment import Treated, treat
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def test_a_report_is_a_pdf(client: TestClient, address: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["html", "pdf"])
-def test_english_unless_another_language_is_asked_for(client: TestClient, address: str, kind: str) -> None:
+def test_report_is_english_unless_another_language_is_requested(client: TestClient, address: str, kind: str) -> None:
     answer = client.get(f"{address}.{kind}")
     text = answer.text if kind == "html" else PdfReader(io.BytesIO(answer.content)).pages[0].extract_text()
     assert "report" in text
@@ -56,14 +56,12 @@ def test_english_unless_another_language_is_asked_for(client: TestClient, addres
 
 @pytest.mark.parametrize("kind", ["html", "pdf"])
 @pytest.mark.parametrize("of", ["sessions", "episodes"])
-def test_there_is_no_report_of_nothing_and_none_in_a_language_that_it_does_not_speak(
-    client: TestClient, of: str, kind: str
-) -> None:
+def test_report_needs_a_session_and_a_supported_language(client: TestClient, of: str, kind: str) -> None:
     problem(client.get(f"/api/{of}/{uuid4()}/report.{kind}"), 404, "not_found")
     problem(client.get(f"/api/{of}/{uuid4()}/report.{kind}", params={"language": "xx"}), 422, "invalid")
 
 
-def test_a_session_just_begun_has_a_report_that_is_a_draft(client: TestClient, patient: dict[str, Any]) -> None:
+def test_report_of_a_new_session_is_a_draft(client: TestClient, patient: dict[str, Any]) -> None:
     begun = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     text = client.get(f"/api/sessions/{begun['id']}/report.html").text
     assert "still open" in text

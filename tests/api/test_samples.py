@@ -17,9 +17,9 @@ from kata.database import arrays
 from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
 from kata.motion.axes import POSE_COLUMNS
 from kata.motion.linkage import Floats, motor_angles_deg
-from tests.api.test_derived import LASTS_S, lifted, taught
-from tests.api.test_records import problem
-from tests.conftest import judge
+from tests.support.recordings import LASTS_S, lifted, taught
+from tests.support.responses import problem
+from tests.support.validators import judge
 
 HEADER = "time_s," + ",".join(POSE_COLUMNS)
 
@@ -59,9 +59,7 @@ def table(text: str) -> Floats:
     return np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1)
 
 
-def test_a_recording_goes_out_as_csv_and_comes_in_again_as_the_same_motion(
-    client: TestClient, patient: dict[str, Any]
-) -> None:
+def test_recording_survives_a_csv_export_and_import_unchanged(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     answer = client.get(f"/api/recordings/{recording['id']}/samples.csv")
     assert answer.headers["content-type"].startswith("text/csv")
@@ -76,9 +74,7 @@ def test_a_recording_goes_out_as_csv_and_comes_in_again_as_the_same_motion(
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_a_file_of_poses_becomes_the_motor_angles_of_its_side(
-    client: TestClient, patient: dict[str, Any], side: Any
-) -> None:
+def test_pose_file_becomes_the_motor_angles_of_its_side(client: TestClient, patient: dict[str, Any], side: Any) -> None:
     made = sent(client, patient, poses_csv(), side).json()
     recording, told = made["recording"], made["understood"]
     assert (recording["teaching_id"], recording["parent_id"], recording["take"]) == (None, None, None)
@@ -92,7 +88,7 @@ def test_a_file_of_poses_becomes_the_motor_angles_of_its_side(
     assert kept[:, 1:] == pytest.approx(motor_angles_deg(lifted()(times_s), side), abs=2e-3)
 
 
-def test_what_a_spreadsheet_makes_of_it_is_understood(client: TestClient, patient: dict[str, Any]) -> None:
+def test_spreadsheet_variants_of_a_csv_are_understood(client: TestClient, patient: dict[str, Any]) -> None:
     text = "\ufeff" + poses_csv(separator=";", end="\r\n").replace("\r\n", ";ok\r\n").replace(";ok", ";remark", 1)
     told = sent(client, patient, text + ";;;;;;\r\n", to="/preview").json()
     assert (told["separator"], told["left_alone"], told["samples"]) == ("semicolon", ["remark"], 401)
@@ -121,7 +117,7 @@ def test_what_a_spreadsheet_makes_of_it_is_understood(client: TestClient, patien
         ({(1, 6): "shoulder_flexion"}, "line 1, column external_rotation", "this column is missing"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_with_line_and_column(
+def test_error_is_reported_with_line_and_column(
     client: TestClient, patient: dict[str, Any], change: dict[tuple[int, int], str], where: str, what: str
 ) -> None:
     told = refused(client, patient, poses_csv(change=change))
@@ -134,7 +130,7 @@ def test_what_is_wrong_is_told_with_line_and_column(
     assert first["detail"].startswith(what)
 
 
-def test_every_line_that_is_wrong_is_told_up_to_twenty(client: TestClient, patient: dict[str, Any]) -> None:
+def test_up_to_twenty_wrong_lines_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     told = refused(client, patient, poses_csv(change={(line, 3): "x" for line in range(10, 60)}))
     assert [error["pointer"].split(",")[0] for error in told["errors"]] == [f"line {n}" for n in range(10, 30)]
 
@@ -163,13 +159,11 @@ def test_radians_and_milliseconds_are_recognised_by_their_size(client: TestClien
         (b'"' + poses_csv(40.0).encode(), "cannot be read as CSV"),
     ],
 )
-def test_what_is_no_motion_at_all_is_said_to_be_none(
-    client: TestClient, patient: dict[str, Any], csv: bytes, sentence: str
-) -> None:
+def test_file_without_motion_is_refused(client: TestClient, patient: dict[str, Any], csv: bytes, sentence: str) -> None:
     assert sentence in refused(client, patient, csv)["detail"]
 
 
-def test_what_the_station_may_not_play_is_refused_at_its_line(client: TestClient, patient: dict[str, Any]) -> None:
+def test_file_beyond_the_stations_limits_is_refused_with_its_line(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     lines = client.get(f"/api/recordings/{recording['id']}/samples.csv").text.splitlines()
     quick = [lines[0], *(f"{float(line.split(',')[0]) / 10:.6f},{line.partition(',')[2]}" for line in lines[1:])]
@@ -190,7 +184,7 @@ def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: 
     ]
 
 
-def test_an_imported_motion_is_of_somebody_who_is_there(client: TestClient, patient: dict[str, Any]) -> None:
+def test_imported_motion_needs_an_existing_patient(client: TestClient, patient: dict[str, Any]) -> None:
     problem(sent(client, {"id": str(uuid4())}, poses_csv()), 404, "not_found")
     client.patch(f"/api/patients/{patient['id']}", json={"archived": True})
     problem(sent(client, patient, poses_csv()), 409, "archived")
@@ -228,7 +222,7 @@ def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any
     return str(key), columns
 
 
-def test_a_run_goes_out_as_csv_with_nothing_where_nothing_is_known(client: TestClient, patient: dict[str, Any]) -> None:
+def test_run_csv_leaves_unknown_values_empty(client: TestClient, patient: dict[str, Any]) -> None:
     key, columns = played(client, patient, taught(client, patient, lifted()))
     lines = client.get(f"/api/runs/{key}/samples.csv").text.splitlines()
     header = lines[0].split(",")
@@ -238,7 +232,7 @@ def test_a_run_goes_out_as_csv_with_nothing_where_nothing_is_known(client: TestC
     assert float(lines[51].split(",")[2]) == columns["path_s"][50]
 
 
-def test_a_run_as_parquet_is_read_by_others_with_its_units_and_where_it_comes_from(
+def test_run_parquet_is_readable_elsewhere_with_units_and_origin(
     client: TestClient, patient: dict[str, Any], tmp_path: Any
 ) -> None:
     key, columns = played(client, patient, taught(client, patient, lifted()))
@@ -269,9 +263,7 @@ def test_a_run_as_parquet_is_read_by_others_with_its_units_and_where_it_comes_fr
             assert values == pytest.approx(columns[name][:, motor - 1], abs=1.1e-3 if column == "setpoint" else 1e-4)
 
 
-def test_a_recording_as_parquet_says_the_same_as_its_csv(
-    client: TestClient, patient: dict[str, Any], tmp_path: Any
-) -> None:
+def test_recording_parquet_equals_its_csv(client: TestClient, patient: dict[str, Any], tmp_path: Any) -> None:
     recording = taught(client, patient, lifted())
     file = tmp_path / "recording.parquet"
     file.write_bytes(client.get(f"/api/recordings/{recording['id']}/samples.parquet").content)
@@ -283,7 +275,7 @@ def test_a_recording_as_parquet_says_the_same_as_its_csv(
     assert told["columns"]["time_s"][-1] == LASTS_S
 
 
-def test_samples_that_are_damaged_or_not_there_are_said_to_be(client: TestClient, patient: dict[str, Any]) -> None:
+def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     app: Any = client.app
     with app.state.database.write() as session:

@@ -13,8 +13,8 @@ from kata.access.sign_in import COOKIE
 from kata.access.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
 
 PASSWORD = "seven slow swans at dawn"
 
@@ -53,7 +53,7 @@ def with_password(client: TestClient, role: str = "therapist") -> str:
         return row.username
 
 
-def test_nobody_is_nobody(stranger: TestClient) -> None:
+def test_request_without_login_has_no_user(stranger: TestClient) -> None:
     answer = stranger.get("/api/me")
     assert answer.status_code == 401
     assert answer.json()["code"] == "not_signed_in"
@@ -61,7 +61,7 @@ def test_nobody_is_nobody(stranger: TestClient) -> None:
     assert stranger.get("/api/me").status_code == 401
 
 
-def test_the_right_password_signs_in_and_signing_out_ends_it(client: TestClient, stranger: TestClient) -> None:
+def test_correct_password_logs_in_and_logout_ends_the_session(client: TestClient, stranger: TestClient) -> None:
     username = with_password(client)
     answer = stranger.post("/api/sign-in", json={"username": username.upper(), "password": PASSWORD})
     assert answer.status_code == 200, answer.text
@@ -76,7 +76,7 @@ def test_the_right_password_signs_in_and_signing_out_ends_it(client: TestClient,
 
 
 @pytest.mark.parametrize("what", ["unknown", "wrong", "disabled"])
-def test_what_is_wrong_is_told_to_nobody(client: TestClient, stranger: TestClient, what: str) -> None:
+def test_failed_login_does_not_reveal_its_reason(client: TestClient, stranger: TestClient, what: str) -> None:
     username = with_password(client)
     if what == "disabled":
         with database_of(client).write() as session:
@@ -101,7 +101,7 @@ def test_a_cookie_over_https_is_this_hosts_alone(client: TestClient) -> None:
     assert "Domain" not in told
 
 
-def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(client: TestClient) -> None:
+def test_login_session_locks_when_idle_and_ends_after_a_day(client: TestClient) -> None:
     database, limits = database_of(client), sign_in.Limits()
     cookie, now = signed_in(database), utc_now()
     with database.read() as session:
@@ -117,7 +117,7 @@ def test_a_sign_in_locks_when_nothing_is_done_and_ends_after_a_day_of_work(clien
     assert before is None, "the clock was set back"
 
 
-def test_a_sign_in_does_not_end_while_its_user_operates_an_arm_that_is_held(client: TestClient) -> None:
+def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClient) -> None:
     database, limits = database_of(client), sign_in.Limits()
     cookie, other, now = signed_in(database), signed_in(database), utc_now()
     with database.read() as session:
@@ -158,7 +158,7 @@ def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     "settings", [{"simulate": False}, {"host": "0.0.0.0"}, {"host": "192.168.1.7"}, {"host": "kata"}]
 )
-def test_off_loopback_or_with_an_apparatus_there_are_no_demonstration_links(
+def test_demonstration_links_exist_only_on_loopback_with_a_simulated_apparatus(
     tmp_path: Any, settings: dict[str, Any]
 ) -> None:
     with running(tmp_path, **settings) as client:

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import time
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -16,70 +14,11 @@ from starlette.websockets import WebSocketDisconnect
 from kata.motion.taught import Taught
 from kata.simulator.parameters import REST_DEG
 from kata.station import device_process
-from tests.api.conftest import running
-from tests.api.test_records import problem
-from tests.api.visits import go_through_checklist, still_open, teaching
-from tests.operating import operate
-
-
-def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
-    """Listen on the WebSocket until the live state fulfils the condition; returns that state."""
-    limit = time.monotonic() + within_s
-    live: dict[str, Any] = {}
-    with client.websocket_connect("/api/live") as socket:
-        while True:
-            live |= socket.receive_json().get("live", {})
-            if condition(live):
-                return live
-            assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
-
-
-def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
-    return until(client, lambda live: live["mode"] == mode, within_s)
-
-
-def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Send a command. While the drives' settings are being checked it waits a moment, as the refusal asks for."""
-    limit = time.monotonic() + 30.0
-    answer = operate(client, command, body)
-    while answer.status_code == 409 and answer.json()["code"] == "not_verified" and time.monotonic() < limit:
-        until(client, lambda live: all(one["code"] != "not_verified" for one in live["refusals"].values()))
-        answer = operate(client, command, body)
-    assert answer.status_code == 200, answer.text
-    told: dict[str, Any] = answer.json()
-    return told
-
-
-def teach(
-    client: TestClient,
-    patient: dict[str, Any],
-    motion_id: str = "built-in-1",
-    side: str = "right",
-    fixtures: tuple[str, ...] = ("arm_fixer_1",),
-) -> dict[str, Any]:
-    """Teach by the simulated hand; the recording that came of it."""
-    until_mode(client, "idle")
-    told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
-    accepted(client, "teach", teaching(client, patient["id"], **told))
-    assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
-    until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
-    until(client, lambda live: not live["teaching"]["recording"])
-    with client.websocket_connect("/api/live") as socket:
-        accepted(client, "finish-teaching")
-        while (message := socket.receive_json())["kind"] != "saved":
-            pass
-    assert message["what"] == "recording"
-    client.post("/api/simulator/release")
-    recording: dict[str, Any] = client.get(f"/api/recordings/{message['id']}").json()
-    return recording
-
-
-def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
-    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
-    go_through_checklist(client, session["id"], recording["id"])
-    return accepted(
-        client, "load", {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], **settings}
-    )
+from tests.support.preflight import go_through_checklist, still_open, teaching
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, load, teach, until, until_mode
+from tests.support.station_commands import operate
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +33,7 @@ def taught_patient(client: TestClient) -> dict[str, Any]:
     return made
 
 
-def test_the_first_message_is_a_snapshot_and_every_message_has_the_emergency_stop(client: TestClient) -> None:
+def test_first_message_is_a_snapshot_and_all_have_the_estop(client: TestClient) -> None:
     until_mode(client, "idle")
     with client.websocket_connect("/api/live") as socket:
         messages = [socket.receive_json() for _ in range(30)]
@@ -111,7 +50,7 @@ def test_the_first_message_is_a_snapshot_and_every_message_has_the_emergency_sto
     assert all(set(message["live"]) < set(messages[0]["live"]) for message in changes)
 
 
-def test_another_sites_page_cannot_listen(client: TestClient) -> None:
+def test_other_sites_page_cannot_listen(client: TestClient) -> None:
     with (
         pytest.raises(WebSocketDisconnect),
         client.websocket_connect("/api/live", headers={"origin": "https://elsewhere.example"}),
@@ -145,7 +84,7 @@ def test_a_taught_motion_is_a_recording_with_its_samples(
     assert (renamed["name"], renamed["note"]) == ("Raise", "Slowly.")
 
 
-def test_turned_to_the_other_shoulder_it_teaches_that_one_and_stays_turned(
+def test_turned_apparatus_teaches_the_other_shoulder_and_stays_turned(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     wanted = teaching(client, taught_patient["id"], name="Left", side="left")
@@ -231,7 +170,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     until_mode(client, "idle")
 
 
-def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left_unread(
+def test_websocket_stop_is_answered_and_other_messages_are_ignored(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
@@ -256,7 +195,7 @@ def test_a_stop_over_the_websocket_is_answered_there_and_what_is_no_stop_is_left
     until_mode(client, "idle")
 
 
-def test_a_recording_of_somebody_else_is_not_played(
+def test_recording_of_another_patient_is_not_played(
     client: TestClient, patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -279,7 +218,7 @@ def test_a_refused_load_leaves_no_run_behind(
 
 
 @pytest.mark.parametrize("level", [0, 26, 8.5, "high", None])
-def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
+def test_invalid_load_level_is_reported_at_its_field(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], level: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -290,7 +229,7 @@ def test_a_load_level_out_of_range_is_told_at_its_field_and_loads_nothing(
 
 
 @pytest.mark.parametrize(("settings", "level"), [({"load_level": 7}, 7), ({}, 25)])
-def test_the_load_level_reaches_the_device_and_stays_with_the_run(
+def test_load_level_reaches_the_device_and_is_stored_with_runs(
     client: TestClient,
     taught_patient: dict[str, Any],
     recording: dict[str, Any],
@@ -313,7 +252,7 @@ def test_the_load_level_reaches_the_device_and_stays_with_the_run(
         ("pause_s", -1), ("pause_s", 121), ("range_percent", 9), ("range_percent", 101), ("range_percent", None),
     ],
 )  # fmt: skip
-def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
+def test_invalid_playback_settings_are_reported_at_their_fields(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], field: str, value: object
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -323,7 +262,7 @@ def test_settings_out_of_range_are_told_at_their_field_and_load_nothing(
     assert until_mode(client, "idle")["run"] is None
 
 
-def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
+def test_playback_longer_than_an_hour_is_refused_without_a_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     session = client.post("/api/sessions", json={"patient_id": taught_patient["id"]}).json()
@@ -341,7 +280,7 @@ def test_what_would_last_longer_than_an_hour_is_refused_and_leaves_no_run(
     assert len(client.get(f"/api/sessions/{session['id']}").json()["runs"]) == before
 
 
-def test_a_run_is_played_as_it_was_asked_for_and_compared_with_that(
+def test_run_is_played_with_its_settings_and_compared_with_them(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     settings = {"speed_percent": 150.0, "repetitions": 2, "pause_s": 0.5, "range_percent": 50.0}
@@ -403,7 +342,7 @@ def test_the_method_reaches_the_device_and_stays_with_the_run(
     assert client.get(f"/api/runs/{run['id']}").json()["method"] == method
 
 
-def test_what_a_playback_has_taught_is_played_by_the_next(
+def test_learning_of_one_playback_applies_to_the_next(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     """To the device and back: it refuses a correction that does not fit."""
@@ -424,7 +363,7 @@ def test_what_a_playback_has_taught_is_played_by_the_next(
     until_mode(client, "idle")
 
 
-def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_somebody_supports_it(
+def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     client: TestClient, taught_patient: dict[str, Any]
 ) -> None:
     abduction = teach(client, taught_patient, "built-in-4")
@@ -455,7 +394,7 @@ def test_resistance_takes_the_arm_back_and_twice_in_one_place_it_is_held_until_s
     until(client, lambda live: live["mode"] == "idle" and live["torque"] == "off")
 
 
-def test_when_service_and_device_mean_different_runs_the_arm_is_stopped(
+def test_arm_stops_when_service_and_device_disagree_about_the_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
@@ -485,7 +424,7 @@ def test_bad_motions_are_refused_with_line_and_column(client: TestClient, motion
     problem(client.post("/api/simulator/guide", json={"motion_id": "none"}), 404, "not_found")
 
 
-def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path: Path) -> None:
+def test_missing_apparatus_is_reported_and_its_state_is_unknown(tmp_path: Path) -> None:
     station = tmp_path / "station.toml"
     station.write_text(f'port = "{tmp_path}/no-such-adapter"\n')
     with running(tmp_path, simulate=False, station=station) as client:
@@ -497,9 +436,7 @@ def test_an_apparatus_that_is_not_there_is_told_and_treated_as_unknown(tmp_path:
         problem(client.post("/api/simulator/estop", json={"pressed": True}), 404, "not_simulating")
 
 
-def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device_process, "_RESTART_S", (3.0,))
     with running(tmp_path) as client:
         body = {"clinic_number": "1", "name": "N", "affected_side": "right"}
@@ -532,7 +469,7 @@ def test_a_device_process_that_dies_is_told_restarted_and_resumes_nothing(
         assert kept["comparison"]["samples"] > 20
 
 
-def test_a_refused_load_does_not_change_whose_run_is_shown(
+def test_refused_load_keeps_showing_the_current_run(
     client: TestClient, taught_patient: dict[str, Any], recording: dict[str, Any], patient: dict[str, Any]
 ) -> None:
     load(client, taught_patient, recording)
@@ -543,7 +480,7 @@ def test_a_refused_load_does_not_change_whose_run_is_shown(
     until_mode(client, "idle")
 
 
-def test_an_apparatus_that_was_turned_stays_turned_when_the_service_starts_again(tmp_path: Path) -> None:
+def test_turned_apparatus_stays_turned_after_a_service_restart(tmp_path: Path) -> None:
     with running(tmp_path) as client:
         until_mode(client, "idle")
         accepted(client, "side", {"side": "left"})

@@ -21,8 +21,8 @@ from kata.device.config import StationConfig
 from kata.station.overview import StationShown, state_of
 from kata.station.schemas import Live, PatientRef
 from kata.station.station import Station
-from tests.api.conftest import running
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
 
 _LIMIT_S: Final = 60.0
 
@@ -80,7 +80,7 @@ async def two(url: str) -> AsyncIterator[tuple[Overview, Acted, Overview]]:
             database.close()
 
 
-def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> None:
+def test_each_service_lists_both_stations_and_itself_first(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, _, second):
             assert [(one.name, one.here) for one in first.shown()] == [("Station 1", True), ("Station 2", False)]
@@ -89,7 +89,7 @@ def test_each_service_shows_both_stations_itself_first(postgresql_url: str) -> N
     asyncio.run(look())
 
 
-def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) -> None:
+def test_event_at_one_station_appears_at_the_other(postgresql_url: str) -> None:
     async def look() -> None:
         async with two(postgresql_url) as (first, station, _):
             station.act(estop="pressed", mode="stopped")
@@ -105,7 +105,7 @@ def test_what_happens_at_one_station_is_shown_by_the_other(postgresql_url: str) 
     asyncio.run(look())
 
 
-def test_a_connection_that_is_lost_is_made_anew_and_the_own_station_is_known_meanwhile(postgresql_url: str) -> None:
+def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: str) -> None:
     ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
 
     async def look() -> None:
@@ -122,7 +122,7 @@ def test_a_connection_that_is_lost_is_made_anew_and_the_own_station_is_known_mea
     asyncio.run(look())
 
 
-def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> None:
+def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None:
     async def look() -> None:
         databases = Database(postgresql_url), Database(postgresql_url)
         _, first = overview_of("Station 1", databases[0])
@@ -140,7 +140,7 @@ def test_a_station_whose_service_has_gone_falls_silent(postgresql_url: str) -> N
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_a_listener_can_be_stopped_while_something_is_just_being_said(turns: int, tmp_path: Path) -> None:
+def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path: Path) -> None:
     """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
 
     async def listen(overview: Overview) -> None:
@@ -164,7 +164,7 @@ def test_a_listener_can_be_stopped_while_something_is_just_being_said(turns: int
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_a_service_ends_while_its_connection_is_just_being_made(
+def test_service_ends_while_its_connection_is_being_made(
     turns: int, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whichever turn of the event loop it is in: an end that is overheard is one that never comes."""
@@ -233,7 +233,7 @@ def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
     return told
 
 
-def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestClient) -> None:
+def test_sqlite_has_one_station_with_its_configuration(service: TestClient) -> None:
     (one,) = service.get("/api/stations").json()["items"]
     assert (one["shown"]["name"], one["shown"]["here"], one["version"]) == ("Station 1", True, 1)
     (version,) = service.get("/api/station-versions", params={"station": "Station 1"}).json()["items"]
@@ -241,7 +241,7 @@ def test_on_sqlite_there_is_the_one_station_and_its_configuration(service: TestC
     assert service.get("/api/station-versions", params={"station": "Station 9"}).status_code == 404
 
 
-def test_a_patient_at_another_station_is_named_to_whom_the_record_is_open(service: TestClient) -> None:
+def test_patient_at_another_station_is_named_only_to_permitted_users(service: TestClient) -> None:
     app: Any = service.app
     body = {"clinic_number": f"K-{uuid4().hex[:8]}", "name": "Yamada Hanako", "affected_side": "right"}
     patient_id = UUID(service.post("/api/patients", json=body).json()["id"])

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from tests.api.conftest import running
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, until_mode
-from tests.api.visits import LOOKED_AT, WHO, open_before_teaching, teaching, try_estop
+from tests.support.preflight import LOOKED_AT, WHO, open_before_teaching, teaching, try_estop
+from tests.support.responses import problem
+from tests.support.service import running
+from tests.support.station_api import accepted, until_mode
 
 SECOND = ("arm_fixer_2", "elbow_fixer_1")
 
@@ -33,7 +33,7 @@ def sign_up(client: TestClient, number: str) -> dict[str, Any]:
     return made
 
 
-def test_nothing_is_taught_before_the_emergency_stop_was_tried_and_somebody_has_looked(unchecked: TestClient) -> None:
+def test_teaching_requires_a_tried_estop_and_a_visual_check(unchecked: TestClient) -> None:
     client, patient = unchecked, sign_up(unchecked, "T-1")
     wanted = {"patient_id": patient["id"], "fixtures": list(SECOND), "taught_by": WHO}
     assert open_before_teaching(client, patient["id"], SECOND) == [*LOOKED_AT, "estop"]
@@ -68,9 +68,7 @@ def test_nothing_is_taught_before_the_emergency_stop_was_tried_and_somebody_has_
     problem(client.post("/api/station/teach", json=wanted), 409, "checklist_open")
 
 
-def test_what_a_session_knows_is_not_asked_again_and_what_is_looked_at_stays_with_it(
-    client: TestClient, patient: dict[str, Any]
-) -> None:
+def test_session_answers_are_reused_and_checks_stay_with_it(client: TestClient, patient: dict[str, Any]) -> None:
     until_mode(client, "idle")
     wanted = teaching(client, patient["id"], taught_by=WHO)
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
@@ -96,7 +94,7 @@ def test_what_a_session_knows_is_not_asked_again_and_what_is_looked_at_stays_wit
     assert open_before_teaching(client, patient["id"]) == list(LOOKED_AT)
 
 
-def test_what_the_arm_is_in_has_to_be_said(client: TestClient, patient: dict[str, Any]) -> None:
+def test_fixtures_of_the_arm_must_be_given(client: TestClient, patient: dict[str, Any]) -> None:
     wanted = {"patient_id": patient["id"], "looked_at": list(LOOKED_AT)}
     problem(client.post("/api/station/teach", json=wanted), 422, "invalid")
     told = problem(client.post("/api/station/teach", json=wanted | {"fixtures": []}), 422, "invalid")

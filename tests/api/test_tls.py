@@ -20,7 +20,7 @@ from kata.api.security_middleware import allowed_hosts
 from kata.api.tls import Certificate, TlsError, kept
 from kata.database.base import utc_now
 from kata.settings import Settings
-from tests.conftest import free_port
+from tests.support.ports import free_port
 
 
 def made(folder: Path, **settings: object) -> Certificate:
@@ -32,7 +32,7 @@ def read(path: Path) -> x509.Certificate:
     return x509.load_pem_x509_certificate(path.read_bytes())
 
 
-def test_a_certificate_of_its_own_names_where_the_service_is_reached(tmp_path: Path) -> None:
+def test_generated_certificate_names_the_addresses_of_the_service(tmp_path: Path) -> None:
     certificate = made(tmp_path, allowed_hosts="kata.clinic.example")
     found = read(certificate.file)
     names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
@@ -41,13 +41,13 @@ def test_a_certificate_of_its_own_names_where_the_service_is_reached(tmp_path: P
     assert not found.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
 
 
-def test_nobody_else_can_read_its_key(tmp_path: Path) -> None:
+def test_only_its_owner_can_read_the_key(tmp_path: Path) -> None:
     certificate = made(tmp_path)
     assert certificate.file.with_name("key.pem").stat().st_mode & 0o777 == 0o600
     assert certificate.file.parent.stat().st_mode & 0o777 == 0o700
 
 
-def test_it_stays_until_it_is_due_and_is_made_anew_then(tmp_path: Path) -> None:
+def test_certificate_is_kept_until_due_and_then_renewed(tmp_path: Path) -> None:
     first = made(tmp_path).fingerprint
     again = made(tmp_path)
     assert again.fingerprint == first
@@ -56,7 +56,7 @@ def test_it_stays_until_it_is_due_and_is_made_anew_then(tmp_path: Path) -> None:
     assert again.fingerprint != first
 
 
-def test_it_is_made_anew_for_another_name_and_where_certificate_and_key_do_not_belong_together(tmp_path: Path) -> None:
+def test_certificate_is_renewed_for_another_name_or_mismatched_key(tmp_path: Path) -> None:
     first = made(tmp_path).fingerprint
     second = made(tmp_path, allowed_hosts="kata.clinic.example").fingerprint
     assert second != first
@@ -71,7 +71,7 @@ def clinics(folder: Path) -> tuple[Path, Path]:
     return there, there.with_name("key.pem")
 
 
-def test_the_clinics_certificate_is_taken_and_taken_anew_when_it_is_replaced(tmp_path: Path) -> None:
+def test_clinics_certificate_is_used_and_reloaded_when_replaced(tmp_path: Path) -> None:
     file, key = clinics(tmp_path / "clinic")
     certificate = made(tmp_path / "kata", tls_certificate=file, tls_key=key)
     assert certificate.fingerprint == read(file).fingerprint(hashes.SHA256()).hex(":").upper()
@@ -83,7 +83,7 @@ def test_the_clinics_certificate_is_taken_and_taken_anew_when_it_is_replaced(tmp
     assert certificate.refresh(utc_now())
 
 
-def test_a_clinics_key_that_others_can_read_or_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+def test_clinics_key_that_is_readable_or_unreadable_is_refused(tmp_path: Path) -> None:
     file, key = clinics(tmp_path)
     key.chmod(0o604)
     with pytest.raises(TlsError, match="Others on this computer can read the key"):
@@ -105,7 +105,7 @@ def test_a_clinics_key_that_others_can_read_or_that_cannot_be_read_is_refused(tm
         made(tmp_path, tls_certificate=file, tls_key=tmp_path / "none.pem")
 
 
-def test_looking_after_it_ends_with_the_service(tmp_path: Path) -> None:
+def test_certificate_renewal_ends_with_the_service(tmp_path: Path) -> None:
     async def whole() -> int:
         async with kept(made(tmp_path)):
             during = len(asyncio.all_tasks())
@@ -132,7 +132,7 @@ def on_the_network(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[i
         service.wait(20)
 
 
-def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
+def test_off_loopback_only_tls_is_spoken(on_the_network: tuple[int, ssl.SSLContext, Path]) -> None:
     port, context, told = on_the_network
     asking = http.client.HTTPSConnection("localhost", port, context=context, timeout=20)
     asking.request("GET", "/health/live")
@@ -150,7 +150,7 @@ def test_where_others_can_reach_it_only_tls_is_spoken(on_the_network: tuple[int,
     assert "fingerprint" in told.read_text()
 
 
-def test_where_others_can_reach_it_nobody_gets_a_link_to_the_demonstration(
+def test_demonstration_link_is_not_offered_off_loopback(
     on_the_network: tuple[int, ssl.SSLContext, Path],
 ) -> None:
     _, _, told = on_the_network
@@ -170,5 +170,5 @@ def test_ciphers_without_authentication_or_forward_secrecy_are_refused(
         old.wrap_socket(connection)
 
 
-def test_a_context_of_ours_speaks_nothing_older_than_tls_1_2(tmp_path: Path) -> None:
+def test_our_tls_context_refuses_versions_older_than_1_2(tmp_path: Path) -> None:
     assert made(tmp_path).context.minimum_version == ssl.TLSVersion.TLSv1_2

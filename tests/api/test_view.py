@@ -17,8 +17,8 @@ from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.sessions.schemas import CheckTick, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.signed_in import signed_in
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.login import signed_in
 
 
 @pytest.fixture
@@ -64,12 +64,12 @@ def shown(database: Database, role: Role, patient_id: UUID) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "administrator"])
-def test_whoever_reads_records_sees_who_is_on_the_apparatus(clinic: Database, role: Role) -> None:
+def test_record_readers_see_the_patient_on_the_apparatus(clinic: Database, role: Role) -> None:
     told = shown(clinic, role, patient(clinic))
     assert told["run"]["patient"]["name"] == told["teaching"]["patient"]["name"] == "Yamada Hanako"
 
 
-def test_a_technician_sees_what_the_apparatus_does_and_nobodys_name(clinic: Database) -> None:
+def test_technician_sees_the_apparatus_state_without_names(clinic: Database) -> None:
     told = shown(clinic, "technician", patient(clinic))
     assert "Hanako" not in str(told)
     assert (told["mode"], told["run"]["left_s"], told["teaching"]["takes"]) == ("playing", 2.5, 1)
@@ -77,7 +77,7 @@ def test_a_technician_sees_what_the_apparatus_does_and_nobodys_name(clinic: Data
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "administrator", "technician"])
-def test_a_patient_whose_record_is_restricted_stays_unnamed(clinic: Database, role: Role) -> None:
+def test_restricted_patient_stays_unnamed(clinic: Database, role: Role) -> None:
     assert "Hanako" not in str(shown(clinic, role, patient(clinic, restricted=True)))
 
 
@@ -88,7 +88,7 @@ def test_the_care_team_sees_its_patient(clinic: Database) -> None:
     assert told["run"]["patient"]["name"] == "Yamada Hanako"
 
 
-def test_only_those_whose_patient_it_is_hear_that_something_was_saved(clinic: Database) -> None:
+def test_save_notices_reach_only_users_with_the_patient(clinic: Database) -> None:
     everybodys, restricted = patient(clinic), patient(clinic, restricted=True)
 
     def hears(role: Role, of: UUID) -> bool:
@@ -98,7 +98,7 @@ def test_only_those_whose_patient_it_is_hear_that_something_was_saved(clinic: Da
     assert [hears(role, restricted) for role in ("viewer", "therapist", "technician")] == [False, False, False]
 
 
-def test_what_nobody_is_named_for_was_done_by_whoever_asks(clinic: Database) -> None:
+def test_unattributed_action_shows_the_requesting_user(clinic: Database) -> None:
     before = CURRENT_ACTOR.set(actor(clinic, "therapist"))
     try:
         assert CheckTick().checked_by == "Test therapist"

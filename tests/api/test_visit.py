@@ -1,54 +1,16 @@
 """A visit from its checklist to its addendum, over HTTP, with everything real but the apparatus."""
 
-import time
 from collections.abc import Callable
 from typing import Any
-from uuid import UUID, uuid4
+from uuid import uuid4
 
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
-from kata.database.base import utc_now
-from tests.api.test_records import problem
-from tests.api.test_station import accepted, teach, until, until_mode
-from tests.api.visits import WHO, go_through_checklist, still_open, teaching
-
-LIMIT_S = 30.0
-
-
-def programme(client: TestClient, patient: dict[str, Any], *recording_ids: str) -> str:
-    """A version with these recordings, twice each, at 150 % speed."""
-    version_id = uuid4()
-    episode_id = episode_of(client, patient)
-    now = utc_now()
-    with client.app.state.database.write() as session:  # type: ignore[attr-defined]
-        row = ProgrammeRow(id=uuid4(), episode_id=episode_id, name="Weeks 3 to 6", created_at=now, updated_at=now)
-        version = ProgrammeVersionRow(id=version_id, number=1, made_at=now, made_by=WHO, note="")
-        row.versions = [version]
-        session.add(row)
-        session.flush()
-        for position, recording_id in enumerate(recording_ids, start=1):
-            session.add(
-                ProgrammeItemRow(
-                    version_id=version_id, position=position, recording_id=UUID(recording_id), speed_percent=150.0,
-                    repetitions=2, pause_s=0.5, range_percent=100.0, load_level=25, method="smooth",
-                )
-            )  # fmt: skip
-    return str(version_id)
-
-
-def episode_of(client: TestClient, patient: dict[str, Any]) -> UUID:
-    session = client.post("/api/sessions", json={"patient_id": patient["id"], "therapist": WHO}).json()
-    return UUID(session["episode_id"])
-
-
-def eventually(look: Callable[[], Any]) -> Any:
-    """What is written down by a thread or an importer."""
-    limit = time.monotonic() + LIMIT_S
-    while not (found := look()):
-        assert time.monotonic() < limit
-    return found
+from tests.support.preflight import WHO, go_through_checklist, still_open, teaching
+from tests.support.responses import problem
+from tests.support.station_api import accepted, teach, until, until_mode
+from tests.support.visits import eventually, programme
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +46,7 @@ def one_ended(client: TestClient, run_id: str) -> bool:
     return client.get(f"/api/runs/{run_id}").json()["ended_at"] is not None
 
 
-def test_a_visit_goes_from_its_programme_to_its_addendum(
+def test_visit_goes_from_its_programme_to_its_addendum(
     client: TestClient, patient: dict[str, Any], shrug: dict[str, Any], rotation: dict[str, Any]
 ) -> None:
     version_id = programme(client, patient, shrug["id"], shrug["id"])
@@ -202,7 +164,7 @@ def test_a_visit_goes_from_its_programme_to_its_addendum(
     assert [one["check"] for one in added["checks"]] == ["side", "fixtures", "belt", "pedal", "estop"]
 
 
-def test_a_programme_of_somebody_else_is_not_for_this_patient(client: TestClient, patient: dict[str, Any]) -> None:
+def test_programme_of_another_patient_is_refused(client: TestClient, patient: dict[str, Any]) -> None:
     body = {"clinic_number": "V-2", "name": "Suzuki Aoi", "affected_side": "left"}
     other = client.post("/api/patients", json=body).json()
     version_id = programme(client, patient)
@@ -228,14 +190,14 @@ def test_a_programme_can_be_chosen_later_and_given_up_again(client: TestClient, 
 
 @pytest.mark.parametrize("field", ["pain_before", "pain_during", "pain_after"])
 @pytest.mark.parametrize("value", [-1, 11, 2.5, "bad"])
-def test_pain_goes_from_0_to_10(client: TestClient, patient: dict[str, Any], field: str, value: object) -> None:
+def test_pain_ranges_from_0_to_10(client: TestClient, patient: dict[str, Any], field: str, value: object) -> None:
     session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
     told = problem(client.patch(f"/api/sessions/{session['id']}", json={field: value}), 422, "invalid")
     assert [error["pointer"] for error in told["errors"]] == [f"#/{field}"]
     assert client.patch(f"/api/sessions/{session['id']}", json={field: None}).json()[field] is None
 
 
-def test_what_a_teaching_was_told_of_stays_with_it(client: TestClient, patient: dict[str, Any]) -> None:
+def test_teaching_checks_stay_with_the_recording(client: TestClient, patient: dict[str, Any]) -> None:
     wanted = teaching(client, patient["id"], side="right", taught_by=WHO, fixtures=["arm_fixer_2", "elbow_fixer_1"])
     until_mode(client, "idle")
     accepted(client, "teach", wanted)
@@ -244,7 +206,7 @@ def test_what_a_teaching_was_told_of_stays_with_it(client: TestClient, patient: 
     problem(client.post("/api/station/teach", json=wanted | {"fixtures": ["tape"]}), 422, "invalid")
 
 
-def test_the_switch_tried_today_is_known_to_the_next_session(
+def test_estop_test_counts_for_the_next_session_that_day(
     client: TestClient, patient: dict[str, Any], shrug: dict[str, Any]
 ) -> None:
     first = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()

@@ -22,9 +22,9 @@ from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.api.conftest import running
-from tests.clinic.treated import Texts, treat
-from tests.signed_in import signed_in
+from tests.support.login import signed_in
+from tests.support.service import running
+from tests.support.treatment import Texts, treat
 
 _EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
 _READ: Final[frozenset[Role]] = frozenset({"viewer", "therapist", "administrator"})
@@ -273,7 +273,7 @@ class _OrAnything(dict[str, str]):
 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
-def test_nobody_gets_further_than_they_may(
+def test_every_role_is_limited_to_its_rights(
     service: TestClient, records: dict[str, dict[str, UUID]], asker: Asker
 ) -> None:
     app: Any = service.app
@@ -302,7 +302,7 @@ _SLOW: Final = {"get_session_pdf", "get_episode_pdf", "make_backup"}
 
 
 @pytest.mark.parametrize("asker", ASKERS, ids=lambda asker: asker.name)
-def test_nobody_hears_more_of_the_station_than_they_may(service: TestClient, asker: Asker) -> None:
+def test_every_role_sees_only_permitted_station_data(service: TestClient, asker: Asker) -> None:
     client = TestClient(service.app)
     cookie = sign_in_as(service, asker)
     if cookie:
@@ -325,18 +325,18 @@ def test_a_request_that_cannot_be_read_is_refused_first(service: TestClient) -> 
         assert (answer.status_code, answer.json()["code"]) == (401, "not_signed_in")
 
 
-def test_every_id_in_a_request_leads_to_a_patient_or_to_nobody(service: TestClient) -> None:
+def test_every_id_in_a_request_leads_to_its_patient(service: TestClient) -> None:
     named = {name for operation in operations(_document(service)) for name in operation.ids}
     assert named <= set(OF_A_PATIENT) | OF_NOBODY
     assert set(OF_A_PATIENT) <= named
 
 
-def test_there_is_a_rule_for_every_route_and_a_route_for_every_rule(service: TestClient) -> None:
+def test_routes_and_rules_match_one_to_one(service: TestClient) -> None:
     outside_the_document = {"page", "openapi", "live", "live_stations"}
     assert {operation.name for operation in operations(_document(service))} | outside_the_document == set(RULES)
 
 
-def test_a_service_with_a_route_without_a_rule_does_not_start() -> None:
+def test_service_with_a_route_without_a_rule_does_not_start() -> None:
     app = FastAPI(dependencies=[Depends(authorization.allowed)], openapi_url=None, docs_url=None, redoc_url=None)
 
     @app.get("/api/secret")
@@ -347,7 +347,7 @@ def test_a_service_with_a_route_without_a_rule_does_not_start() -> None:
         authorization.install(app)
 
 
-def test_a_stop_needs_no_database_of_whoever_was_here_within_the_hour(service: TestClient) -> None:
+def test_stop_works_without_a_database_for_recently_authenticated_users(service: TestClient) -> None:
     client = TestClient(service.app)
     client.cookies.set(COOKIE, signed_in(_database(service), "viewer"))
     assert client.get("/api/station").status_code == 200
@@ -372,7 +372,7 @@ def _as(service: TestClient, role: Role) -> tuple[TestClient, UUID]:
 REASON: Final = {"reason": "Acute pain, her therapist is away."}
 
 
-def test_lists_leave_out_what_is_not_for_whoever_asks(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+def test_lists_omit_records_the_user_may_not_see(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
     hidden = str(records["restricted"]["patient_id"])
     therapist, _ = _as(service, "therapist")
     paths = ("/api/patients?limit=200", "/api/sessions?limit=200", "/api/erasures", "/api/events?limit=200")
@@ -380,7 +380,7 @@ def test_lists_leave_out_what_is_not_for_whoever_asks(service: TestClient, recor
     assert all(str(records["open"]["patient_id"]) in therapist.get(path).text for path in paths[:3])
 
 
-def test_a_restricted_record_is_found_by_its_whole_number_and_tells_who_it_is(
+def test_restricted_record_is_found_by_whole_number_and_identified(
     service: TestClient, records: dict[str, dict[str, UUID]]
 ) -> None:
     patient_id = records["restricted"]["patient_id"]
@@ -394,7 +394,7 @@ def test_a_restricted_record_is_found_by_its_whole_number_and_tells_who_it_is(
     assert therapist.get("/api/patients", params={"search": number[:-1]}).json()["items"] == []
 
 
-def test_the_glass_is_broken_with_a_reason_for_four_hours_and_an_administrator_looks_at_it(
+def test_break_glass_needs_a_reason_and_lasts_four_hours(
     service: TestClient, records: dict[str, dict[str, UUID]]
 ) -> None:
     patient_id = records["restricted"]["patient_id"]
@@ -422,7 +422,9 @@ def test_the_glass_is_broken_with_a_reason_for_four_hours_and_an_administrator_l
     assert therapist.get(path).json()["code"] == "restricted"
 
 
-def test_nobody_reviews_what_they_did_themselves(service: TestClient, records: dict[str, dict[str, UUID]]) -> None:
+def test_user_cannot_review_their_own_emergency_access(
+    service: TestClient, records: dict[str, dict[str, UUID]]
+) -> None:
     administrator, account_id = _as(service, "administrator")
     path = f"/api/patients/{records['restricted']['patient_id']}/break-glass-accesses"
     assert administrator.post(path, json=REASON).status_code == 200

@@ -7,7 +7,7 @@ from pathlib import Path
 from kata.api.watchdog import watched
 
 
-def test_systemd_is_told_the_beginning_the_end_and_signs_of_life_between(tmp_path: Path) -> None:
+def test_systemd_receives_start_stop_and_watchdog_signals(tmp_path: Path) -> None:
     async def look() -> list[bytes]:
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
             heard.bind(str(tmp_path / "notify"))
@@ -26,7 +26,7 @@ def test_systemd_is_told_the_beginning_the_end_and_signs_of_life_between(tmp_pat
     assert words[-1] == b"STOPPING=1"
 
 
-def test_without_systemd_nobody_is_told() -> None:
+def test_without_systemd_no_signal_is_sent() -> None:
     async def look() -> None:
         async with watched({}):
             pass

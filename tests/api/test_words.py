@@ -12,8 +12,8 @@ from pydantic_core._pydantic_core import list_all_errors
 from kata.api import i18n
 from kata.api.app import create_app
 from kata.settings import Settings
-from tests.api.test_records import problem
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
+from tests.support.responses import problem
 
 _BY_KEYWORD = {
     "minLength": {"string_too_short"},
@@ -95,7 +95,7 @@ def _own_errors() -> dict[str, set[str]]:
     return found
 
 
-def test_every_error_that_a_request_can_meet_has_a_sentence_in_both_languages(document: dict[str, Any]) -> None:
+def test_every_request_error_has_a_sentence_in_both_languages(document: dict[str, Any]) -> None:
     kinds = {"json_invalid"} | set(_own_errors())
     for _, schema in _asked_for(document):
         for keyword in schema:
@@ -106,13 +106,13 @@ def test_every_error_that_a_request_can_meet_has_a_sentence_in_both_languages(do
     assert kinds - set(i18n.SENTENCES) == set()
 
 
-def test_every_field_that_a_request_can_have_has_a_name_in_japanese(document: dict[str, Any]) -> None:
+def test_every_request_field_has_a_japanese_name(document: dict[str, Any]) -> None:
     fields = {name for name, _ in _asked_for(document) if name}
     plain = {name for name in fields if i18n.name([name], "ja").isascii()}
     assert plain == set(), "add these to NAMES in api/i18n.py, without their unit"
 
 
-def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
+def test_error_sentences_use_only_placeholders_their_error_provides() -> None:
     known: dict[str, set[str]] = {error["type"]: set(error.get("example_context") or {}) for error in list_all_errors()}
     known |= {**_own_errors(), "string_empty": set()}
     for kind, sentences in i18n.SENTENCES.items():
@@ -133,11 +133,11 @@ def test_a_sentence_asks_for_nothing_that_its_error_does_not_know() -> None:
         ("", "en"),
     ],
 )
-def test_the_language_is_the_one_of_ours_that_the_browser_likes_best(accepted: str, language: str) -> None:
+def test_language_is_the_browsers_best_supported_preference(accepted: str, language: str) -> None:
     assert i18n.preferred(accepted) == language
 
 
-def test_the_field_is_named_and_the_bound_is_told(client: TestClient, patient: dict[str, Any]) -> None:
+def test_error_names_the_field_and_its_bound(client: TestClient, patient: dict[str, Any]) -> None:
     url = f"/api/patients/{patient['id']}/episodes"
     body = {"side": "left", "limits": [{"motion": 4, "highest_deg": 400}]}
     told = problem(client.post(url, json=body), 422, "invalid")
@@ -160,7 +160,7 @@ def test_the_field_is_named_and_the_bound_is_told(client: TestClient, patient: d
     )
 
 
-def test_what_is_no_field_is_the_request(client: TestClient) -> None:
+def test_error_without_a_field_concerns_the_request(client: TestClient) -> None:
     headers = {"content-type": "application/json", "accept-language": "ja"}
     told = client.post("/api/patients", content=b"{", headers=headers).json()
     assert told["errors"] == [{"pointer": "#/", "field": "全体", "detail": "JSONとして読み取れません"}]

@@ -89,7 +89,7 @@ def test_bus(tmp_path: Path) -> None:
     assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(told["figures"])
 
 
-def test_a_library_that_is_not_installed_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bus, "there", lambda module: module != "rustypot")
     report = Report("Bus", ("Wire, library",))
     left = bus._installed(report, "dynamixel 115200", bus.DYNAMIXEL)
@@ -136,7 +136,7 @@ def test_sign_in(tmp_path: Path) -> None:
         assert figures["tries_one"] == figures["locked_out_one"] + figures["weighed_one"] + figures["other_answers_one"]
 
 
-def test_a_known_and_an_unknown_name_are_asked_for_equally_often(tmp_path: Path) -> None:
+def test_known_and_unknown_names_are_asked_equally_often(tmp_path: Path) -> None:
     records = prepared(tmp_path, play_s=1.0, plot_s=1.0)
     sign_in.make_accounts(tmp_path, 1)
     told = sign_in.times(tmp_path, records, 4)
@@ -155,7 +155,7 @@ def test_history(tmp_path: Path) -> None:
     assert all(value > 0 for value in figures.values())
 
 
-def test_a_slow_station_is_measured_with_the_cycle_that_it_has() -> None:
+def test_slow_station_is_measured_with_its_own_cycle() -> None:
     wanted = cells([10, 200], real_time=(True,), loaded=(False,))
     assert wanted == [Cell(10, False, True), Cell(200, False, True)]
     assert [cell.cycle_hz for cell in wanted] == [100, 200]

@@ -10,7 +10,7 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
 from kata.database.upgrade import migrations
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 MINUTE_S = 60.0
 
@@ -26,7 +26,7 @@ def names(database: Database) -> set[str]:
         return set(session.scalars(select(PatientRow.name)))
 
 
-def test_what_is_kept_is_not_built_again(tmp_path: Path) -> None:
+def test_stored_benchmark_database_is_reused(tmp_path: Path) -> None:
     with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, told):
         rename_everybody(database)
     with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, again):
@@ -35,9 +35,7 @@ def test_what_is_kept_is_not_built_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("other", ["schema", "hour"])
-def test_what_would_be_built_otherwise_by_now_is_built_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: str
-) -> None:
+def test_outdated_benchmark_database_is_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, other: str) -> None:
     with store("sqlite", 4, 8, MINUTE_S, tmp_path) as (database, _, _):
         rename_everybody(database)
     if other == "schema":
@@ -49,13 +47,13 @@ def test_what_would_be_built_otherwise_by_now_is_built_anew(
         assert "Changed" not in names(database)
 
 
-def test_what_was_not_kept_is_gone() -> None:
+def test_temporary_benchmark_database_is_deleted() -> None:
     with store("sqlite", 4, 8, MINUTE_S, None) as (_, folder, _):
         assert (folder / "kata.db").exists()
     assert not folder.exists()
 
 
-def test_a_database_that_was_filled_quickly_is_as_one_that_was_not(tmp_path: Path) -> None:
+def test_quickly_filled_database_equals_a_normally_filled_one(tmp_path: Path) -> None:
     with (
         store("sqlite", 4, 200, MINUTE_S, tmp_path) as (database, _, _),
         database.writer.connect() as connection,

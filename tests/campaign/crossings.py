@@ -31,11 +31,10 @@ from kata.device.messages import (
     parts_of,
 )
 from kata.device.refusals import not_in_this_mode
-from tests.device.stepped import Stepped
-from tests.device.test_ipc import Service, a_reference, until
-from tests.device.test_journal import HEADER
-from tests.device.test_load import TIMES_S, angles, message
-from tests.device.test_power import give
+from tests.support.ipc_service import Service, a_reference, until
+from tests.support.journals import HEADER, give
+from tests.support.load_messages import TIMES_S, angles, message
+from tests.support.stepped import Stepped
 
 _HUGE: Final = message(angles(motor1=np.where(TIMES_S > 1, 1e308, -1e308)))
 """Angles at the end of the float range."""

@@ -10,8 +10,8 @@ from typing import Final
 
 from kata.device.config import StationConfig
 from kata.device.messages import LOAD_LEVELS, Snapshot
-from tests.campaign.registers import expected_registers
-from tests.device.world import Seen, World
+from tests.support.drive_registers import expected_registers
+from tests.support.simulated_world import Seen, World
 
 COMMAND_LIFE_NS: Final = 2_000_000_000
 """A command is void this long after it was pressed."""

@@ -14,7 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, run_state_machine_as_test
 from tests.campaign.crossings import Crossings
 from tests.campaign.reverts import BUDGET, Finder
 from tests.campaign.sequences import Sequences
-from tests.device.test_config_effective import accepted, changes, hold_effective
+from tests.support.effective_config import accepted, changes, hold_effective
 
 _MACHINES: Final[dict[Finder, tuple[type[RuleBasedStateMachine], int]]] = {
     "sequences": (Sequences, 100),

@@ -45,8 +45,8 @@ from kata.device.messages import (
 from kata.simulator.script import Kind
 from tests.campaign.judge import COMMAND_LIFE_NS, Judge, Start
 from tests.campaign.stations import stations
-from tests.device.stepped import SteppedExchange
-from tests.device.world import World
+from tests.support.simulated_world import World
+from tests.support.stepped import SteppedExchange
 
 _NOTICED_NS: Final = 15_000_000
 """Beside the cycles that an input may be old: a cycle's bytes."""

@@ -10,7 +10,7 @@ import pytest
 from kata.access.verify import verify
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.access.tampering import filled, judged, tricks
+from tests.support.audit_tampering import filled, judged, tricks
 
 log = logging.getLogger(__name__)
 
@@ -22,9 +22,7 @@ EVERY = 250
 @pytest.mark.campaign
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("backend", ["sqlite", "postgresql"])
-def test_nothing_is_done_to_a_long_trail_that_does_not_show(
-    backend: str, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
+def test_every_change_to_a_long_trail_is_detected(backend: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'kata.db'}" if backend == "sqlite" else request.getfixturevalue("postgresql_url")
     database, file = Database(url), tmp_path / "audit.anchor"
     upgrade(database)

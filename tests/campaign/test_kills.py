@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.integration.kills import KeptClinic, Kill, hang_up_while_playing, kill_at_random
-from tests.integration.service_kills import KilledClinic
+from tests.support.device_kills import KeptClinic, Kill, hang_up_while_playing, kill_at_random
+from tests.support.service_kills import KilledClinic
 
 KILLS = 200
 

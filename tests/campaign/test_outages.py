@@ -16,8 +16,8 @@ from typing import Final
 import pytest
 
 from kata.bench import postgresql
-from tests.integration.failover import pair
-from tests.integration.outages import TreatingStation, judge
+from tests.support.failover import pair
+from tests.support.outages import TreatingStation, judge
 
 STATIONS: Final = int(os.environ.get("KATA_OUTAGES_STATIONS", "5"))
 OUTAGES: Final = int(os.environ.get("KATA_OUTAGES", "50"))

@@ -19,7 +19,7 @@ def test_no_sequence_of_events_leaves_torque_on_after_a_stop() -> None:
 @pytest.mark.campaign
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize("core", range(2))
-def test_nor_does_any_of_ten_thousand(core: int) -> None:
+def test_ten_thousand_sequences_leave_no_torque_after_a_stop(core: int) -> None:
     """In two halves, of which two processes take one each (``-n 2``)."""
     many = settings(
         max_examples=5_000, stateful_step_count=100, deadline=None, suppress_health_check=_ALL, print_blob=True
@@ -28,14 +28,14 @@ def test_nor_does_any_of_ten_thousand(core: int) -> None:
 
 
 @pytest.mark.timeout(600)
-def test_a_stop_waits_for_nothing_on_its_way_from_the_service() -> None:
+def test_stop_waits_for_nothing_on_its_way_from_service() -> None:
     few = settings(max_examples=40, stateful_step_count=30, derandomize=True, deadline=None, suppress_health_check=_ALL)
     run_state_machine_as_test(Crossings, settings=few)
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(0)
-def test_nor_does_it_in_two_thousand_crossings() -> None:
+def test_two_thousand_crossings_never_delay_a_stop() -> None:
     many = settings(
         max_examples=2_000, stateful_step_count=50, deadline=None, suppress_health_check=_ALL, print_blob=True
     )

@@ -35,7 +35,7 @@ def episode_id(database: Database) -> UUID:
         return row.episode.id
 
 
-def test_what_was_found_is_kept_as_it_was_found(database: Database, episode_id: UUID) -> None:
+def test_assessment_is_saved_unchanged(database: Database, episode_id: UUID) -> None:
     entries = [
         rom(31.5, motion="external_rotation", position="abducted_90", kind="passive"),
         rom(170, side="right"),
@@ -58,7 +58,7 @@ def test_what_was_found_is_kept_as_it_was_found(database: Database, episode_id: 
     ]
 
 
-def test_a_change_replaces_what_is_given_and_leaves_the_rest(database: Database, episode_id: UUID) -> None:
+def test_change_replaces_given_fields_and_keeps_the_rest(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found(rom=[rom(95), rom(110, kind="passive")], spadi=SPADI))
     entries = [rom(100), rom(20, motion="extension")]
@@ -75,7 +75,7 @@ def test_a_change_replaces_what_is_given_and_leaves_the_rest(database: Database,
     assert kept.updated_at > row.updated_at
 
 
-def test_the_second_of_two_editors_is_told_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
+def test_second_of_two_editors_is_refused_and_nothing_is_lost(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found())
         seen = row.updated_at
@@ -91,7 +91,7 @@ def test_the_second_of_two_editors_is_told_and_nothing_is_lost(database: Databas
         assert service.get(session, row.id).note == "first"
 
 
-def test_what_is_withdrawn_stays_to_be_seen_and_counts_for_nothing(database: Database, episode_id: UUID) -> None:
+def test_withdrawn_assessment_stays_visible_and_counts_for_nothing(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         first, second, third = (service.create(session, episode_id, found(day)) for day in (0, 7, 14))
     with database.write() as session:
@@ -110,7 +110,7 @@ def test_what_is_withdrawn_stays_to_be_seen_and_counts_for_nothing(database: Dat
     assert told.value.code == "withdrawn"
 
 
-def test_a_list_goes_on_where_it_ended(database: Database, episode_id: UUID) -> None:
+def test_next_page_continues_where_the_list_ended(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         made = [service.create(session, episode_id, found(day)).id for day in range(5)]
         patient_id = service.episode_of(session, episode_id).patient_id
@@ -131,7 +131,7 @@ def test_an_assessment_never_becomes_empty(database: Database, episode_id: UUID)
         assert service.get(session, row.id).pain_rest == 3
 
 
-def test_what_another_version_has_kept_does_not_break_the_rest(database: Database, episode_id: UUID) -> None:
+def test_unknown_measures_of_another_version_are_tolerated(database: Database, episode_id: UUID) -> None:
     with database.write() as session:
         row = service.create(session, episode_id, found(rom=[rom(95)]))
         unknown = RomRow(side="left", motion="circumduction", kind="active", position="", angle_deg=1)
@@ -142,7 +142,7 @@ def test_what_another_version_has_kept_does_not_break_the_rest(database: Databas
     assert [(one.motion, one.angle_deg) for one in kept.rom] == [("flexion", 95), ("extension", 95)]
 
 
-def test_what_is_not_there_is_not_found(database: Database) -> None:
+def test_missing_record_is_not_found(database: Database) -> None:
     with pytest.raises(ProblemError) as told, database.write() as session:
         service.create(session, uuid4(), found())
     assert told.value.status == 404

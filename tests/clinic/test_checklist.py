@@ -29,20 +29,20 @@ def answer(check: CheckName, subject: str, minutes: int = 0) -> Answer:
         (("arm_fixer_2", "elbow_fixer_1"), False, ("arm_fixer_2", "elbow_fixer_2")),
     ],
 )
-def test_a_rotated_arm_lies_in_the_second_fixers_any_other_in_the_first_unless_it_was_taught_otherwise(
+def test_fixer_follows_teaching_or_else_the_rotation(
     taught_with: tuple[str, ...], rotates: bool, fixtures: tuple[str, ...]
 ) -> None:
     assert playback_fixtures(taught_with, rotates=rotates) == fixtures
 
 
-def test_everything_is_open_at_first_and_named_in_words() -> None:
+def test_all_checks_are_open_at_first_and_have_names() -> None:
     checks = checked(needed("left", ("arm_fixer_2", "elbow_fixer_2")), [], NOTHING)
     assert still_open(checks) == ["side", "fixtures", "belt", "pedal", "estop"]
     assert checks[0].need.sentence == "The apparatus stands for the left shoulder, and its pin is in."
     assert checks[1].need.sentence == "The arm lies in arm fixer 2 and elbow fixer 2, closed."
 
 
-def test_what_the_apparatus_tells_nobody_can_tick() -> None:
+def test_automatic_checks_cannot_be_ticked() -> None:
     ticked = [answer("pedal", ""), answer("estop", ""), answer("belt", "")]
     checks = checked(needed("left", ("arm_fixer_1",)), ticked, NOTHING)
     assert still_open(checks) == ["side", "fixtures", "pedal", "estop"]
@@ -50,7 +50,7 @@ def test_what_the_apparatus_tells_nobody_can_tick() -> None:
     assert [(one.answer.by, one.answer.at) for one in seen[3:] if one.answer] == [("", NOON), ("", NOON)]
 
 
-def test_other_fixtures_are_asked_for_again_and_only_they() -> None:
+def test_changed_fixtures_reopen_only_their_own_check() -> None:
     given = [answer("side", "left"), answer("fixtures", "arm_fixer_1"), answer("belt", "")]
     assert still_open(checked(needed("left", ("arm_fixer_1",)), given, EVERYTHING)) == []
     other = needed("left", ("arm_fixer_2", "elbow_fixer_2"))

@@ -71,13 +71,13 @@ def session(*runs: Run, **given: Any) -> Session:
     return Session(**plain | given)
 
 
-def test_it_begins_with_side_and_programme() -> None:
+def test_draft_begins_with_side_and_programme() -> None:
     planned = session(run(programme_position=1), programme=programme("Abduction"))
     assert draft(planned).startswith("Left shoulder, programme Weeks 3 to 6 (version 2). ")
     assert draft(session(run())).startswith("Left shoulder, without a programme. ")
 
 
-def test_where_nothing_was_played_it_says_so() -> None:
+def test_draft_reports_when_nothing_was_played() -> None:
     assert draft(session(run(outcome="unloaded"), pain_before=4)) == (
         "Left shoulder, without a programme. Nothing was played. Pain (0 to 10): 4 before."
     )
@@ -113,13 +113,13 @@ def test_where_nothing_was_played_it_says_so() -> None:
         ),
     ],
 )
-def test_each_thing_that_happened_is_one_sentence(given: dict[str, Any], sentence: str) -> None:
+def test_each_event_is_one_sentence(given: dict[str, Any], sentence: str) -> None:
     text = draft(session(run(**given)))
     assert sentence in text
     assert draft(session(run())) == "Left shoulder, without a programme. Abduction: 1 of 1 repetition."
 
 
-def test_planned_repetitions_are_the_programmes_and_what_was_left_out_is_named() -> None:
+def test_planned_repetitions_come_from_the_programme_and_omissions_are_named() -> None:
     planned = programme("Abduction", "Flexion")
     text = draft(session(run(programme_position=1, repetitions=5, repetitions_done=5), programme=planned))
     assert "Abduction: 5 of 10 repetitions. Not played: Flexion." in text
@@ -148,7 +148,7 @@ def test_the_widest_range_of_all_runs_counts() -> None:
         ({}, "痛み(0〜10)：前4、後2。"),
     ],
 )
-def test_the_same_is_said_in_japanese(given: dict[str, Any], sentence: str) -> None:
+def test_draft_says_the_same_in_japanese(given: dict[str, Any], sentence: str) -> None:
     text = draft(session(run("挙上", **given), pain_before=4, pain_after=2), "ja")
     assert text.startswith("左肩、プログラムなし。")
     assert sentence in text
@@ -161,7 +161,7 @@ def test_every_sentence_takes_the_same_values_in_both_languages() -> None:
         assert values[1] == values[0], key
 
 
-def test_pain_is_told_as_far_as_somebody_asked() -> None:
+def test_draft_reports_the_recorded_pain() -> None:
     assert draft(session(run(), pain_before=4, pain_after=0)).endswith("Pain (0 to 10): 4 before, 0 after.")
     assert draft(session(run(), pain_before=4, pain_during=6, pain_after=2)).endswith("4 before, 6 during, 2 after.")
 
@@ -180,7 +180,5 @@ def test_pain_is_told_as_far_as_somebody_asked() -> None:
         (None, [], "shortened"),
     ],
 )
-def test_the_ends_name_follows_from_what_happened(
-    planned: SessionProgramme | None, runs: list[Run], reason: str
-) -> None:
+def test_end_name_follows_from_the_events(planned: SessionProgramme | None, runs: list[Run], reason: str) -> None:
     assert suggested_reason(planned.items if planned else [], runs) == reason

@@ -26,7 +26,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from tests.clinic.exported import KANA, NAME, NUMBER, treated
+from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")
 FIGURES = (
@@ -51,7 +51,7 @@ def told(session: Session) -> list[str]:
     return [line for line in text if any(word in line or "datetime.date(1968, 4, 12)" in line for word in TELLING)]
 
 
-def test_erasing_leaves_no_word_of_who_it_was_and_every_figure(database: Database) -> None:
+def test_erasure_removes_every_identifier_and_preserves_every_figure(database: Database) -> None:
     patient_id = treated(database, sessions=3)
     with database.write() as session:
         asked = erasures.note(session, patient_id, ErasureRequest(reason="Mrs Yamada asked.", noted_by="S"))
@@ -92,7 +92,7 @@ def test_nothing_is_written_any_more_about_who_was_erased(database: Database) ->
         assert refused.value.code == "erased"
 
 
-def test_of_two_patients_only_the_one_who_asked_is_erased(database: Database) -> None:
+def test_erasure_affects_only_the_requested_patient(database: Database) -> None:
     first, second = treated(database, sessions=1), treated(database, sessions=1, number="K-0043")
     with database.write() as session:
         asked = erasures.note(session, first, ErasureRequest(reason="By letter.", noted_by="S"))

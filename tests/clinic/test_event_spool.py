@@ -9,10 +9,10 @@ from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
-from tests.clinic.test_importer import Clinic
+from tests.support.imported_runs import Clinic
 
 
-def test_a_run_whose_commit_was_given_up_and_stands_after_all_is_forgotten(database: Database, tmp_path: Path) -> None:
+def test_run_whose_abandoned_commit_succeeded_is_deleted(database: Database, tmp_path: Path) -> None:
     """A server that hangs has the commit in its socket; it answers others first when it goes on."""
     clinic = Clinic(tmp_path, database)
     recording_id = clinic.recording()

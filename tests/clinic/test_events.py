@@ -19,7 +19,7 @@ from kata.database.engine import Database
 from kata.errors import ProblemError
 from kata.station.schemas import EventLive, LeaseLive, Live, PatientRef, RunLive, StopCauseLive, StopLive
 from kata.station.station import Occupation
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()
@@ -58,7 +58,7 @@ def alarms(told: list[Happening | Ended]) -> list[Happening]:
     return [one for one in told if isinstance(one, Happening) and one.kind == "alarm"]
 
 
-def test_a_stop_is_an_alarm_of_the_run_that_it_ended_and_each_cause_is_told_once() -> None:
+def test_stop_alarms_its_run_and_reports_each_cause_once() -> None:
     observer = Observer("Station 1")
     assert observer.look(playing(), OCCUPATION) == []
     (first,) = alarms(observer.look(stop("estop_pressed"), OCCUPATION))
@@ -69,7 +69,7 @@ def test_a_stop_is_an_alarm_of_the_run_that_it_ended_and_each_cause_is_told_once
     assert observer.look(stop("estop_pressed", "drive_silent"), OCCUPATION) == []
 
 
-def test_an_alarm_ends_when_it_is_acknowledged_or_its_control_program_has_gone() -> None:
+def test_alarm_ends_when_acknowledged_or_its_control_program_ends() -> None:
     observer = Observer("Station 1")
     for gone in (state(), state(device="restarting", mode="offline")):
         (alarm,) = alarms(observer.look(stop("operator_stop"), None))
@@ -78,7 +78,7 @@ def test_an_alarm_ends_when_it_is_acknowledged_or_its_control_program_has_gone()
         assert ended.ids == (alarm.id,)
 
 
-def test_what_happens_when_nobody_is_on_the_apparatus_is_nobodys() -> None:
+def test_event_without_a_patient_belongs_to_none() -> None:
     observer = Observer("Station 1")
     observer.look(playing(), OCCUPATION)
     observer.look(state(), OCCUPATION)
@@ -86,7 +86,7 @@ def test_what_happens_when_nobody_is_on_the_apparatus_is_nobodys() -> None:
     assert (alarm.patient_id, alarm.session_id, alarm.run_id) == (None, None, None)
 
 
-def test_the_switch_is_tried_when_it_was_pressed_and_released() -> None:
+def test_estop_is_tested_when_pressed_and_released() -> None:
     observer = Observer("Station 1")
     assert alarms(observer.look(stop("estop_pressed", estop="pressed"), None))
     (tried,) = observer.look(stop("estop_pressed", estop="released"), None)
@@ -96,14 +96,14 @@ def test_the_switch_is_tried_when_it_was_pressed_and_released() -> None:
 
 
 @pytest.mark.parametrize("before", ["unknown", "closed"])
-def test_a_switch_that_nobody_saw_pressed_was_not_tried(before: str) -> None:
+def test_unseen_press_does_not_test_the_estop(before: str) -> None:
     observer = Observer("Station 1")
     observer.look(state(estop=before), None)
     told = observer.look(stop("estop_pressed", estop="released"), None)
     assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
 
 
-def test_a_press_before_the_control_program_started_anew_does_not_count() -> None:
+def test_press_before_a_control_program_restart_does_not_count() -> None:
     observer = Observer("Station 1")
     observer.look(stop("estop_pressed", estop="pressed"), None)
     observer.look(state(device="restarting", estop="unknown"), None)
@@ -111,7 +111,7 @@ def test_a_press_before_the_control_program_started_anew_does_not_count() -> Non
     assert ESTOP_TESTED not in [one.code for one in told if isinstance(one, Happening)]
 
 
-def test_events_are_kept_as_they_were_told_but_for_those_that_are_alarms() -> None:
+def test_events_are_stored_unchanged_except_alarms() -> None:
     observer = Observer("Station 1")
     (heard,) = observer.hear(EventLive(number=1, code="take_started", message="Take 1 is being recorded.", at=AT))
     assert (heard.kind, heard.code, heard.at) == ("event", "take_started", AT)
@@ -127,7 +127,7 @@ def kept(database: Database) -> list[DeviceEventRow]:
         return list(session.scalars(select(DeviceEventRow).order_by(DeviceEventRow.at, DeviceEventRow.code)))
 
 
-def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(database: Database, tmp_path: Path) -> None:
+def test_event_put_repeatedly_is_stored_once_and_ended(database: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(database, "Station 1", tmp_path)
     alarm = Happening(station="Station 1", at=AT, kind="alarm", code="operator_stop", message="Stopped.", category=1)
     for item in (alarm, happening(at=AT + timedelta(seconds=1)), alarm, Ended((alarm.id,), AT + timedelta(minutes=1))):
@@ -139,7 +139,7 @@ def test_what_is_put_is_there_after_the_end_once_however_often_it_was_tried(data
     assert rows[1].ended_at is None
 
 
-def test_one_that_the_database_refuses_keeps_no_other_from_it(database: Database, tmp_path: Path) -> None:
+def test_event_refused_by_the_database_blocks_no_other(database: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(database, "Station 1", tmp_path)
     for item in (happening("a"), happening("b", session_id=uuid4()), happening("c")):
         event_spool.put_event(item)
@@ -153,7 +153,7 @@ def sqlite(tmp_path: Path) -> Database:
     return Database(upgraded_file(tmp_path / "kata.db"))
 
 
-def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
+def test_locked_database_delays_no_writer_and_loses_nothing(sqlite: Database, tmp_path: Path) -> None:
     event_spool = EventSpool(sqlite, "Station 1", tmp_path / "spool", again_s=0.01)
     assert event_spool.until_taken(10)
     told = [happening(f"e{n:02d}", at=AT + timedelta(seconds=n)) for n in range(50)]
@@ -173,7 +173,7 @@ def test_a_locked_database_delays_nobody_and_loses_nothing(sqlite: Database, tmp
     assert [row.code for row in kept(sqlite)] == [one.code for one in told]
 
 
-def test_what_a_station_left_open_when_its_service_ended_is_over(database: Database) -> None:
+def test_what_an_ended_service_left_open_is_closed(database: Database) -> None:
     with database.write() as session:
         session.add(
             DeviceEventRow(
@@ -198,7 +198,7 @@ def test_the_switch_counts_for_its_day_and_its_station(database: Database) -> No
         assert service.estop_tested_at(session, "Station 2", AT) is None
 
 
-def test_pages_leave_nothing_out_and_repeat_nothing_where_many_have_the_same_time(database: Database) -> None:
+def test_pages_lose_and_repeat_nothing_at_equal_times(database: Database) -> None:
     with database.write() as session:
         patient = patients.create(session, PatientCreate(clinic_number="1", name="N", affected_side="left"))
         for n in range(7):

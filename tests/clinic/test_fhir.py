@@ -17,8 +17,8 @@ from kata.clinic.interop.fhir_import import NotUnderstoodError, read_patients
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.database.engine import Database
-from tests.clinic.exported import KANA, NAME, NUMBER, treated
-from tests.conftest import judge
+from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
+from tests.support.validators import judge
 
 Json = dict[str, Any]
 
@@ -61,9 +61,7 @@ def test_a_patient_with_fifty_sessions_is_accepted_by_both_validators(database: 
     assert kinds["Observation"] == 50 * 2 + 50 * 2 + 25 + 5 * (64 + 4 + 1 + 1)
 
 
-def test_the_same_record_is_the_same_bundle_and_its_references_lead_to_its_entries(
-    database: Database, tmp_path: Path
-) -> None:
+def test_same_record_makes_the_same_bundle_with_resolvable_references(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=3)
     told = exported(database, patient_id, tmp_path / "bundle.json")
     assert exported(database, patient_id, tmp_path / "again.json") == told
@@ -89,7 +87,7 @@ def test_every_code_of_our_own_is_declared_in_the_bundle(database: Database, tmp
     assert used <= known
 
 
-def test_what_is_told_is_what_stands_in_the_record(database: Database, tmp_path: Path) -> None:
+def test_bundle_repeats_the_values_of_the_record(database: Database, tmp_path: Path) -> None:
     told = exported(database, treated(database, sessions=11), tmp_path / "bundle.json")
     (who,) = of_kind(told, "Patient")
     assert (who["identifier"][0]["system"], who["identifier"][0]["value"]) == (CLINIC_NUMBER, NUMBER)
@@ -157,7 +155,7 @@ def test_what_is_told_is_what_stands_in_the_record(database: Database, tmp_path:
     assert seen["note"][0]["authorString"] == "Suzuki Aya"
 
 
-def test_a_patient_of_whom_next_to_nothing_is_known_is_accepted_too(database: Database, tmp_path: Path) -> None:
+def test_patient_with_almost_no_data_is_accepted(database: Database, tmp_path: Path) -> None:
     patient_id = treated(database, sessions=0)
     with database.write() as session:
         row = patients.get(session, patient_id)
@@ -170,7 +168,7 @@ def test_a_patient_of_whom_next_to_nothing_is_known_is_accepted_too(database: Da
     assert judged({"bundle": exported(database, patient_id, tmp_path / "bundle.json")}) == {"bundle": []}
 
 
-def test_what_both_validators_let_through_is_not_there_either(database: Database, tmp_path: Path) -> None:
+def test_bundle_has_no_empty_or_double_values_or_zoneless_times(database: Database, tmp_path: Path) -> None:
     """Nothing is empty, nothing has two values, and no time is without its zone."""
     parts = everything(exported(database, treated(database, sessions=1), tmp_path / "bundle.json"))
     assert len(parts) > 500
@@ -204,9 +202,7 @@ BREAKS: dict[str, Callable[[Json], Any]] = {
 
 
 @pytest.mark.parametrize("database", ["sqlite"], indirect=True)
-def test_what_is_broken_is_refused_by_at_least_one_so_that_the_judges_are_known_to_judge(
-    database: Database, tmp_path: Path
-) -> None:
+def test_broken_bundle_is_refused_by_at_least_one_validator(database: Database, tmp_path: Path) -> None:
     whole = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     cases = {}
     for name, damage in BREAKS.items():
@@ -228,7 +224,7 @@ def incoming(**change: Any) -> Json:
     } | change
 
 
-def test_what_goes_out_comes_in_as_the_same_person(database: Database, tmp_path: Path) -> None:
+def test_exported_patient_is_imported_as_the_same_person(database: Database, tmp_path: Path) -> None:
     told = exported(database, treated(database, sessions=1), tmp_path / "bundle.json")
     ((found,), left_out) = read_patients(told, "left")
     who = found.patient
@@ -239,7 +235,7 @@ def test_what_goes_out_comes_in_as_the_same_person(database: Database, tmp_path:
     assert len(left_out) == len(told["entry"]) - 1
 
 
-def test_what_is_not_kept_is_named() -> None:
+def test_import_names_omitted_elements() -> None:
     resource = incoming(
         telecom=[{"value": "03"}],
         identifier=[
@@ -283,14 +279,14 @@ def test_what_is_not_kept_is_named() -> None:
         ({"resourceType": "Practitioner"}, "resourceType", "must be Patient, or Bundle"),
     ],
 )  # fmt: skip
-def test_what_is_not_understood_is_refused_by_its_path(change: Json, path: str, what: str) -> None:
+def test_unsupported_element_is_refused_by_its_path(change: Json, path: str, what: str) -> None:
     with pytest.raises(NotUnderstoodError) as caught:
         read_patients(incoming(**change), "left")
     assert [where for where, _ in caught.value.places] == [path]
     assert caught.value.places[0][1].startswith(what)
 
 
-def test_every_path_of_a_bundle_is_told_and_one_without_patients_is_refused() -> None:
+def test_every_bundle_path_is_reported_and_patients_are_required() -> None:
     patients_in = [incoming(), incoming(gender="f"), incoming(birthDate="today")]
     with pytest.raises(NotUnderstoodError) as caught:
         read_patients({"resourceType": "Bundle", "entry": [{"resource": one} for one in patients_in]}, "left")

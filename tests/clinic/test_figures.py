@@ -66,7 +66,7 @@ def lines(told: dict[str, Any]) -> dict[str, tuple[Floats, Floats]]:
 
 
 @pytest.mark.parametrize("parts", [run_parts(), kept_overview()], ids=["samples", "overview"])
-def test_a_long_run_is_drawn_with_few_points_and_every_peak(parts: RunParts) -> None:
+def test_long_run_is_plotted_with_few_points_and_every_peak(parts: RunParts) -> None:
     motors = json.loads(figures.run(parts))["motors"]
     third = lines(motors[2]["figure"])
     for x, y in third.values():
@@ -81,13 +81,13 @@ def test_a_long_run_is_drawn_with_few_points_and_every_peak(parts: RunParts) -> 
     assert motors[2]["figure"]["layout"]["yaxis2"]["range"][1] > PEAK_DEG
 
 
-def test_an_overview_is_small_beside_what_it_stands_for() -> None:
+def test_overview_is_much_smaller_than_its_samples() -> None:
     parts, whole = kept_overview(), run_parts()
     assert parts.overview is not None and whole.played is not None
     assert len(parts.overview) < 80_000
 
 
-def test_a_window_of_a_run_shows_every_sample_of_it_and_nothing_else() -> None:
+def test_window_of_a_run_shows_every_sample_inside() -> None:
     window = (200.0, 203.0)
     third = json.loads(figures.run(run_parts(window)))["motors"][2]["figure"]
     assert third["layout"]["xaxis"]["range"] == [200.0, 203.0]
@@ -99,7 +99,7 @@ def test_a_window_of_a_run_shows_every_sample_of_it_and_nothing_else() -> None:
     assert taught_s[0] <= 200.0 and taught_s[-1] >= 203.0 and len(taught_s) < 310
 
 
-def test_a_window_in_which_nothing_was_played_shows_what_was_taught_there() -> None:
+def test_unplayed_window_shows_the_taught_motion() -> None:
     parts = run_parts((1000.0, 1001.0))
     told = json.loads(figures.run(parts))["motors"][0]["figure"]
     assert len(lines(told)["Error"][0]) == 0
@@ -109,7 +109,7 @@ def test_a_window_in_which_nothing_was_played_shows_what_was_taught_there() -> N
     assert len(lines(json.loads(figures.run(early))["motors"][0]["figure"])["Teaching"][0]) > 100
 
 
-def test_a_window_is_drawn_though_another_minute_is_damaged() -> None:
+def test_window_plots_although_another_minute_is_damaged() -> None:
     parts = run_parts((200.0, 203.0))
     assert parts.played is not None
     hurt = replace(parts, played=Series(parts.played.head, dict(parts.played.blocks) | {0: b"damaged"}))
@@ -118,7 +118,7 @@ def test_a_window_is_drawn_though_another_minute_is_damaged() -> None:
         figures.run(replace(hurt, window=(10.0, 11.0)))
 
 
-def test_a_recording_is_drawn_whole_from_its_overview_and_closer_from_its_samples() -> None:
+def test_recording_plots_from_its_overview_and_zooms_into_samples() -> None:
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     seen = downsampling.of_recording(TIMES_S, ANGLES_DEG)
     for parts in (RecordingParts(taught, None, None), RecordingParts(None, seen, None)):
@@ -130,13 +130,13 @@ def test_a_recording_is_drawn_whole_from_its_overview_and_closer_from_its_sample
     assert closer["layout"]["xaxis5"]["range"] == [100.0, 101.0]
 
 
-def test_what_is_short_is_kept_without_an_overview() -> None:
+def test_short_run_is_saved_without_an_overview() -> None:
     assert downsampling.of_recording(TIMES_S[:6000], ANGLES_DEG[:6000]) is None
     compared = compare(TIMES_S, ANGLES_DEG, TIMES_S[:6000], ANGLES_DEG[:6000])
     assert downsampling.of_run(Motion(TIMES_S, ANGLES_DEG), compared) is None
 
 
-def test_plotly_takes_what_is_made_by_hand() -> None:
+def test_plotly_accepts_the_handmade_figures() -> None:
     """It checks every name and value when it is given a figure as JSON."""
     taught = pack({"time_s": TIMES_S, "angle_deg": ANGLES_DEG}, TAUGHT_COLUMNS)
     made = [
@@ -148,7 +148,7 @@ def test_plotly_takes_what_is_made_by_hand() -> None:
         assert len(go.Figure(one).data) == len(one["data"])
 
 
-def test_a_worker_that_is_still_warming_up_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closing_does_not_wait_for_a_worker_warming_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "_warm_up", partial(time.sleep, 600))
     worker = figures.FigureWorker()
     ending = threading.Thread(target=worker.close, daemon=True)

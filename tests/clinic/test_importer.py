@@ -3,9 +3,7 @@
 import base64
 import json
 import threading
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from uuid import UUID, uuid4
@@ -13,103 +11,27 @@ from uuid import UUID, uuid4
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sqlalchemy import func, select
 
 from kata.clinic import figures
-from kata.clinic.importer import Importer, Saved
-from kata.clinic.patients import service as patients
-from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.importer import Importer
 from kata.clinic.recordings import service as recordings
-from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow, TeachingRow
+from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow
 from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import Wanted
-from kata.clinic.sessions.tables import RunCorrectionRow, RunRow, SessionRow
+from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.series import Series
 from kata.device import journal
 from kata.device.config import StationConfig
-from kata.device.journal import Files, JournalEnd, JournalHeader, JournalWriter
+from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.learning import Correction
-from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
-
-STARTED = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
-
-
-class Clinic:
-    """A database with a patient, and journals as a device would leave them."""
-
-    def __init__(self, folder: Path, database: Database) -> None:
-        self.folder = folder / "journal"
-        self.folder.mkdir()
-        self.database = database
-        self.saved: list[Saved] = []
-        self.importer = Importer(self.database, self.folder, StationConfig(), self.saved.append)
-        with self.database.write() as session:
-            new = PatientCreate(clinic_number="1", name="N", affected_side="right")
-            self.patient_id = patients.create(session, new).id
-
-    def begin_teaching(self) -> UUID:
-        row = TeachingRow(id=uuid4(), patient_id=self.patient_id, name="Flexion", side="right", started_at=utc_now())
-        with self.database.write() as session:
-            session.add(row)
-        return row.id
-
-    def begin_run(self, recording_id: UUID, asked: PlaybackSettings = AS_TAUGHT, method: Method = "smooth") -> UUID:
-        with self.database.write() as session:
-            visit = sessions.begin(session, self.patient_id)
-            row = runs.begin(session, visit.id, recording_id, asked=asked, method=method, station="Station 1")
-            return row.id
-
-    def journal(
-        self,
-        kind: str,
-        identity: UUID,
-        takes: list[float],
-        *,
-        error_deg: float = 0.0,
-        end: JournalEnd | None = None,
-        at: Callable[[float], Sequence[float]] = lambda time_s: [10 * time_s] * 5,
-        torque_nm: Sequence[float] = (0.0,) * 5,
-    ) -> Path:
-        """``takes``: their lengths in seconds; a run has one. ``at``: where the arm is."""
-        header = JournalHeader(
-            kind="teaching" if kind == "teaching" else "run",
-            id=str(identity), recording_id=None, station="Station 1", rate_hz=100, started_at=STARTED, started_ns=0,
-        )  # fmt: skip
-        writer = JournalWriter(self.folder, header, Files())
-        t_ns = 5_000_000_000
-        for take, seconds in enumerate(takes, start=1):
-            for n in range(round(seconds * 100) + 1):
-                writer.sample(
-                    t_ns,
-                    take=take,
-                    phase=journal.PHASE_PLAYING if kind == "run" else 0,
-                    path_s=n / 100,
-                    setpoint_deg=at(n / 100),
-                    measured_deg=[angle + error_deg for angle in at(n / 100)],
-                    torque_nm=torque_nm,
-                )
-                t_ns += 10_000_000
-            t_ns += 1_000_000_000
-        if end:
-            writer.finish(end)
-        writer.write()
-        return writer.path
-
-    def count(self, table: type[RecordingRow] | type[RunRow]) -> int:
-        with self.database.read() as session:
-            return session.scalar(select(func.count()).select_from(table)) or 0
-
-    def recording(self) -> UUID:
-        self.journal("teaching", self.begin_teaching(), [2.0], end=JournalEnd(reason="finished"))
-        self.importer.run()
-        return self.saved[-1].id
+from tests.support.imported_runs import STARTED, Clinic, pose
 
 
 @pytest.fixture
@@ -164,13 +86,7 @@ def test_a_run_is_completed_and_compared(clinic: Clinic) -> None:
     assert clinic.saved[-1].session_id == run.session_id
 
 
-def pose(time_s: float) -> list[float]:
-    """Motor angles of an arm that is lifted sideways and back, the scapula rotating upward with it."""
-    share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / 4)
-    return [float(angle) for angle in motor_angles_deg([0.0, 10 * share, 10 + 80 * share, 0.0, 0.0])]
-
-
-def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: Clinic) -> None:
+def test_run_is_compared_with_body_motions_and_table_2(clinic: Clinic) -> None:
     finished = JournalEnd(reason="finished")
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=finished)
     clinic.importer.run()
@@ -200,7 +116,7 @@ def test_a_run_is_compared_by_the_bodys_motions_too_and_against_table_2(clinic: 
     assert (scapula.taught_min_deg, scapula.taught_max_deg) == pytest.approx((0.0, 10.0), abs=1e-3)
 
 
-def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
+def test_run_is_compared_with_its_requested_motion(clinic: Clinic) -> None:
     asked = PlaybackSettings(speed_percent=50.0, repetitions=2, pause_s=1.0, range_percent=80.0)
     run_id = clinic.begin_run(clinic.recording(), asked)
     with clinic.database.read() as session:
@@ -231,7 +147,7 @@ def test_a_run_is_compared_with_what_was_asked_for(clinic: Clinic) -> None:
     assert trace(told, motor=1, name="Error") == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic) -> None:
+def test_learned_run_teaches_only_the_next_of_its_kind(clinic: Clinic) -> None:
     """Each falls short by a degree: what is added grows, and is what the run before has taught."""
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
@@ -285,7 +201,7 @@ def test_a_learned_run_teaches_the_next_of_its_kind_and_no_other(clinic: Clinic)
     assert told(clinic.begin_run(recording_id, method="learned"))[0] == second
 
 
-def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None:
+def test_damaged_correction_is_learned_again(clinic: Clinic) -> None:
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
     recording_id = clinic.saved[-1].id
@@ -298,7 +214,7 @@ def test_what_was_learned_and_is_damaged_is_learned_anew(clinic: Clinic) -> None
         assert learning.correction(session, run_id) is None
 
 
-def test_what_would_last_too_long_is_refused(clinic: Clinic) -> None:
+def test_playback_that_lasts_too_long_is_refused(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording(), PlaybackSettings(speed_percent=10.0, repetitions=200))
     with clinic.database.read() as session, pytest.raises(ProblemError) as caught:
         runs.motion_of(session, runs.get(session, run_id))
@@ -316,9 +232,7 @@ def numbers(encoded: dict[str, str]) -> NDArray[np.float64]:
     return np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=encoded["dtype"]).astype(np.float64)
 
 
-def test_what_lasts_is_kept_with_an_overview_from_which_it_is_drawn(
-    clinic: Clinic, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kata.clinic.downsampling.BLOCK_SAMPLES", 100)
     recording_id = clinic.recording()
     run_id = clinic.begin_run(recording_id)
@@ -349,7 +263,7 @@ def test_a_run_imported_twice_is_compared_once(clinic: Clinic) -> None:
     assert list(clinic.folder.glob("*.journal")) == []
 
 
-def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
+def test_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
     clinic.journal("run", run_id, [1.0], end=end)
@@ -361,7 +275,7 @@ def test_a_stopped_run_keeps_its_cause(clinic: Clinic) -> None:
     assert run.stop.code == "estop_pressed"
 
 
-def test_a_stopped_run_is_found_by_its_cause_and_whose_session_it_was(clinic: Clinic) -> None:
+def test_stopped_run_is_found_by_its_cause_and_session(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     end = JournalEnd(reason="stopped", cause_code="estop_pressed", cause_message="The emergency stop was pressed.")
     clinic.journal("run", run_id, [1.0], end=end)
@@ -383,7 +297,7 @@ def test_a_stopped_run_is_found_by_its_cause_and_whose_session_it_was(clinic: Cl
     assert (found("Sato"), found("Ito")) == ([visit.id], [])
 
 
-def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clinic: Clinic) -> None:
+def test_run_of_a_dead_process_is_interrupted_with_its_samples(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0])
     path.write_bytes(path.read_bytes()[:-30])
@@ -395,7 +309,7 @@ def test_a_run_whose_process_died_is_interrupted_and_keeps_what_it_measured(clin
     assert run.comparison.samples == 100
 
 
-def test_a_journal_that_a_last_device_process_still_writes_is_waited_for(clinic: Clinic) -> None:
+def test_journal_still_being_written_is_waited_for(clinic: Clinic) -> None:
     """A service that was killed and is started again at once finds the old device process on its ramp."""
     run_id = clinic.begin_run(clinic.recording())
     path = clinic.journal("run", run_id, [1.0], end=JournalEnd(reason="stopped", cause_code="service_silent"))
@@ -423,7 +337,7 @@ def test_a_journal_that_a_last_device_process_still_writes_is_waited_for(clinic:
         assert runs.get(session, run_id).outcome == "stopped"
 
 
-def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_used_by_another_process_is_left_alone(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kata.clinic.importer._LAST_DEVICE_S", 0.0)
     run_id = clinic.begin_run(clinic.recording())
     with journal.claimed(clinic.folder, 0.0), pytest.raises(journal.FolderInUseError):
@@ -432,14 +346,14 @@ def test_a_folder_that_another_kata_uses_is_left_alone(clinic: Clinic, monkeypat
         assert runs.get(session, run_id).ended_at is None
 
 
-def test_a_run_without_any_journal_is_interrupted_at_the_next_start(clinic: Clinic) -> None:
+def test_run_without_a_journal_is_interrupted_at_next_start(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.importer.run_at_start()
     with clinic.database.read() as session:
         assert runs.get(session, run_id).outcome == "interrupted"
 
 
-def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) -> None:
+def test_unreadable_or_unknown_journals_are_set_aside(clinic: Clinic) -> None:
     (clinic.folder / "run-broken.journal").write_bytes(b"\0" * 100)
     stranger = clinic.journal("teaching", uuid4(), [1.0], end=JournalEnd(reason="finished"))
     clinic.importer.run()
@@ -450,9 +364,7 @@ def test_what_cannot_be_read_or_belongs_to_nobody_is_kept_aside(clinic: Clinic) 
 
 
 @pytest.mark.parametrize("left", [b"", b'{"format":"kata-journal/2","kind":"r', b"\0" * 4096])
-def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothing_was_measured(
-    clinic: Clinic, left: bytes
-) -> None:
+def test_journal_without_a_header_reports_that_nothing_was_measured(clinic: Clinic, left: bytes) -> None:
     """At once, not only at the next start: the session could not be ended otherwise."""
     run_id = clinic.begin_run(clinic.recording())
     other_id = clinic.begin_run(clinic.saved[-1].id)
@@ -471,7 +383,7 @@ def test_a_journal_of_which_not_even_the_header_reached_the_disk_says_that_nothi
     assert {path.name for path in (clinic.folder / "unreadable").iterdir()} == names
 
 
-def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_journal_does_not_block_the_next_one(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     bad = clinic.journal("run", clinic.begin_run(clinic.recording()), [1.0])
     clinic.journal("teaching", clinic.begin_teaching(), [1.0], end=JournalEnd(reason="finished"))
 
@@ -484,7 +396,7 @@ def test_one_journal_that_fails_does_not_keep_the_next_from_it(clinic: Clinic, m
     assert bad.exists()
 
 
-def test_a_damaged_recording_is_told_and_does_not_break_the_list(clinic: Clinic) -> None:
+def test_damaged_recording_is_reported_and_does_not_break_the_list(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     with clinic.database.write() as session:
         session.get_one(RecordingSamplesRow, recording_id).data = b"damaged"
@@ -507,7 +419,7 @@ def test_a_recording_that_lacks_a_minute_is_not_played(clinic: Clinic, monkeypat
     assert caught.value.code == "unreadable_samples"
 
 
-def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Clinic) -> None:
+def test_figure_has_angles_on_the_left_and_error_right(clinic: Clinic) -> None:
     run_id = clinic.begin_run(clinic.recording())
     clinic.journal("run", run_id, [2.0], error_deg=-0.5, end=JournalEnd(reason="completed"))
     clinic.importer.run()
@@ -533,7 +445,7 @@ def test_the_figure_has_angles_on_the_left_and_the_error_on_the_right(clinic: Cl
     assert trace(told, motor=3, name="Error") == pytest.approx(-0.5, abs=1e-3)
 
 
-def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) -> None:
+def test_journal_waits_for_a_run_not_stored_yet(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     has_undelivered = [True]
     importer = Importer(
@@ -556,7 +468,7 @@ def test_a_journal_whose_run_is_still_on_its_way_waits_for_it(clinic: Clinic) ->
     assert (clinic.folder / "unreadable" / lost.name).exists()
 
 
-def test_a_run_that_was_loaded_when_its_device_process_ended_has_ended_with_it(clinic: Clinic) -> None:
+def test_loaded_run_ends_when_its_device_process_ended(clinic: Clinic) -> None:
     recording_id = clinic.recording()
     lost = clinic.begin_run(recording_id)
     ended_at = utc_now()
@@ -572,7 +484,7 @@ def test_a_run_that_was_loaded_when_its_device_process_ended_has_ended_with_it(c
         assert runs.get(session, goes_on).outcome == "loaded"
 
 
-def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     lost = clinic.begin_run(clinic.recording())
 
     def away(*_: object) -> int:
@@ -587,7 +499,7 @@ def test_it_has_ended_too_when_the_database_answers_only_later(clinic: Clinic, m
         assert runs.get(session, lost).outcome == "interrupted"
 
 
-def test_nobody_is_given_up_whose_journal_waits(clinic: Clinic) -> None:
+def test_run_with_a_waiting_journal_is_not_interrupted(clinic: Clinic) -> None:
     has_undelivered = [True]
     importer = Importer(
         clinic.database, clinic.folder, StationConfig(), clinic.saved.append, lambda: has_undelivered[0]

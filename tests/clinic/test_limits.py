@@ -20,7 +20,7 @@ from kata.motion.axes import BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.method import Method
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 TIMES_S = np.arange(0, 4.005, 0.01)
 
@@ -85,7 +85,7 @@ def refusal(clinic: Clinic, motion: Motion, **given: Any) -> ProblemError:
         (6, 5, -40.0, 10.0),
     ],
 )
-def test_what_leaves_a_limit_is_refused_with_motion_time_and_both_angles(
+def test_recording_beyond_a_limit_is_refused_with_both_angles(
     clinic: Clinic, motion: int, axis: int, top_deg: float, abduction_deg: float
 ) -> None:
     moving = moved(axis, top_deg, "right", abduction_deg)
@@ -115,18 +115,18 @@ def test_on_the_left_the_bodys_angle_counts_too(clinic: Clinic) -> None:
     assert refusal(clinic, moved(2, 9.0, "left"), side="left").code == "beyond_doctors_limit"
 
 
-def test_motor_4_makes_the_motion_that_the_lifted_arm_says(clinic: Clinic) -> None:
+def test_lifted_arm_decides_the_motion_of_motor_4(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 3, "highest_deg": 20.0}])
     clinic.check(moved(4, 60.0, abduction_deg=10.0))
     assert refusal(clinic, moved(4, 60.0, abduction_deg=80.0)).code == "beyond_doctors_limit"
 
 
-def test_a_hair_beyond_never_reads_like_what_is_allowed(clinic: Clinic) -> None:
+def test_refused_value_never_reads_like_an_allowed_one(clinic: Clinic) -> None:
     clinic.allow(limits=[{"motion": 4, "highest_deg": 70.0}])
     assert "70.1 deg" in refusal(clinic, moved(3, 70.02)).message
 
 
-def test_the_device_is_told_what_is_one_motors_alone(clinic: Clinic) -> None:
+def test_device_receives_the_limits_of_single_motors(clinic: Clinic) -> None:
     still = moved(3, 10.5)
     assert clinic.check(still) == ()
     clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])
@@ -136,7 +136,7 @@ def test_the_device_is_told_what_is_one_motors_alone(clinic: Clinic) -> None:
     assert clinic.check(still) == (free, free, (0.0, 90.0), free, (-30.0, 360.0))
 
 
-def test_of_motor_4_the_device_is_told_what_neither_motion_may_leave(clinic: Clinic) -> None:
+def test_device_receives_the_range_of_motor_4_for_both_motions(clinic: Clinic) -> None:
     still = moved(3, 10.5)
     clinic.allow(limits=[{"motion": 5, "lowest_deg": -10.0, "highest_deg": 120.0}])
     assert clinic.check(still)[3] == (-360.0, 360.0)
@@ -168,14 +168,14 @@ def test_a_motion_faster_than_the_doctor_allows_is_refused(clinic: Clinic, metho
     )
 
 
-def test_without_a_speed_limit_any_speed_is_left_to_the_station(clinic: Clinic) -> None:
+def test_without_a_speed_limit_the_station_sets_the_speed(clinic: Clinic) -> None:
     clinic.allow(max_speed_deg_s=10.0)
     assert refusal(clinic, moved(3, 50.0)).code == "too_fast_for_doctor"
     clinic.allow(max_speed_deg_s=None)
     clinic.check(moved(3, 50.0))
 
 
-def test_the_speed_limit_is_what_a_station_may_be_configured_to() -> None:
+def test_speed_limit_range_equals_the_stations_configurable_range() -> None:
     of_station = next(row for row in RANGES if row.field == "axes.max_speed_deg_s")
     assert (of_station.low, of_station.high) == SPEED_RANGE_DEG_S
 
@@ -185,7 +185,7 @@ def test_nothing_is_played_to_a_shoulder_without_an_open_episode(clinic: Clinic)
     assert (told.status, told.code) == (409, "no_open_episode")
 
 
-def test_a_recording_that_no_scapula_can_follow_is_refused_where_that_is_limited(clinic: Clinic) -> None:
+def test_recording_beyond_the_scapulas_range_is_refused(clinic: Clinic) -> None:
     impossible = Motion(TIMES_S, np.tile([90.0, 0.0, 10.0, 0.0, 0.0], (len(TIMES_S), 1)))
     clinic.check(impossible)
     clinic.allow(limits=[{"motion": 1, "highest_deg": 10.0}])

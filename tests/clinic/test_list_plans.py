@@ -19,7 +19,7 @@ from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import Wanted
 from kata.database.engine import Database
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
 
 THERAPIST = Actor(UUID(int=1), UUID(int=2), "Sato Ken", "therapist", frozenset({"Station 1"}))
 HIDDEN = restricted.hidden(THERAPIST)
@@ -93,7 +93,7 @@ def test_sessions_are_read_off_an_index(empty: Database, wanted: dict[str, Any])
     ],
     ids=str,
 )
-def test_what_stopped_somebodys_sessions_is_found_in_order_without_looking_through_everybodys(
+def test_stopped_sessions_are_found_in_order_without_scanning_every_session(
     empty: Database, whose: dict[str, Any], index: str
 ) -> None:
     wanted = Wanted(hidden=HIDDEN, stop="estop_pressed", **whose)
@@ -102,7 +102,7 @@ def test_what_stopped_somebodys_sessions_is_found_in_order_without_looking_throu
 
 
 @pytest.mark.parametrize("words", ["", "yamada 1968", "K-000042"])
-def test_patients_are_read_off_one_index_and_not_row_by_row(empty: Database, words: str) -> None:
+def test_patients_are_read_from_one_index_without_row_scans(empty: Database, words: str) -> None:
     found = looks(
         empty, lambda session: patients.find(session, search=words, archived=False, limit=50, after=None, hidden=HIDDEN)
     )
@@ -110,6 +110,6 @@ def test_patients_are_read_off_one_index_and_not_row_by_row(empty: Database, wor
     assert not beside_an_index(found)
 
 
-def test_who_of_a_page_is_hidden_is_asked_of_that_page_alone(empty: Database) -> None:
+def test_hidden_patients_are_looked_up_only_for_their_page(empty: Database) -> None:
     found = looks(empty, lambda session: restricted.hidden_among(session, THERAPIST, [UUID(int=3), UUID(int=4)]))
     assert not [step for step in found if step.startswith("SCAN")]

@@ -57,13 +57,13 @@ def found(database: Database, words: str = "", *, archived: bool = False) -> lis
      # As a Japanese keyboard writes a hyphen while it writes kana: it is the long vowel there, or a minus.
      "Ａー１７", "aｰ17", "A−17", "１９６８ー０４", "１９６８−４−１２", "１９６８年４月", "さとう　１９６８ー４"],
 )  # fmt: skip
-def test_a_patient_is_found_by_any_words_however_they_are_written(database: Database, words: str) -> None:
+def test_patient_is_found_by_words_in_any_spelling(database: Database, words: str) -> None:
     sign_up(database, "A-17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
     sign_up(database, "B-2", "Ito Mai", kana="イトウ マイ", birth_date="1986-12-04")
     assert found(database, words) == ["A-17"]
 
 
-def test_patients_of_before_there_was_such_a_search_are_found_the_same_way(database: Database) -> None:
+def test_patients_from_before_the_search_are_found_as_well(database: Database) -> None:
     sign_up(database, "A-17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
     with database.read() as session:
         text = service.find(session, search="", archived=False, limit=1, after=None)[0][0].search_text
@@ -81,16 +81,14 @@ def test_patients_of_before_there_was_such_a_search_are_found_the_same_way(datab
 
 
 @pytest.mark.parametrize("words", ["sato mai", "1968-05", "%", "_", "/", "\\", "サトウ イトウ"])
-def test_every_word_has_to_be_found_as_it_is(database: Database, words: str) -> None:
+def test_unmatched_search_words_find_no_patient(database: Database, words: str) -> None:
     sign_up(database, "A17", "Satō Ken", kana="サトウ ケン", birth_date="1968-04-12")
     sign_up(database, "B2", "Ito Mai", kana="イトウ マイ", birth_date="1986-12-04")
     assert found(database, words) == []
 
 
 @pytest.mark.parametrize("number", ["A-17", " A-17 ", "Ａ－１７", "Ａー１７"])
-def test_a_hidden_record_is_found_by_its_whole_number_in_whatever_width_it_was_typed(
-    database: Database, number: str
-) -> None:
+def test_hidden_record_is_found_by_whole_number_in_any_width(database: Database, number: str) -> None:
     sign_up(database, "A-17", "Satō Ken")
     sign_up(database, "A-18", "Ito Mai")
     with database.read() as session:
@@ -99,14 +97,14 @@ def test_a_hidden_record_is_found_by_its_whole_number_in_whatever_width_it_was_t
         assert [row.clinic_number for row in rows] == ["A-17"]
 
 
-def test_a_voiced_kana_is_another_one(database: Database) -> None:
+def test_voiced_kana_is_a_different_letter(database: Database) -> None:
     sign_up(database, "1", "N", kana="カトウ")
     sign_up(database, "2", "N", kana="ガトウ")
     assert found(database, "かとう") == ["1"]
     assert found(database, "ｶﾞﾄｳ") == ["2"]
 
 
-def test_a_changed_record_is_found_by_what_it_says_now(database: Database) -> None:
+def test_changed_record_is_found_by_its_new_values(database: Database) -> None:
     key = sign_up(database, "1", "Ito Mai", birth_date="1968-04-12")
     with database.write() as session:
         service.update(session, key, PatientUpdate(name="Abe Mai", birth_date=None))
@@ -126,7 +124,7 @@ def test_patients_come_in_the_order_of_their_names_each_once(database: Database)
     assert found(database, archived=True) == ["4"]
 
 
-def test_somebody_signed_up_meanwhile_moves_nobody_from_one_page_to_another(database: Database) -> None:
+def test_new_patient_moves_no_one_between_pages(database: Database) -> None:
     for number, name in enumerate(["B", "D", "F", "H"]):
         sign_up(database, str(number), name)
     with database.read() as session:
@@ -150,7 +148,7 @@ def test_a_damaged_cursor_is_refused(database: Database, cursor: str) -> None:
 
 
 @given(st.text(max_size=100), st.text(max_size=100), st.text(min_size=1, max_size=32), st.dates())
-def test_whatever_a_record_says_it_is_found_by(name: str, kana: str, number: str, born: date) -> None:
+def test_every_field_of_a_record_finds_it(name: str, kana: str, number: str, born: date) -> None:
     text = search.text_of(name, kana, number, born)
     assert len(text) <= search.LONGEST
     if len(text) < search.LONGEST:
@@ -159,12 +157,12 @@ def test_whatever_a_record_says_it_is_found_by(name: str, kana: str, number: str
             assert any(form in text for form in forms)
 
 
-def test_of_two_who_sign_up_the_same_number_the_second_is_told(database: Database) -> None:
+def test_second_patient_with_the_same_number_is_refused(database: Database) -> None:
     told = _at_once(lambda: sign_up(database, "K-1"))
     assert sorted(told) == ["done", "number_taken"]
 
 
-def test_of_two_who_open_an_episode_of_the_same_shoulder_the_second_is_told(database: Database) -> None:
+def test_second_open_episode_of_the_same_shoulder_is_refused(database: Database) -> None:
     key = sign_up(database, "K-1")
 
     def open_right() -> None:
@@ -174,7 +172,7 @@ def test_of_two_who_open_an_episode_of_the_same_shoulder_the_second_is_told(data
     assert sorted(_at_once(open_right)) == ["done", "episode_open"]
 
 
-def test_of_two_who_change_the_same_version_the_second_is_told(database: Database) -> None:
+def test_second_change_of_the_same_version_is_refused(database: Database) -> None:
     key = sign_up(database, "K-1")
     with database.read() as session:
         seen = service.get(session, key).updated_at
@@ -256,7 +254,7 @@ def test_sessions_are_found_by_everything_the_page_offers(database: Database) ->
     assert listed(database, until=until, stop="estop_pressed") == [b, a]
 
 
-def test_a_page_of_patients_is_told_with_their_episodes_in_one_query(database: Database) -> None:
+def test_page_of_patients_loads_episodes_in_one_query(database: Database) -> None:
     both = sign_up(database, "K-1")
     with database.write() as session:
         second = episodes.open_new(session, both, EpisodeCreate(side="right")).id
@@ -270,7 +268,7 @@ def test_a_page_of_patients_is_told_with_their_episodes_in_one_query(database: D
     assert len([sentence for sentence in asked if sentence.startswith("SELECT")]) == 1
 
 
-def test_sessions_that_began_together_are_each_told_once(database: Database) -> None:
+def test_simultaneous_sessions_are_listed_once_each(database: Database) -> None:
     patient = sign_up(database, "1")
     keys = {visit(database, patient, 0, stops=("estop_pressed",)) for _ in range(5)}
     for wanted in ({}, {"stop": "estop_pressed"}, {"patient_id": patient}):
@@ -279,7 +277,7 @@ def test_sessions_that_began_together_are_each_told_once(database: Database) -> 
         assert set(told) == keys
 
 
-def test_a_list_of_sessions_tells_what_stands_in_its_rows_in_one_query(database: Database) -> None:
+def test_session_list_loads_its_rows_in_one_query(database: Database) -> None:
     patient = sign_up(database, "K-1", "Satō Ken")
     for hour in range(5):
         visit(database, patient, hour, "Sato", "Station 1", ("estop_pressed",))
@@ -294,7 +292,7 @@ def test_a_list_of_sessions_tells_what_stands_in_its_rows_in_one_query(database:
     assert newest.ended_at is newest.signed_at is None
 
 
-def test_the_choices_are_what_there_are_sessions_of(database: Database) -> None:
+def test_filter_options_match_the_existing_sessions(database: Database) -> None:
     patient = sign_up(database, "1")
     with database.read() as session:
         assert lists.choices(session) == lists.SessionChoices(therapists=[], stations=[], stops=[])

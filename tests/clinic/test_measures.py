@@ -25,13 +25,13 @@ from kata.clinic.assessments.spadi import Score
         ("scapular_depression", "", 10),
     ],
 )
-def test_a_healthy_shoulder_goes_as_far_as_the_references_say(motion: str, position: str, reference_deg: float) -> None:
+def test_healthy_shoulder_reaches_the_reference_values(motion: str, position: str, reference_deg: float) -> None:
     measure = rom.measure_of(motion, position)
     assert measure is not None
     assert measure.reference_deg == reference_deg
 
 
-def test_every_measure_is_named_in_both_languages_and_plausible_around_its_reference() -> None:
+def test_every_measure_has_both_names_and_a_plausible_range() -> None:
     for names in ({one.english for one in rom.MEASURES}, {one.japanese for one in rom.MEASURES}):
         assert len(names) == len(rom.MEASURES)
     for measure in rom.MEASURES:
@@ -73,12 +73,12 @@ def test_the_codes_are_those_of_the_motion_whatever_the_position() -> None:
         ([None] * 5, [None] * 8, Score(None, None, None)),
     ],
 )
-def test_the_score_is_the_mean_of_both_subscales_of_what_was_answered(
+def test_score_is_the_mean_of_both_answered_subscales(
     pain: list[int | None], disability: list[int | None], expected: Score
 ) -> None:
     assert spadi.score(pain + disability) == expected
 
 
-def test_there_are_five_items_of_pain_and_eight_of_disability_in_words_of_both_languages() -> None:
+def test_five_pain_and_eight_disability_items_exist_in_both_languages() -> None:
     assert [item.subscale for item in spadi.ITEMS] == ["pain"] * 5 + ["disability"] * 8
     assert len({item.english for item in spadi.ITEMS} | {item.japanese for item in spadi.ITEMS}) == 26

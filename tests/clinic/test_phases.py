@@ -25,21 +25,21 @@ MOTION = Motion(TIMES_S, SWING)
         ([PHASE_PLAYING, PHASE_REVERSING, PHASE_PAUSED, PHASE_REVERSING, PHASE_RETURNING], 1),
     ],
 )
-def test_each_time_the_arm_is_taken_back_counts_once_however_it_is_paused(phases: list[int], times: int) -> None:
+def test_each_reversal_counts_once_however_it_is_paused(phases: list[int], times: int) -> None:
     assert reversals(np.repeat(np.array(phases, dtype=np.uint8), 3)) == times
 
 
-def test_less_range_is_how_little_of_the_way_was_really_gone() -> None:
+def test_reduced_range_is_measured_by_the_way_really_moved() -> None:
     phase = np.where(TIMES_S < 4, PHASE_PLAYING, PHASE_LESSENED).astype(np.uint8)
     share = np.where(TIMES_S < 4, 1.0, np.where(TIMES_S < 6, 0.8, 0.6))
     assert least_range_percent(MOTION, phase, TIMES_S, SWING * share[:, None]) == pytest.approx(60, abs=1)
 
 
-def test_where_nobody_asked_for_less_there_is_no_figure() -> None:
+def test_full_range_has_no_reduced_range_figure() -> None:
     assert least_range_percent(MOTION, np.full(801, PHASE_PLAYING, dtype=np.uint8), TIMES_S, SWING) is None
 
 
-def test_what_was_reached_with_less_range_counts_as_reached() -> None:
+def test_reduced_motion_counts_as_reached() -> None:
     resting = motor_angles_deg(np.array([[0.0, 0.0, 10.0, 0.0, 0.0]]))[0]
     lifted = motor_angles_deg(np.array([[0.0, 0.0, 60.0, 0.0, 0.0]]))[0]
     motor = MotorTrackingRow(motor=3, played_min_deg=9.0, played_max_deg=20.0)

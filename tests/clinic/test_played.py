@@ -27,8 +27,8 @@ from kata.device.journal import (
 from kata.motion import edit
 from kata.motion.edit import PlaybackSettings
 from kata.motion.method import Method
-from tests.clinic.test_importer import Clinic
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.imported_runs import Clinic
 
 Reason = Literal["completed", "returned", "stopped", "unloaded"]
 Part = tuple[int, float, float]
@@ -82,21 +82,21 @@ def play(
 @pytest.mark.parametrize(
     ("reached_s", "done"), [(1.0, 0), (ends_s(1) - 0.05, 0), (ends_s(1), 1), (ends_s(2) - 0.05, 1), (ends_s(2) + 1, 2)]
 )
-def test_a_run_that_was_broken_off_has_done_what_it_has_ended(clinic: Clinic, reached_s: float, done: int) -> None:
+def test_aborted_run_counts_the_repetitions_it_finished(clinic: Clinic, reached_s: float, done: int) -> None:
     run = play(clinic, (PHASE_APPROACHING, 0.0, 0.0), (PHASE_PLAYING, 0.0, reached_s), (PHASE_RETURNING, 0.0, 9.0))
     assert run.repetitions_done == done
     assert run.played_s == pytest.approx(reached_s, abs=0.02)
 
 
-def test_a_run_that_was_played_to_its_end_has_done_all(clinic: Clinic) -> None:
+def test_run_played_to_its_end_counts_all_repetitions(clinic: Clinic) -> None:
     assert play(clinic, (PHASE_PLAYING, 0.0, ends_s(3)), reason="completed").repetitions_done == 3
 
 
-def test_at_ten_samples_a_second_the_last_one_counts_too(clinic: Clinic) -> None:
+def test_last_sample_counts_at_ten_hertz_too(clinic: Clinic) -> None:
     assert play(clinic, (PHASE_PLAYING, 0.0, ends_s(1) - 0.05), method="paper").repetitions_done == 1
 
 
-def test_with_less_range_and_after_being_taken_back_it_is_a_repetition(clinic: Clinic) -> None:
+def test_reduced_or_reversed_repetitions_count_as_repetitions(clinic: Clinic) -> None:
     run = play(
         clinic,
         (PHASE_LESSENED, 0.0, 2.0),
@@ -110,19 +110,17 @@ def test_with_less_range_and_after_being_taken_back_it_is_a_repetition(clinic: C
 
 
 @pytest.mark.parametrize(("parts", "reason"), [([], "unloaded"), ([(PHASE_APPROACHING, 0.0, 1.0)], "stopped")])
-def test_what_was_not_played_has_done_nothing(clinic: Clinic, parts: list[Part], reason: Any) -> None:
+def test_unplayed_run_has_no_repetitions(clinic: Clinic, parts: list[Part], reason: Any) -> None:
     run = play(clinic, *parts, reason=reason)
     assert (run.repetitions_done, run.played_s) == (0, 0.0)
 
 
-def test_what_a_dead_process_left_is_counted_as_far_as_it_goes(clinic: Clinic) -> None:
+def test_run_of_a_dead_process_counts_what_it_recorded(clinic: Clinic) -> None:
     run = play(clinic, (PHASE_PLAYING, 0.0, ends_s(2)), reason=None)
     assert (run.outcome, run.repetitions_done) == ("interrupted", 2)
 
 
-def test_a_recording_is_read_and_made_into_what_was_asked_for_once_a_run(
-    clinic: Clinic, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_recording_is_read_and_edited_once_per_run(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[object] = []
     made: list[object] = []
     samples, with_settings = recordings.samples, edit.with_settings

@@ -101,7 +101,7 @@ def refused(status: int, code: str) -> Any:
     return pytest.raises(ProblemError, check=lambda error: (error.status, error.code) == (status, code))
 
 
-def test_every_change_is_a_version_and_what_was_said_stays(clinic: Clinic) -> None:
+def test_every_change_is_a_version_and_notes_remain(clinic: Clinic) -> None:
     lift, turn = clinic.recording("Lift"), clinic.recording("Turn")
     made = clinic.programme(lift, turn, timer_minutes=20, sessions_per_week=3, note="After the injection.")
     clinic.version(made.id, 1, turn, note="Only what hurts less.")
@@ -123,7 +123,7 @@ def test_every_change_is_a_version_and_what_was_said_stays(clinic: Clinic) -> No
     assert told.side == "right"
 
 
-def test_the_second_of_two_editors_is_told_and_nothing_is_lost(clinic: Clinic) -> None:
+def test_second_of_two_editors_is_refused_and_nothing_is_lost(clinic: Clinic) -> None:
     lift = clinic.recording()
     made = clinic.programme(lift)
     clinic.version(made.id, 1, lift, note="First.")
@@ -134,7 +134,7 @@ def test_the_second_of_two_editors_is_told_and_nothing_is_lost(clinic: Clinic) -
         service.update(session, made.id, ProgrammeUpdate(name="Evening", updated_at=made.created_at))
 
 
-def test_of_two_who_save_at_the_same_moment_one_is_told(clinic: Clinic) -> None:
+def test_one_of_two_simultaneous_saves_is_refused(clinic: Clinic) -> None:
     """The second looks before the first has committed, and writes after it."""
     lift = clinic.recording()
     made = clinic.programme(lift)
@@ -171,7 +171,7 @@ def test_archived_programmes_come_last_and_take_no_version(clinic: Clinic) -> No
     assert clinic.version(new.id, 1, lift).name == "Noon"
 
 
-def test_only_what_fits_is_prescribed(clinic: Clinic) -> None:
+def test_only_suitable_recordings_are_prescribed(clinic: Clinic) -> None:
     other = clinic.sign_up("2")
     with refused(409, "other_patient"):
         clinic.programme(clinic.recording(patient_id=other))
@@ -251,7 +251,7 @@ def run(position: int | None, recording: RecordingRow, **given: Any) -> RunRow:
     return played(programme_position=position, **told | given)
 
 
-def test_each_item_has_its_runs_and_what_was_played_besides_stands_apart() -> None:
+def test_each_item_has_its_runs_and_others_are_separate() -> None:
     plan = planned.compare(
         [item(1, LIFT), item(2, TURN), item(3, LIFT)],
         [
@@ -289,7 +289,7 @@ def test_more_than_planned_makes_up_for_nothing() -> None:
         ({"outcome": "interrupted", "repetitions_done": None, "played_s": None}, "some"),
     ],
 )
-def test_an_item_has_begun_when_something_of_it_was_played(given: dict[str, Any], done: str) -> None:
+def test_item_begins_with_its_first_playback(given: dict[str, Any], done: str) -> None:
     assert planned.compare([item(1, LIFT)], [run(1, LIFT, **given)]).items[0].done == done
 
 
@@ -359,7 +359,7 @@ def week_numbers(weeks: list[adherence.AdherenceWeek]) -> list[tuple[date, int, 
     return [(week.begins_on, week.sessions, week.sessions_wished) for week in weeks]
 
 
-def test_weeks_without_a_session_are_there_too() -> None:
+def test_weeks_without_a_session_are_included() -> None:
     visits = [Visit(MONDAY), Visit(MONDAY + 6 * DAY), Visit(MONDAY + 14 * DAY)]
     assert week_numbers(by_week(visits, [], MONDAY + 22 * DAY, timedelta())) == [
         (date(2026, 11, 16), 2, None),
@@ -378,7 +378,7 @@ def test_monday_begins_where_the_clinic_is() -> None:
     assert (london.begins_on, tokyo.begins_on) == (date(2026, 11, 9), date(2026, 11, 16))
 
 
-def test_the_wish_is_what_was_last_said_by_the_end_of_a_week() -> None:
+def test_goal_is_the_last_one_set_by_each_week() -> None:
     one, other = uuid4(), uuid4()
     said = [
         Said(one, MONDAY, 2, None),

@@ -112,7 +112,7 @@ def fill(database: Database) -> Callable[[Callable[[Episode], None]], UUID]:
 Fill = Callable[[Callable[[Episode], None]], UUID]
 
 
-def test_range_of_motion_is_held_against_baseline_other_side_and_reference(database: Database, fill: Fill) -> None:
+def test_range_of_motion_is_compared_with_baseline_other_side_reference(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.assess(0, rom=[rom(90), rom(100, kind="passive"), rom(165, side="right")])
         episode.assess(7, rom=[rom(105), rom(175, side="right"), rom(12, motion="extension")])
@@ -144,7 +144,7 @@ def test_range_of_motion_is_held_against_baseline_other_side_and_reference(datab
     assert len(table.rows) == 6
 
 
-def test_pain_of_assessments_and_of_sessions_is_told_apart(database: Database, fill: Fill) -> None:
+def test_assessment_pain_and_session_pain_are_separate(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         episode.treat(0, pain_before=6, pain_after=5)
         episode.assess(1.75, pain_rest=4, pain_average=7)
@@ -199,11 +199,11 @@ def test_the_spadi_shows_where_a_change_begins_to_matter(database: Database, fil
     [(None, ""), (0, "no"), (-7.9, "no"), (-8, "perhaps better"), (-12.9, "perhaps better"), (-13, "better"),
      (7.9, "no"), (8, "perhaps worse"), (13, "worse")],
 )  # fmt: skip
-def test_less_is_better_and_what_matters_begins_at_eight(change: float | None, verdict: str) -> None:
+def test_lower_scores_are_better_and_relevance_begins_at_eight(change: float | None, verdict: str) -> None:
     assert numbers.verdict(change) == verdict
 
 
-def test_errors_are_told_by_recording_and_method(database: Database, fill: Fill) -> None:
+def test_errors_are_reported_by_recording_and_method(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift, other = episode.record("Lift"), episode.record("Lift")
         episode.treat(0, run(lift, 1.0, 3.0), run(lift, 2.0, 2.5, minute=5), run(other, 0.5, 0.75))
@@ -223,7 +223,7 @@ def test_errors_are_told_by_recording_and_method(database: Database, fill: Fill)
     assert table.rows[-1] == [DAY + timedelta(days=7), "Lift", "learned", 1, 0.5, 1.5]
 
 
-def test_what_was_learned_is_told_as_it_was_at_the_end_of_a_session(database: Database, fill: Fill) -> None:
+def test_learned_values_are_reported_as_at_the_sessions_end(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
         learned = [run(lift, 1.0, 3.0, minute, learned_rms_deg=rms) for minute, rms in ((5, 0.5), (0, 0.25))]
@@ -235,7 +235,7 @@ def test_what_was_learned_is_told_as_it_was_at_the_end_of_a_session(database: Da
     assert numbers.correction(lines).rows[1] == [DAY + timedelta(days=7), "Lift", 0.75]
 
 
-def test_a_week_in_which_nobody_came_is_a_week_too(database: Database, fill: Fill) -> None:
+def test_week_without_visits_is_included(database: Database, fill: Fill) -> None:
     def how(episode: Episode) -> None:
         lift = episode.record("Lift")
         for day, stops in ((0, 0), (2, 1), (6.9, 0), (21, 0)):
@@ -248,7 +248,7 @@ def test_a_week_in_which_nobody_came_is_a_week_too(database: Database, fill: Fil
     assert numbers.adherence(weeks).rows[2] == ["2026-03-16", 0, None, 0, 0]
 
 
-def test_what_was_prescribed_stands_beside_what_was_done() -> None:
+def test_prescribed_and_completed_sessions_are_compared() -> None:
     monday = date(2026, 3, 2)
     weeks = [
         AdherenceWeek(begins_on=monday, sessions=2, sessions_wished=3, repetitions_planned=60, repetitions_done=54),
@@ -284,13 +284,13 @@ def test_nothing_yet_is_an_empty_chart_and_an_empty_table(database: Database, fi
         assert tabulate(found).rows == []
 
 
-def test_an_episode_that_is_not_there_is_not_found(database: Database) -> None:
+def test_missing_episode_is_not_found(database: Database) -> None:
     with pytest.raises(ProblemError) as problem, database.read() as session:
         service.course(session, uuid4())
     assert problem.value.status == 404
 
 
-def test_thirty_things_in_one_chart_all_look_different() -> None:
+def test_thirty_series_in_one_chart_look_different() -> None:
     lines = [Line(str(number), (Point(DAY, 0, number),)) for number in range(30)]
     looks = {
         (trace.line.color, trace.line.dash, trace.marker.symbol) for trace in drawn(figures.correction(lines)).data

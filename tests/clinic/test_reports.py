@@ -28,20 +28,15 @@ from kata.database.series import Series
 from kata.device.faults import FAULTS
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.clinic.treated import PLAIN, Texts, treat
-from tests.conftest import ROOT
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.paths import ROOT
+from tests.support.reports import AT, CLINIC, contents, how
+from tests.support.treatment import Texts
 
-CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
-AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
 HOSTILE = (
     """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
 )
 TEMPLATES = ROOT / "backend/kata/clinic/reports/templates"
-
-
-def how(language: Language = "en") -> Print:
-    return Print(CLINIC, language, "Asia/Tokyo", AT)
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +44,6 @@ def sqlite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
     made = Database(upgraded_file(tmp_path_factory.mktemp("reports") / "kata.db"))
     yield made
     made.close()
-
-
-def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[SessionContent, EpisodeContent]:
-    with database.write() as writing:
-        treated = treat(writing, texts, **kinds)
-    with database.read() as reading:
-        return session.content(reading, treated.session_ids[0]), episode.content(reading, treated.episode_id)
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +101,7 @@ class Parsed(HTMLParser):
 # -- what it says ---------------------------------------------------------------------------------------------------
 
 
-def test_a_session_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_session_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     visit, _ = signed
     text = " ".join(Parsed(paper.session_page(visit, how())).text.split())
     for said in (
@@ -139,7 +127,7 @@ def test_a_session_report_speaks_japanese(draft: SessionContent) -> None:
         assert said in text, said
 
 
-def test_an_episode_report_says_what_the_rows_say(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_episode_report_matches_the_database_rows(signed: tuple[SessionContent, EpisodeContent]) -> None:
     _, care = signed
     text = " ".join(Parsed(paper.episode_page(care, how())).text.split())
     for said in (
@@ -168,7 +156,7 @@ def test_an_episode_without_anything_yet_has_a_report_too(signed: tuple[SessionC
     assert "Trends" not in text
 
 
-def test_a_run_whose_samples_are_damaged_is_told_without_its_curves(
+def test_run_with_damaged_samples_is_reported_without_curves(
     signed: tuple[SessionContent, EpisodeContent],
 ) -> None:
     visit, _ = signed
@@ -180,7 +168,7 @@ def test_a_run_whose_samples_are_damaged_is_told_without_its_curves(
     assert len(page.all("svg")) == 5 * (len(visit.runs) - 1)
 
 
-def test_every_database_tells_the_same(database: Database) -> None:
+def test_every_database_gives_the_same_report(database: Database) -> None:
     visit, care = contents(database, sessions=2)
     assert [run.outcome for run in visit.runs] == ["completed", "stopped", "completed"]
     assert [(line.motion, line.kind) for line in care.rom][:3] == [
@@ -192,7 +180,7 @@ def test_every_database_tells_the_same(database: Database) -> None:
     assert [(stop.code, count) for stop, count in care.stops] == [("drive_silent", 2)]
 
 
-def test_what_is_not_there_has_no_report(sqlite: Database) -> None:
+def test_missing_session_has_no_report(sqlite: Database) -> None:
     with sqlite.read() as reading:
         for content in (session.content, episode.content):
             with pytest.raises(ProblemError) as told:
@@ -204,7 +192,7 @@ def test_what_is_not_there_has_no_report(sqlite: Database) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_an_unsigned_session_is_a_draft_on_every_page_and_a_signed_one_on_none(
+def test_unsigned_reports_say_draft_on_every_page(
     draft: SessionContent, signed: tuple[SessionContent, EpisodeContent], language: Language
 ) -> None:
     mark = WORDS["draft"][LANGUAGES.index(language)]
@@ -214,7 +202,7 @@ def test_an_unsigned_session_is_a_draft_on_every_page_and_a_signed_one_on_none(
     assert not any(mark in page for page in texts_of(paper.session_pdf(signed[0], how(language))))
 
 
-def test_every_page_says_whose_it_is_which_it_is_and_when_it_was_printed(draft: SessionContent) -> None:
+def test_every_page_names_patient_page_and_print_time(draft: SessionContent) -> None:
     pages = texts_of(paper.session_pdf(draft, how()))
     for number, page in enumerate(pages, start=1):
         assert f"{number} / {len(pages)}" in page
@@ -222,7 +210,7 @@ def test_every_page_says_whose_it_is_which_it_is_and_when_it_was_printed(draft: 
         assert "Printed 30 November 2026 12:04 JST" in page
 
 
-def test_sixty_runs_go_over_many_pages_and_every_page_of_a_table_has_its_head(draft: SessionContent) -> None:
+def test_sixty_runs_fill_many_pages_with_repeated_table_heads(draft: SessionContent) -> None:
     one = draft.runs[0]
     many = replace(draft, runs=tuple(replace(one, number=number) for number in range(1, 61)))
     pages = texts_of(paper.session_pdf(many, how()))
@@ -313,7 +301,7 @@ def test_a_name_of_a_hundred_letters_stays_on_the_page(sqlite: Database) -> None
 # -- words ----------------------------------------------------------------------------------------------------------
 
 
-def test_every_word_is_there_in_both_languages_and_used() -> None:
+def test_every_text_exists_in_both_languages_and_is_used() -> None:
     python = [file for file in TEMPLATES.parent.glob("*.py") if file.name != "words.py"]
     source = "".join(file.read_text() for file in [*TEMPLATES.iterdir(), *python]) + '"to" "rom" named("rom"'
     for key, (english, japanese) in WORDS.items():
@@ -324,7 +312,7 @@ def test_every_word_is_there_in_both_languages_and_used() -> None:
         assert f'"{key}"' in source or (dot and f'named("{kind}"' in source), key
 
 
-def test_every_stop_and_every_outcome_has_its_words() -> None:
+def test_every_stop_and_outcome_has_a_text() -> None:
     assert set(STOPS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
         assert ("{motor}" in STOPS_JA[fault.code]) == ("{motor}" in fault.message), fault.code
@@ -336,7 +324,7 @@ def test_every_stop_and_every_outcome_has_its_words() -> None:
     ("value", "digits", "sign", "text"),
     [(-0.004, 2, False, "0.00"), (-1.25, 1, False, "−1.2"), (3.0, 0, True, "+3"), (None, 1, False, "–"), (0.0, 0, True, "0")],
 )  # fmt: skip
-def test_numbers_have_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
+def test_numbers_use_a_real_minus_and_zero_has_none(value: float | None, digits: int, sign: bool, text: str) -> None:
     assert Speaker("en", "").number(value, digits, sign=sign) == text
 
 
@@ -349,7 +337,7 @@ def test_a_day_is_the_clinics() -> None:
 # -- curves ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_curve_keeps_its_peak_and_stays_in_its_frame(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_curve_keeps_its_peak_inside_its_frame(signed: tuple[SessionContent, EpisodeContent]) -> None:
     run = signed[0].runs[0]
     assert run.parts
     third = charts.tracking(run.parts)[2]
@@ -386,7 +374,7 @@ SVG = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4"
 
 
 @pytest.mark.parametrize(("image", "kind"), [(PNG, "png"), (SVG, "svg+xml")], ids=["png", "svg"])
-def test_a_letterhead_stands_on_both_reports(
+def test_letterhead_appears_on_both_reports(
     tmp_path: Path, signed: tuple[SessionContent, EpisodeContent], image: bytes, kind: str
 ) -> None:
     logo = tmp_path / "logo"
@@ -405,7 +393,7 @@ def test_a_letterhead_stands_on_both_reports(
     assert "Midori Clinic" in texts_of(paper.episode_pdf(care, printed))[0]
 
 
-def test_without_a_letterhead_there_is_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
+def test_report_without_a_letterhead_has_none(signed: tuple[SessionContent, EpisodeContent]) -> None:
     nobody = Print(letterhead.read("", "", "", None), "en", "", AT)
     assert not Parsed(paper.session_page(signed[0], nobody)).all("header")
 
@@ -426,13 +414,13 @@ def test_without_a_letterhead_there_is_none(signed: tuple[SessionContent, Episod
     ],
     ids=str,
 )
-def test_a_logo_that_cannot_be_used_is_refused_in_words(tmp_path: Path, image: bytes, why: str) -> None:
+def test_unusable_logo_is_refused_with_a_sentence(tmp_path: Path, image: bytes, why: str) -> None:
     logo = tmp_path / "logo"
     logo.write_bytes(image)
     with pytest.raises(LetterheadError, match=why):
         letterhead.read("", "", "", logo)
 
 
-def test_a_logo_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
+def test_missing_logo_is_refused_with_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(LetterheadError, match="cannot be read"):
         letterhead.read("", "", "", tmp_path / "none.png")

@@ -12,7 +12,7 @@ def _motion(duration_s: float, rate_hz: int) -> Motion:
     return Motion(times_s, np.stack([np.sin(times_s) * (axis + 1) for axis in range(5)], axis=-1))
 
 
-def test_it_keeps_the_motions_own_time_and_path() -> None:
+def test_preview_keeps_the_motions_time_and_path() -> None:
     motion = _motion(7.31, 100)
     seen = shown(motion, "left")
     assert (seen.side, seen.times_s[0], seen.times_s[-1]) == ("left", 0.0, 7.31)
@@ -20,7 +20,7 @@ def test_it_keeps_the_motions_own_time_and_path() -> None:
         assert row == pytest.approx([np.sin(time_s) * (axis + 1) for axis in range(5)], abs=0.02)
 
 
-def test_there_are_twenty_samples_a_second_and_never_more_than_a_browser_takes_in_at_once() -> None:
+def test_preview_has_twenty_samples_a_second_and_a_bounded_size() -> None:
     assert np.diff(shown(_motion(7.31, 100), "left").times_s).max() <= 0.051
     hour = shown(_motion(3600.0, 10), "right")
     assert len(hour.times_s) == len(hour.angles_deg) == 3000

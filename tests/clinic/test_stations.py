@@ -20,7 +20,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import JournalEnd
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
-from tests.clinic.test_importer import Clinic, pose
+from tests.support.imported_runs import Clinic, pose
 
 NOW = datetime(2026, 3, 1, 9, 0, tzinfo=UTC)
 
@@ -54,7 +54,7 @@ def test_configuration_and_calibration_have_a_version_of_each_station_own(databa
             service.versions(session, "Station 3")
 
 
-def test_neither_a_turned_apparatus_nor_another_pseudo_terminal_is_a_new_version(database: Database) -> None:
+def test_side_and_pseudo_terminal_make_no_new_configuration_version(database: Database) -> None:
     config = StationConfig(port="/dev/pts/3")
     for other in (config, msgspec.structs.replace(config, port="/dev/pts/9", side="left")):
         with database.write() as session:
@@ -65,9 +65,7 @@ def test_neither_a_turned_apparatus_nor_another_pseudo_terminal_is_a_new_version
         assert [number for _, number in service.registered(session)] == [2], "a real one's port is its configuration"
 
 
-def test_a_recording_knows_where_it_was_taught_and_what_was_learned_of_it_belongs_to_that_station(
-    database: Database, tmp_path: Path
-) -> None:
+def test_recording_knows_its_station_and_learning_belongs_to_it(database: Database, tmp_path: Path) -> None:
     clinic = Clinic(tmp_path, database)
     clinic.journal("teaching", clinic.begin_teaching(), [4.0], at=pose, end=JournalEnd(reason="finished"))
     clinic.importer.run()
@@ -91,7 +89,7 @@ def test_a_recording_knows_where_it_was_taught_and_what_was_learned_of_it_belong
         assert learning.correction(session, at["Station 1"]) is not None
 
 
-def test_a_station_that_starts_gives_up_no_run_that_another_is_playing(database: Database, tmp_path: Path) -> None:
+def test_starting_station_interrupts_no_run_of_another_station(database: Database, tmp_path: Path) -> None:
     clinic, run_id = _with_a_run(database, tmp_path)
     Importer(database, tmp_path, StationConfig(name="Station 1"), clinic.saved.append).run_at_start()
     with database.read() as session:
@@ -101,9 +99,7 @@ def test_a_station_that_starts_gives_up_no_run_that_another_is_playing(database:
         assert runs.get(session, run_id).outcome == "interrupted"
 
 
-def test_a_run_that_was_given_up_is_completed_by_its_journal_when_there_is_one_after_all(
-    database: Database, tmp_path: Path
-) -> None:
+def test_interrupted_run_is_completed_by_a_journal_found_later(database: Database, tmp_path: Path) -> None:
     """As when a session goes on at another station than it began at, and its first one starts anew meanwhile."""
     clinic, run_id = _with_a_run(database, tmp_path)
     with database.write() as session:

@@ -7,25 +7,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as numpy_arrays
 
 from kata.database.arrays import Column, UnreadableError, decode, encode
+from tests.support.array_formats import FIRST_FORMAT
 
 COUNT_DEG = 360 / 4096
 COLUMNS = (Column("time_s", "s", 1e-6), Column("angle_deg", "deg", 1e-4, counted=True))
 angles = numpy_arrays(np.float64, st.tuples(st.integers(0, 50), st.just(5)), elements=st.floats(-360, 360))
 
-FIRST_FORMAT = (
-    b'{"format": "kata-samples/1", "crc32": 3637212752, "columns": [{"name": "time_s", "unit": "s", "resol'
-    b'ution": 1e-06, "shape": [5], "bytes": 17}, {"name": "path_s", "unit": "s", "resolution": 1e-06, "sha'
-    b'pe": [5], "bytes": 32}, {"name": "angle_deg", "unit": "deg", "resolution": 0.0001, "shape": [5, 2], '
-    b'"bytes": 24}]}\n'
-    b"x\x9cc\x10\x00\x02\x06u `\xc0\x0b\x00\x1dV\x00\xddx\x9cc`\x10\xf8\xe0\xc0\xc0\xa0~"
-    b"\xc3\x9b\x81\x81\xe1\xbf\x0f\x88`@#\x1a\x1a\x18\xea\x1b\x00\xb9\xb5\t\xd1x\x9c\xbb\xf0P\t\n"
-    b"\xba6\xfaA\xc1\xff\xff\x0cP@:\x0b\x00e\x1f\x12a"
-)
-"""As the first version wrote it: three columns of five samples."""
-
 
 @given(angles)
-def test_what_comes_back_is_within_the_resolution(angle_deg: np.ndarray) -> None:
+def test_decoded_values_are_within_the_resolution(angle_deg: np.ndarray) -> None:
     time_s = np.arange(len(angle_deg)) * 0.01
     back = decode(encode({"time_s": time_s, "angle_deg": angle_deg}, COLUMNS))
 
@@ -60,7 +50,7 @@ def test_a_minute_of_motion_is_small() -> None:
     assert len(blob) < 0.08 * (time_s.nbytes + counts.nbytes)
 
 
-def test_what_goes_along_with_the_clock_costs_nothing_where_the_clock_itself_jitters() -> None:
+def test_columns_beside_a_jittering_clock_compress_to_nothing() -> None:
     time_s = np.cumsum(np.random.default_rng(1).normal(0.01, 0.0003, 6000))
     columns = (Column("time_s", "s", 1e-6), Column("path_s", "s", 1e-6, along="time_s"))
     alone = encode({"time_s": time_s}, columns[:1])
@@ -68,7 +58,7 @@ def test_what_goes_along_with_the_clock_costs_nothing_where_the_clock_itself_jit
 
 
 @pytest.mark.parametrize("blob", [encode({"time_s": np.arange(50) * 0.01, "angle_deg": np.ones((50, 5))}, COLUMNS)])
-def test_a_damaged_blob_is_told_apart_wherever_the_damage_is(blob: bytes) -> None:
+def test_damaged_blob_is_detected_wherever_it_is_damaged(blob: bytes) -> None:
     for cut in range(len(blob)):
         with pytest.raises(UnreadableError):
             decode(blob[:cut])
@@ -77,7 +67,7 @@ def test_a_damaged_blob_is_told_apart_wherever_the_damage_is(blob: bytes) -> Non
             decode(blob[:place] + bytes([blob[place] ^ 0x10]) + blob[place + 1 :])
 
 
-def test_what_the_first_version_wrote_is_read() -> None:
+def test_arrays_of_the_first_version_are_readable() -> None:
     back = decode(FIRST_FORMAT)
     assert back["time_s"] == pytest.approx(np.arange(5) * 0.01)
     assert back["path_s"] == pytest.approx(np.array([np.nan, 0.0, 0.01, np.nan, 5.0]), nan_ok=True)

@@ -53,7 +53,7 @@ def test_down_and_up_again(database: Database) -> None:
         assert "patients" in inspect(connection).get_table_names()
 
 
-def test_a_run_of_before_there_were_load_levels_and_settings_is_kept_and_has_none(database: Database) -> None:
+def test_run_older_than_load_levels_has_no_settings(database: Database) -> None:
     taught = {"taught_at": _NOW, "duration_s": 1.0, "rate_hz": 100, "samples": 101, "archived_at": None}
     played = {"started_at": _NOW, "ended_at": _NOW, "stop_code": None, "stop_message": None, "rate_hz": 100}
     tracked = {"peak_deg": 1.0, "peak_at_s": 0.5, "rmse_deg": 0.2, "start_deg": 0.0}
@@ -102,7 +102,7 @@ def test_a_run_of_before_there_were_load_levels_and_settings_is_kept_and_has_non
         )
 
 
-def test_what_was_made_of_a_recording_goes_down_as_a_take_and_loses_nothing(database: Database) -> None:
+def test_derived_recording_downgrades_to_a_take_without_loss(database: Database) -> None:
     told = {"name": "N", "side": "left"}
     row = {"station": "S", "duration_s": 1.0, "rate_hz": 100, "samples": 101, "note": "", "archived_at": None, **told}
     with database.write() as session:
@@ -155,7 +155,7 @@ def test_what_was_made_of_a_recording_goes_down_as_a_take_and_loses_nothing(data
         assert session.get_one(RecordingSamplesRow, twice).data == b"samples"
 
 
-def test_a_recording_has_a_parent_that_is_there(database: Database) -> None:
+def test_recording_must_have_an_existing_parent(database: Database) -> None:
     with database.write() as session:
         session.add(patient := _patient("1"))
     orphan = RecordingRow(
@@ -181,7 +181,7 @@ def test_a_database_of_a_newer_program_is_left_alone(database: Database) -> None
         upgrade(database)
 
 
-def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
+def test_file_that_is_no_database_is_refused(tmp_path: Path) -> None:
     (tmp_path / "kata.db").write_text("this is a letter to my aunt, not a database at all")
     with pytest.raises(DatabaseError, match="cannot be opened"):
         upgrade(Database(f"sqlite:///{tmp_path / 'kata.db'}"))
@@ -195,7 +195,7 @@ def test_a_file_that_is_no_database_is_said_to_be_none(tmp_path: Path) -> None:
         ("mysql+pymysql://h/d", "driver is not installed"),
     ],
 )
-def test_a_url_that_cannot_be_used_is_put_into_words(url: str, sentence: str) -> None:
+def test_unusable_database_url_is_explained(url: str, sentence: str) -> None:
     with pytest.raises(DatabaseError, match=sentence):
         Database(url)
 
@@ -217,7 +217,7 @@ def test_a_time_without_a_zone_is_refused(database: Database) -> None:
         session.add(_patient("1", created_at=datetime(2026, 1, 1)))  # noqa: DTZ001
 
 
-def test_what_fails_leaves_nothing_behind(database: Database) -> None:
+def test_failed_transaction_leaves_nothing_behind(database: Database) -> None:
     def half_done() -> None:
         with database.write() as session:
             session.add(_patient("1"))
@@ -243,7 +243,7 @@ class TestSqlite:
             with engine.connect() as connection:
                 assert connection.exec_driver_sql(f"PRAGMA {pragma}").scalar() == value
 
-    def test_keeps_little_for_itself(self, database: Database) -> None:
+    def test_connection_keeps_small_caches(self, database: Database) -> None:
         def prepared() -> int:
             gc.collect()
             return sum(type(one).__name__ == "Statement" for one in gc.get_objects())
@@ -263,9 +263,7 @@ class TestSqlite:
             with pytest.raises(OperationalError, match="readonly"):
                 session.flush()
 
-    def test_a_reader_that_closes_last_leaves_the_log_to_the_next_writer(
-        self, database: Database, tmp_path: Path
-    ) -> None:
+    def test_last_closing_reader_leaves_the_log_to_the_next_writer(self, database: Database, tmp_path: Path) -> None:
         """Before 3.51.3 a log can be corrupted when two connections write and checkpoint together: ever only one does."""
         file, log = tmp_path / "kata.db", tmp_path / "kata.db-wal"
         with database.write() as session:
@@ -284,7 +282,7 @@ class TestSqlite:
         assert not log.exists()
 
     @pytest.mark.parametrize("pragma", ["wal_checkpoint", "wal_checkpoint(TRUNCATE)", "journal_mode = DELETE"])
-    def test_a_reader_cannot_checkpoint_if_it_wanted_to(self, database: Database, tmp_path: Path, pragma: str) -> None:
+    def test_reader_cannot_run_a_checkpoint(self, database: Database, tmp_path: Path, pragma: str) -> None:
         with database.write() as session:
             session.add(_patient("1"))
         before = (tmp_path / "kata.db").read_bytes()
@@ -292,7 +290,7 @@ class TestSqlite:
             connection.exec_driver_sql(f"PRAGMA {pragma}")
         assert (tmp_path / "kata.db").read_bytes() == before
 
-    def test_there_is_one_writer_and_the_next_one_waits(self, database: Database) -> None:
+    def test_one_writer_works_and_the_next_one_waits(self, database: Database) -> None:
         began, second_done = Event(), Event()
 
         def second() -> None:

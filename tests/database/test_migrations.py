@@ -31,7 +31,7 @@ from kata.database.arrays import decode, encode
 from kata.database.engine import Database, DatabaseError
 from kata.database.series import pack, unpack
 from kata.database.upgrade import migrations, upgrade
-from tests.database.test_arrays import FIRST_FORMAT
+from tests.support.array_formats import FIRST_FORMAT
 
 RELEASED = ("0001", "0002", "0003", "0004")
 NOW = datetime(2025, 4, 1, 9, 30, 0, 123456, tzinfo=UTC)
@@ -158,7 +158,7 @@ def emptied(database: Database) -> None:
 
 
 @pytest.mark.parametrize("version", RELEASED)
-def test_data_of_every_released_version_goes_up_down_and_up_again(empty: Database, version: str) -> None:
+def test_data_of_every_released_version_upgrades_and_downgrades(empty: Database, version: str) -> None:
     filled(empty, version)
     before = contents(empty)
     upgrade(empty)
@@ -179,7 +179,7 @@ def test_data_of_every_released_version_goes_up_down_and_up_again(empty: Databas
     assert contents(empty) == upgraded
 
 
-def test_whose_session_was_stopped_stands_beside_the_cause(empty: Database) -> None:
+def test_stopped_session_is_stored_beside_its_cause(empty: Database) -> None:
     filled(empty, "0004")
     at_version(empty, "0006")
     with empty.writer.begin() as connection:
@@ -189,7 +189,7 @@ def test_whose_session_was_stopped_stands_beside_the_cause(empty: Database) -> N
     assert (stop["code"], stop["therapist"], stop["station"]) == ("estop_pressed", "Sato", "Station 1")
 
 
-def test_going_back_takes_what_is_new_away_and_leaves_what_was_there_before(empty: Database) -> None:
+def test_downgrade_removes_new_data_and_preserves_old_data(empty: Database) -> None:
     filled(empty, "0004")
     before = contents(empty)
     upgrade(empty)
@@ -249,7 +249,7 @@ def _today(database: Database) -> list[tuple[str, tuple[str, UUID], dict[str, An
     ]
 
 
-def test_a_database_of_a_newer_program_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+def test_newer_database_is_refused_and_left_unchanged(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     filled(database, "0004")
     with database.writer.begin() as connection:
@@ -270,7 +270,7 @@ def newer(database: Database, revision: str, oldest: str, *statements: str) -> N
         connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
 
 
-def test_a_station_goes_on_with_what_its_neighbours_newer_program_has_only_added_to(empty: Database) -> None:
+def test_older_station_continues_beside_a_newer_programs_additions(empty: Database) -> None:
     upgrade(empty)
     newer(
         empty, "0999", "0007",
@@ -286,14 +286,14 @@ def test_a_station_goes_on_with_what_its_neighbours_newer_program_has_only_added
         assert patients.get(session, patient.id).name == "N"
 
 
-def test_a_newer_database_from_which_something_was_taken_away_is_refused_to_the_program_before(empty: Database) -> None:
+def test_newer_database_with_removals_is_refused_by_older_programs(empty: Database) -> None:
     upgrade(empty)
     newer(empty, "1000", "0999", "DROP TABLE spools")
     with pytest.raises(DatabaseError, match="written by a newer version of Kata"):
         upgrade(empty)
 
 
-def test_each_migration_from_now_on_says_which_programs_it_serves(empty: Database) -> None:
+def test_each_new_migration_names_compatible_programs(empty: Database) -> None:
     upgrade(empty)
     present = max(file.name[:4] for file in (migrations() / "versions").glob("*.py"))
     with empty.read() as session:
@@ -304,14 +304,14 @@ def test_each_migration_from_now_on_says_which_programs_it_serves(empty: Databas
     assert oldest <= present
 
 
-def test_a_program_without_speed_limits_does_not_use_a_database_with_them(empty: Database) -> None:
+def test_program_without_speed_limits_refuses_a_database_with_them(empty: Database) -> None:
     upgrade(empty)
     with empty.writer.connect() as connection:
         oldest = connection.exec_driver_sql("SELECT oldest FROM schemas WHERE revision = '0008'").scalar_one()
     assert oldest == "0008"
 
 
-def test_a_file_is_copied_before_it_is_upgraded_and_two_copies_are_kept(tmp_path: Path) -> None:
+def test_file_is_copied_before_upgrade_and_two_copies_remain(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     for version in RELEASED[1:]:
         filled(database, version) if version == "0002" else at_version(database, version, command.downgrade)
@@ -324,7 +324,7 @@ def test_a_file_is_copied_before_it_is_upgraded_and_two_copies_are_kept(tmp_path
     assert sorted(one.name for one in tmp_path.iterdir()) == ["kata.db", "kata.db.version-0003", "kata.db.version-0004"]
 
 
-def test_without_room_for_it_nothing_is_upgraded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_upgrade_without_free_space_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     filled(database, "0004")
     before = contents(database)
@@ -346,7 +346,7 @@ def statements(database: Database, at: Callable[[int], None]) -> None:
     event.listen(database.writer, "before_cursor_execute", about_to)
 
 
-def test_what_any_statement_of_an_upgrade_leaves_on_disk_is_a_whole_version(tmp_path: Path) -> None:
+def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) -> None:
     """What a killed process leaves are its files as they are at that moment."""
     database = Database(f"sqlite:///{tmp_path / 'kata.db'}")
     filled(database, "0001")
@@ -407,7 +407,7 @@ def killed_at(url: str, statement: int) -> None:
 
 
 @pytest.mark.parametrize("backend", ["sqlite", "postgresql"])
-def test_the_start_after_one_that_was_killed_ends_up_where_an_unkilled_one_does(
+def test_killed_upgrade_restarts_to_the_same_database(
     backend: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     on_file = backend == "sqlite"

@@ -35,7 +35,7 @@ def series() -> Series:
     return pack(taught(), SAMPLE_COLUMNS)
 
 
-def test_a_series_comes_back_whole_and_says_what_it_is(series: Series) -> None:
+def test_series_is_restored_whole_with_its_description(series: Series) -> None:
     assert len(series.blocks) == 4
     back = unpack(series)
     for name, values in taught().items():
@@ -50,12 +50,12 @@ def test_a_series_comes_back_whole_and_says_what_it_is(series: Series) -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, BLOCK_SAMPLES, BLOCK_SAMPLES + 1])
-def test_any_length_can_be_kept(count: int) -> None:
+def test_series_of_any_length_is_stored(count: int) -> None:
     back = unpack(pack(taught(count), SAMPLE_COLUMNS))
     assert {name: values.shape for name, values in back.items()} == {"time_s": (count,), "angle_deg": (count, 5)}
 
 
-def test_a_window_needs_the_blocks_that_cover_it(series: Series) -> None:
+def test_window_reads_only_the_blocks_that_cover_it(series: Series) -> None:
     assert numbers_within(series.head, *WINDOW) == [1]
     assert numbers_within(series.head, "time_s", 59.0, 61.0) == [0, 1]
     assert numbers_within(series.head, "time_s", 1000.0, 1001.0) == []
@@ -71,7 +71,7 @@ def test_a_window_needs_the_blocks_that_cover_it(series: Series) -> None:
         unpack(some)
 
 
-def test_damage_takes_one_block_and_never_passes_for_the_whole(series: Series) -> None:
+def test_damage_affects_one_block_and_is_never_hidden(series: Series) -> None:
     damaged = bytearray(series.blocks[2])
     damaged[len(damaged) // 2] ^= 1
     for blocks in (
@@ -88,7 +88,7 @@ def test_damage_takes_one_block_and_never_passes_for_the_whole(series: Series) -
         assert len(unpack_within(hurt, *WINDOW)["time_s"]) == 1001
 
 
-def test_a_damaged_head_is_told_apart_wherever_the_damage_is(series: Series) -> None:
+def test_damaged_head_is_detected_wherever_it_is_damaged(series: Series) -> None:
     for place in range(0, len(series.head), 3):
         head = series.head[:place] + bytes([series.head[place] ^ 0x10]) + series.head[place + 1 :]
         with pytest.raises(UnreadableError):
@@ -97,7 +97,7 @@ def test_a_damaged_head_is_told_apart_wherever_the_damage_is(series: Series) -> 
         unpack(Series(b""))
 
 
-def test_what_was_kept_in_one_piece_is_read_as_it_is() -> None:
+def test_series_stored_in_one_piece_is_read_unchanged() -> None:
     before = Series(encode(taught(1000), SAMPLE_COLUMNS))
     assert numbers_within(before.head, *WINDOW) == []
     assert len(unpack(before)["time_s"]) == 1000
@@ -115,7 +115,7 @@ def test_a_window_loads_nothing_of_the_rest(database: Database, series: Series) 
         assert SAMPLES.overview(session, key) == b"overview"
 
 
-def test_an_overview_is_only_loaded_where_it_is_asked_for(database: Database, series: Series) -> None:
+def test_overview_loads_only_when_requested(database: Database, series: Series) -> None:
     key = keep(database, series)
     told: list[str] = []
     event.listen(database.reader, "before_cursor_execute", lambda *of: told.append(of[2]))
@@ -125,7 +125,7 @@ def test_an_overview_is_only_loaded_where_it_is_asked_for(database: Database, se
     assert not [statement for statement in told if "overview" in statement]
 
 
-def test_samples_that_are_not_there_cannot_be_read(database: Database) -> None:
+def test_missing_samples_cannot_be_read(database: Database) -> None:
     with database.read() as session:
         for found in (SAMPLES.read(session, uuid4()), SAMPLES.read_within(session, uuid4(), *WINDOW)):
             with pytest.raises(UnreadableError):
@@ -133,7 +133,7 @@ def test_samples_that_are_not_there_cannot_be_read(database: Database) -> None:
         assert SAMPLES.overview(session, uuid4()) is None
 
 
-def test_blocks_go_with_what_they_are_of(database: Database, series: Series) -> None:
+def test_blocks_are_deleted_with_their_owner(database: Database, series: Series) -> None:
     key = keep(database, series)
     with database.write() as session:
         session.execute(delete(RecordingSamplesRow).where(RecordingSamplesRow.recording_id == key))

@@ -39,7 +39,7 @@ def the_file(folder: Path) -> Path:
     return max(folder.glob("*.spool"))
 
 
-def test_cut_at_any_byte_it_gives_what_stands_before(tmp_path: Path) -> None:
+def test_spool_cut_at_any_byte_yields_everything_before(tmp_path: Path) -> None:
     payloads = ["first", "second, which is longer", "", "third"]
     filled(tmp_path, *payloads).close()
     data = the_file(tmp_path).read_bytes()
@@ -57,7 +57,7 @@ def test_cut_at_any_byte_it_gives_what_stands_before(tmp_path: Path) -> None:
         assert told(part.records if part else []) == payloads[:whole], size
 
 
-def test_a_byte_that_is_wrong_gives_what_stands_before_it(tmp_path: Path) -> None:
+def test_wrong_byte_yields_everything_before_it(tmp_path: Path) -> None:
     payloads = ["first", "second", "third"]
     filled(tmp_path, *payloads).close()
     file = the_file(tmp_path)
@@ -71,7 +71,7 @@ def test_a_byte_that_is_wrong_gives_what_stands_before_it(tmp_path: Path) -> Non
         assert len(part.records) < 3
 
 
-def test_what_a_crash_has_torn_is_gone_on_behind(tmp_path: Path) -> None:
+def test_spool_continues_behind_a_torn_entry(tmp_path: Path) -> None:
     filled(tmp_path, "a", "b").close()
     file = the_file(tmp_path)
     file.write_bytes(file.read_bytes()[:-1])
@@ -80,7 +80,7 @@ def test_what_a_crash_has_torn_is_gone_on_behind(tmp_path: Path) -> None:
     again.close()
 
 
-def test_files_end_and_begin_and_those_that_were_taken_go(tmp_path: Path) -> None:
+def test_files_rotate_and_imported_ones_are_deleted(tmp_path: Path) -> None:
     made = Spool(tmp_path, full_bytes=200, again_s=0.01)
     for n in range(50):
         made.put(f"{n:03d}".encode())
@@ -99,15 +99,13 @@ def test_files_end_and_begin_and_those_that_were_taken_go(tmp_path: Path) -> Non
     again.close()
 
 
-def test_a_folder_of_somebody_elses_is_refused(tmp_path: Path) -> None:
+def test_folder_of_another_owner_is_refused(tmp_path: Path) -> None:
     (tmp_path / "000000000001.spool").write_text('{"format":"kata-spool/9"}\n')
     with pytest.raises(SpoolError, match="that this version can read"):
         Spool(tmp_path)
 
 
-def test_a_disk_that_is_full_is_said_and_nothing_is_written_twice_when_it_is_not_any_more(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_full_disk_is_reported_and_nothing_is_written_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = filled(tmp_path, "before")
     write, full, tried = os.write, threading.Event(), threading.Semaphore(0)
     full.set()
@@ -203,7 +201,7 @@ def _crashed(*_: object) -> None:
     raise RuntimeError("crashed")
 
 
-def test_a_crash_between_the_commit_and_the_files_imports_nothing_twice(
+def test_crash_between_commit_and_files_imports_nothing_twice(
     clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spool = filled(tmp_path / "spool", "a", "b")
@@ -226,7 +224,7 @@ def test_a_crash_between_the_commit_and_the_files_imports_nothing_twice(
     assert clinic.arrived() == ["a", "b", "c"]
 
 
-def test_a_commit_whose_answer_is_lost_is_found_to_stand(
+def test_commit_with_a_lost_answer_is_found_in_place(
     clinic: Clinic, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The server has committed, and the connection broke before it could say so."""
@@ -251,9 +249,7 @@ def test_a_commit_whose_answer_is_lost_is_found_to_stand(
     assert clinic.arrived() == ["a", "b"]
 
 
-def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing(
-    clinic: Clinic, tmp_path: Path
-) -> None:
+def test_rows_the_database_refuses_are_set_aside_without_blocking(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a", "", "c")
     delivery = clinic.delivery(spool)
     assert delivery.until_taken(20)
@@ -263,7 +259,7 @@ def test_what_the_database_refuses_for_itself_is_kept_aside_and_holds_up_nothing
     assert (tmp_path / "refused.jsonl").read_bytes() == b"\n"
 
 
-def test_a_folder_that_was_put_back_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
+def test_spool_restored_to_an_older_state_loses_nothing_new(clinic: Clinic, tmp_path: Path) -> None:
     spool = filled(tmp_path / "spool", "a")
     with clinic.database.write() as session:
         session.add(SpoolRow(id=spool.id, station="Station 1", taken=7, at=utc_now()))

@@ -25,7 +25,7 @@ MODBUS_SLOW: dict[str, Any] = {**MODBUS, "rate_hz": 20, "cycle_hz": 20}
         StationConfig(**MODBUS, rate_hz=20, cycle_hz=40, modbus=ModbusMap(clear=NO_REGISTER, speed_per_deg_s=100.0)),
     ],
 )
-def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) -> None:
+def test_configuration_is_read_back_as_written(tmp_path: Path, config: StationConfig) -> None:
     write(config, tmp_path / "station.toml")
     assert read(tmp_path / "station.toml") == config
 
@@ -39,7 +39,7 @@ def test_what_is_written_is_what_is_read(tmp_path: Path, config: StationConfig) 
         ({"return_delay_us": 500, "rate_hz": 200, "cycle_hz": 200}, 161),
     ],
 )
-def test_a_rate_that_the_bus_cannot_carry_is_refused_and_the_ceiling_told(settings: Any, at_most: int) -> None:
+def test_rate_above_the_bus_capacity_is_refused_with_its_limit(settings: Any, at_most: int) -> None:
     with pytest.raises(ConfigError, match=rf"at most {at_most} cycles a second"):
         StationConfig(**settings)
     fits = StationConfig(**settings | {"rate_hz": at_most, "cycle_hz": at_most})
@@ -98,7 +98,7 @@ def changed(**axis: object) -> tuple[Axis, ...]:
         ({"inputs": Inputs(usb_pedal="pedal")}, "inputs.usb_pedal: 'pedal' must be an absolute path"),
     ],
 )
-def test_a_value_out_of_range_is_refused_with_field_and_range(settings: Any, message: str) -> None:
+def test_out_of_range_value_is_refused_with_field_and_range(settings: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         StationConfig(**settings)
 
@@ -151,7 +151,7 @@ def test_a_value_out_of_range_is_refused_with_field_and_range(settings: Any, mes
         ),
     ],
 )
-def test_fields_that_contradict_each_other_are_refused(settings: Any, message: str) -> None:
+def test_contradictory_fields_are_refused(settings: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         StationConfig(**settings)
 
@@ -176,7 +176,7 @@ def test_every_number_has_a_range_for_each_protocol() -> None:
                     assert names <= ranged
 
 
-def test_the_widest_axis_spans_less_than_one_turn() -> None:
+def test_widest_axis_spans_less_than_one_turn() -> None:
     """A Dynamixel drive reports one turn after power-up: a wider range would be ambiguous."""
     tolerance = next(row.high for row in RANGES if row.field == "limit_tolerance_deg")
     for motor in AXES:
@@ -214,7 +214,7 @@ def test_a_patients_speed_limit_slows_every_axis_and_the_approach(limit_deg_s: f
 
 
 @pytest.mark.parametrize(("rate_hz", "cycle_hz"), [(10, 100), (100, 100), (30, 120), (200, 200)])
-def test_at_another_rate_the_bus_is_read_as_often_as_before_or_a_little_oftener(rate_hz: int, cycle_hz: int) -> None:
+def test_bus_reads_as_often_as_before_or_slightly_more_often(rate_hz: int, cycle_hz: int) -> None:
     changed = at_rate(StationConfig(), rate_hz)
     assert (changed.rate_hz, changed.cycle_hz) == (rate_hz, cycle_hz)
 
@@ -225,7 +225,7 @@ def test_a_rate_that_cannot_be_is_refused(rate_hz: int) -> None:
         at_rate(StationConfig(), rate_hz)
 
 
-def test_a_turned_apparatus_has_drives_that_see_motors_3_and_4_the_other_way_round() -> None:
+def test_turned_apparatus_mirrors_motors_3_and_4() -> None:
     right = StationConfig()
     left = msgspec.structs.replace(right, side="left")
     assert [axis.direction for axis in right.as_it_stands.axes] == [1, 1, 1, 1, 1]
@@ -234,7 +234,7 @@ def test_a_turned_apparatus_has_drives_that_see_motors_3_and_4_the_other_way_rou
     assert left.as_it_stands.mechanism_deg == right.mechanism_deg
 
 
-def test_how_the_drives_lag_is_told_axis_by_axis() -> None:
+def test_drive_lag_is_given_axis_by_axis() -> None:
     lags = [(0.06, 0.002, 0.3), (0.05, 0.001, 0.2), (0.0, 0.0, 0.0), (0.3, 0.02, 5.0), (0.1, 0.003, 1.0)]
     axes = tuple(
         msgspec.structs.replace(axis, lag_s=a1, lag2_s2=a2, friction_deg=friction)
@@ -246,6 +246,6 @@ def test_how_the_drives_lag_is_told_axis_by_axis() -> None:
     assert lag.friction_deg.tolist() == [friction for _, _, friction in lags]
 
 
-def test_until_a_station_has_been_identified_nothing_is_known_of_its_lag() -> None:
+def test_unidentified_station_has_no_known_lag() -> None:
     lag = StationConfig().lag
     assert not np.any([lag.first_s, lag.second_s2, lag.friction_deg])

@@ -9,7 +9,7 @@ import pytest
 from kata.device.bus.port import DriveReading, DriveStatus, InputReading, Reading
 from kata.device.config import Inputs, StationConfig
 from kata.device.cycle_state import CycleState, CycleStateBuilder, Situation
-from tests.device.stepped import REST_DEG
+from tests.support.stepped import REST_DEG
 
 MS = 1_000_000
 START_NS = 1_000_000_000
@@ -71,7 +71,7 @@ def watched() -> Watched:
 # -- known and unknown ------------------------------------------------------------------------------------------------
 
 
-def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
+def test_before_the_first_answer_everything_is_unknown(watched: Watched) -> None:
     facts = watched.hear(0, Reading((None,) * 5, None, ()))
     assert facts.bus_ok
     assert not facts.complete
@@ -92,7 +92,7 @@ def test_before_anybody_has_answered_nothing_is_known(watched: Watched) -> None:
     assert all(math.isnan(angle) for angle in facts.setpoint_deg)
 
 
-def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
+def test_after_every_answer_everything_is_known(watched: Watched) -> None:
     facts = watched.hear(100, watched.reading(100))
     assert facts.complete
     assert facts.estop == "closed"
@@ -104,7 +104,7 @@ def test_once_everybody_has_answered_all_is_known(watched: Watched) -> None:
         assert lasting == (0.0,) * 5
 
 
-def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
+def test_state_is_incomplete_while_anything_is_missing(watched: Watched) -> None:
     whole = watched.reading(100)
     without = [
         msgspec.structs.replace(whole, inputs=None),
@@ -116,14 +116,14 @@ def test_it_is_not_complete_while_anything_is_missing(watched: Watched) -> None:
         assert not Watched().hear(100, reading).complete
 
 
-def test_an_open_contact_is_an_open_one(watched: Watched) -> None:
+def test_open_contact_is_read_as_open(watched: Watched) -> None:
     reading = watched.reading(0)
     pressed = msgspec.structs.replace(reading, inputs=InputReading(START_NS, estop_open=True, pedal_down=False))
     assert watched.hear(0, pressed).estop == "open"
 
 
 @pytest.mark.parametrize(("cycle_hz", "cycles", "limit_ms"), [(100, 2, 20), (100, 10, 100), (50, 2, 40)])
-def test_what_the_inputs_said_counts_for_some_cycles_and_no_longer(cycle_hz: int, cycles: int, limit_ms: int) -> None:
+def test_input_readings_are_valid_for_a_limited_number_of_cycles(cycle_hz: int, cycles: int, limit_ms: int) -> None:
     config = msgspec.structs.replace(
         StationConfig(), cycle_hz=cycle_hz, rate_hz=50, inputs=Inputs(max_age_cycles=cycles)
     )
@@ -136,7 +136,7 @@ def test_what_the_inputs_said_counts_for_some_cycles_and_no_longer(cycle_hz: int
     assert not beyond.complete
 
 
-def test_each_word_has_its_own_age(watched: Watched) -> None:
+def test_each_reading_has_its_own_age(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
     later = msgspec.structs.replace(watched.reading(30), statuses=(), drives=(None, *watched.reading(30).drives[1:]))
     facts = watched.hear(30, later)
@@ -152,11 +152,11 @@ def test_the_angles_came_when_the_last_of_them_came(watched: Watched) -> None:
     assert watched.hear(10, msgspec.structs.replace(reading, drives=drives)).measured_t_ns == START_NS + 5 * MS
 
 
-def test_what_is_answered_after_the_deadline_is_not_older_than_now(watched: Watched) -> None:
+def test_answers_after_the_deadline_are_not_older_than_now(watched: Watched) -> None:
     assert watched.hear(0, watched.reading(2)).drive_age_ms == (0.0,) * 5
 
 
-def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
+def test_drive_status_is_reported(watched: Watched) -> None:
     said = tuple(DriveStatus(START_NS, n, n == 1, n, n == 3) for n in range(5))
     facts = watched.hear(0, msgspec.structs.replace(watched.reading(0), statuses=said))
     assert facts.hardware_error == (0, 1, 2, 3, 4)
@@ -164,7 +164,7 @@ def test_what_a_drive_says_of_itself_is_told(watched: Watched) -> None:
     assert facts.torque_reported == (False, True, False, False, False)
 
 
-def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watched) -> None:
+def test_drive_status_does_not_outlive_the_bus(watched: Watched) -> None:
     """They may have been switched off and on."""
     watched.hear(0, watched.reading(0))
     lost = watched.hear(10, None)
@@ -175,7 +175,7 @@ def test_what_drives_said_of_themselves_does_not_outlive_the_bus(watched: Watche
     assert watched.hear(30, watched.reading(30)).complete
 
 
-def test_unsound_answers_and_absent_ones_are_counted_from_the_first_cycle_on(watched: Watched) -> None:
+def test_invalid_and_missing_answers_are_counted_from_the_first_cycle(watched: Watched) -> None:
     reading = watched.reading(0)
     silent, unsound = (
         msgspec.structs.replace(reading, drives=(None, *reading.drives[1:]), **{kind: frozenset([0])})
@@ -184,7 +184,7 @@ def test_unsound_answers_and_absent_ones_are_counted_from_the_first_cycle_on(wat
     assert [watched.hear(0, said).garbled[0] for said in (unsound, silent, silent)] == [True, True, False]
 
 
-def test_what_a_glance_has_seen_is_as_good_as_what_a_cycle_has(watched: Watched) -> None:
+def test_estop_poll_counts_like_a_reading_of_the_cycle(watched: Watched) -> None:
     watched.hear(0, watched.reading(0))
     unheard = msgspec.structs.replace(watched.reading(40), inputs=None)
     assert watched.hear(40, unheard).estop == "unknown"
@@ -193,7 +193,7 @@ def test_what_a_glance_has_seen_is_as_good_as_what_a_cycle_has(watched: Watched)
         assert watched.hear(40, unheard).estop == estop
 
 
-def test_answers_are_damaged_where_something_unsound_comes_at_least_as_often_as_nothing(watched: Watched) -> None:
+def test_answers_stay_corrupt_until_silence_outnumbers_corrupt_answers(watched: Watched) -> None:
     good = watched.reading(0)
     unasked = msgspec.structs.replace(good, drives=(None, *good.drives[1:]))
     silent, unsound = (
@@ -223,7 +223,7 @@ def test_a_contact_must_have_been_steady_for_twenty_milliseconds(watched: Watche
     assert watched.pedal(60, False) is False
 
 
-def test_a_contact_that_bounces_begins_anew(watched: Watched) -> None:
+def test_bouncing_contact_restarts_its_time(watched: Watched) -> None:
     watched.pedal(0, False)
     watched.pedal(10, True)
     watched.pedal(20, False)
@@ -232,7 +232,7 @@ def test_a_contact_that_bounces_begins_anew(watched: Watched) -> None:
     assert watched.pedal(50, True) is True
 
 
-def test_the_first_word_of_a_pedal_counts_at_once_and_so_does_the_first_after_it_was_unknown(watched: Watched) -> None:
+def test_first_pedal_reading_counts_at_once_also_after_unknown(watched: Watched) -> None:
     assert watched.pedal(0, True) is True
     assert watched.pedal(10, None) is None
     assert watched.pedal(20, False) is False
@@ -252,9 +252,7 @@ def test_a_pedal_that_was_unknown_meanwhile_has_not_been_steady(watched: Watched
 
 
 @pytest.mark.parametrize("torque_on", [True, False])
-def test_a_drives_word_on_its_torque_counts_fifty_milliseconds_after_it_was_switched(
-    watched: Watched, torque_on: bool
-) -> None:
+def test_torque_feedback_is_checked_fifty_milliseconds_after_switching(watched: Watched, torque_on: bool) -> None:
     if not torque_on:
         watched.command(0, 109.0, torque_on=True)
     watched.command(100, 109.0, torque_on=torque_on)
@@ -267,14 +265,14 @@ def test_a_drives_word_on_its_torque_counts_fifty_milliseconds_after_it_was_swit
     assert facts.torque_on == torque_on
 
 
-def test_too_much_torque_is_a_tenth_over_the_rated_one(watched: Watched) -> None:
+def test_overtorque_begins_ten_percent_above_the_rated_torque(watched: Watched) -> None:
     for torque_nm, lasts in ((4.0 * 1.1, False), (4.41, True), (-4.0 * 1.1, False), (-4.41, True)):
         watched = Watched()
         watched.drive(0, torque_nm=torque_nm)
         assert watched.drive(10, torque_nm=torque_nm).overtorque_ms[TURNING] == (10.0 if lasts else 0.0)
 
 
-def test_what_lasts_is_counted_from_its_first_cycle_and_cleared_by_one_good_one(watched: Watched) -> None:
+def test_durations_start_with_their_first_cycle_and_one_good_resets(watched: Watched) -> None:
     lasted = [watched.drive(at_ms, torque_nm=5.0).overtorque_ms[TURNING] for at_ms in (0, 10, 20, 35)]
     assert lasted == [0.0, 10.0, 20.0, 35.0]
     assert watched.drive(40).overtorque_ms[TURNING] == 0.0
@@ -286,7 +284,7 @@ def test_what_lasts_is_counted_from_its_first_cycle_and_cleared_by_one_good_one(
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_an_axis_is_behind_when_it_is_further_from_its_setpoint_than_allowed(watched: Watched, direction: int) -> None:
+def test_axis_is_behind_when_its_error_exceeds_the_limit(watched: Watched, direction: int) -> None:
     for away_deg, lasts in ((20.0, False), (20.1, True)):
         watched = Watched()
         watched.command(0, 100.0)
@@ -295,7 +293,7 @@ def test_an_axis_is_behind_when_it_is_further_from_its_setpoint_than_allowed(wat
         assert facts.following_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
-def test_without_torque_nobody_follows(watched: Watched) -> None:
+def test_without_torque_no_motor_follows(watched: Watched) -> None:
     watched.command(0, 100.0, torque_on=False)
     watched.drive(10, position_deg=50.0)
     assert watched.drive(20, position_deg=50.0).following_ms == (0.0,) * 5
@@ -315,7 +313,7 @@ def test_setpoints_age_by_cycles_since_they_were_worked_out(watched: Watched) ->
     assert ages == [0, 1, 2, 0, 1]
 
 
-def test_before_any_setpoint_was_worked_out_its_age_is_counted_from_the_first_cycle(watched: Watched) -> None:
+def test_setpoint_age_counts_from_the_first_cycle_before_any_setpoint(watched: Watched) -> None:
     assert watched.hear(0, watched.reading(0)).setpoint_cycles == 0
     watched.observer.commanded(1, torque_on=False, setpoint_deg=REST_DEG, setpoint_t_ns=0)
     assert watched.hear(10, watched.reading(10)).setpoint_cycles == 1
@@ -325,7 +323,7 @@ def test_before_any_setpoint_was_worked_out_its_age_is_counted_from_the_first_cy
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_jump_is_what_is_further_than_twice_the_highest_speed_allows(watched: Watched, direction: int) -> None:
+def test_step_above_twice_the_highest_speed_is_a_jump(watched: Watched, direction: int) -> None:
     # 100 deg/s: 2 deg in 10 ms.
     watched.drive(0, position_deg=100.0)
     assert watched.drive(10, position_deg=100.0 + direction * 2.0).jump_deg[TURNING] == pytest.approx(0.0)
@@ -348,7 +346,7 @@ def test_changing_speed_faster_than_allowed_lasts(watched: Watched) -> None:
             assert facts.accelerating_ms == (0.0, 10.0 if lasts else 0.0, 0.0, 0.0, 0.0)
 
 
-def test_half_of_the_time_for_the_same_change_is_twice_the_acceleration(watched: Watched) -> None:
+def test_same_change_in_half_the_time_is_twice_the_acceleration(watched: Watched) -> None:
     watched.drive(0, speed_deg_s=0.0)
     watched.drive(5, speed_deg_s=20.1)
     assert watched.drive(10, speed_deg_s=0.0).accelerating_ms[TURNING] == 5.0
@@ -362,9 +360,7 @@ def test_two_answers_of_the_same_time_have_no_acceleration(watched: Watched) -> 
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_frozen_position_is_measured_by_how_far_its_setpoint_has_gone_meanwhile(
-    watched: Watched, direction: int
-) -> None:
+def test_frozen_position_is_measured_by_its_setpoints_travel(watched: Watched, direction: int) -> None:
     gone = []
     for cycle in range(4):
         watched.command(10 * cycle, 100.0 + direction * 2.0 * cycle)

@@ -7,13 +7,13 @@ import pytest
 
 from kata.device.documentation import PAGES
 from kata.device.modes import TRANSITIONS
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_the_page_is_what_the_code_would_draw(name: str) -> None:
+def test_documentation_page_equals_the_generated_one(name: str) -> None:
     drawn = PAGES[name]()
     assert (DOCS / name).read_text() == drawn, "run: python -m kata.device.documentation docs"
 
@@ -31,7 +31,7 @@ def test_every_mode_can_be_left_and_leads_back_to_idle() -> None:
         assert "idle" in reached - ({mode} if mode != "idle" else set())
 
 
-def test_every_mode_with_something_going_on_can_be_stopped() -> None:
+def test_every_active_mode_can_be_stopped() -> None:
     modes = {mode for way in TRANSITIONS for mode in way} - {"stopped"}
     assert {start for start, end in TRANSITIONS if end == "stopped"} == modes
 

@@ -10,7 +10,7 @@ from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState, Situation
 from kata.device.faults import FAULTS, refused_setpoints
 from kata.device.supervisor import evaluate_faults
-from tests.device.stepped import REST_DEG
+from tests.support.stepped import REST_DEG
 
 CONFIG = StationConfig()
 LIMITS = CONFIG.mechanism_deg
@@ -114,7 +114,7 @@ def test_each_fault_holds_beyond_its_limit_and_not_at_it(
     assert evaluate_faults(facts_with(field, bad), CONFIG) == [(code, 1 if of_an_axis else None)]
 
 
-def test_damaged_answers_are_told_apart_from_none() -> None:
+def test_corrupt_answers_differ_from_missing_ones() -> None:
     for field, limit_ms in (("drive_age_ms", 100.0), ("status_age_ms", 1000.0)):
         good = msgspec.structs.replace(facts_with(field, limit_ms), garbled=(False, True, False, False, False))
         assert evaluate_faults(good, CONFIG) == []
@@ -122,14 +122,14 @@ def test_damaged_answers_are_told_apart_from_none() -> None:
         assert evaluate_faults(bad, CONFIG) == [("drive_garbled", 1)]
 
 
-def test_a_lost_bus_says_nothing_of_the_drives_and_the_switch_on_it() -> None:
+def test_lost_bus_says_nothing_about_drives_and_switch() -> None:
     lost = msgspec.structs.replace(
         MOVING, bus_ok=False, estop="unknown", drive_age_ms=(math.inf,) * 5, status_age_ms=(math.inf,) * 5
     )
     assert evaluate_faults(lost, CONFIG) == [("bus_lost", None)]
 
 
-def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
+def test_torque_remaining_after_switching_off_is_a_fault() -> None:
     off = msgspec.structs.replace(MOVING, torque_on=False, torque_reported=(False, True, None, False, False))
     assert evaluate_faults(off, CONFIG) == [("torque_remains", 1)]
 
@@ -149,7 +149,7 @@ def test_torque_that_stays_on_after_it_was_switched_off_is_a_fault() -> None:
         ("disagreements", 100),
     ],
 )
-def test_what_a_hand_may_do_to_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
+def test_moving_an_arm_without_torque_is_no_fault(field: str, value: object) -> None:
     """Nor what a computer may, that moves nothing."""
     resting = msgspec.structs.replace(facts_with(field, value), torque_on=False, torque_reported=(False,) * 5)
     assert evaluate_faults(resting, CONFIG) == []
@@ -203,7 +203,7 @@ def refused(last: float | tuple[float, float], following: float, rate_hz: int = 
     return [code for code, _ in found]
 
 
-def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
+def test_setpoint_beyond_the_command_range_is_not_sent() -> None:
     assert refused(HIGH_DEG, HIGH_DEG) == []
     assert refused(HIGH_DEG, HIGH_DEG + 1e-6) == []  # rounding
     assert refused(HIGH_DEG, HIGH_DEG + 0.001) == ["setpoint_limit"]
@@ -213,7 +213,7 @@ def test_a_setpoint_beyond_what_may_be_commanded_is_not_sent() -> None:
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_step_longer_than_one_and_a_half_of_the_highest_speed_and_a_degree_is_not_sent(direction: int) -> None:
+def test_step_above_one_and_a_half_maximum_speed_is_blocked(direction: int) -> None:
     # 100 deg/s at 100 Hz: 1 deg a period. At 10 Hz: 10 deg.
     assert refused(100.0, 100.0 + direction * 2.499) == []
     assert refused(100.0, 100.0 + direction * 2.501) == ["setpoint_step"]
@@ -246,7 +246,7 @@ def test_the_first_setpoint_after_torque_on_has_no_bend() -> None:
     assert refused(100.0, 102.0) == []
 
 
-def test_what_is_no_number_is_further_than_any_limit() -> None:
+def test_value_that_is_no_number_exceeds_any_limit() -> None:
     assert refused(100.0, math.nan) == ["setpoint_limit", "setpoint_step"]
     assert refused((100.0, 100.0), math.inf) == ["setpoint_limit", "setpoint_step"]
 

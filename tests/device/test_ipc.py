@@ -1,11 +1,9 @@
 """Between the service's socket and the control thread: a Stop waits for nothing, and a disk or a builder keeps nobody waiting."""
 
-import queue
 import socket
 import threading
-import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,13 +16,12 @@ from kata.device.config import StationConfig
 from kata.device.ipc import Exchange, Taken
 from kata.device.journal import Files, JournalEnd, read
 from kata.device.journal_set import JournalKeeper
-from kata.device.loader import ReferenceLoader, Result
+from kata.device.loader import ReferenceLoader
 from kata.device.messages import (
     LONGEST_LOAD_BYTES,
     Acknowledge,
     Approach,
     Command,
-    FromDevice,
     Heartbeat,
     JournalClosed,
     Load,
@@ -36,97 +33,20 @@ from kata.device.messages import (
     Snapshot,
     Stop,
     Teach,
-    ToDevice,
     Unload,
     frame,
     frames,
     frames_of,
     parts_of,
 )
-from kata.device.references import Reference, build
 from kata.device.refusals import not_in_this_mode
-from tests.device.stepped import Stepped
-from tests.device.test_journal import HEADER
-from tests.device.test_load import TIMES_S, angles, message
-from tests.device.test_power import give
+from tests.support.ipc_service import LIMIT_S, FakeLoader, Service, a_reference, until
+from tests.support.journals import HEADER, give
+from tests.support.load_messages import TIMES_S, angles, message
+from tests.support.stepped import Stepped
 
-LIMIT_S = 10.0
 SAMPLES_AN_HOUR = 360_000
 UNPLAYABLE = Refusal(code="unplayable", message="This recording cannot be played: it is a test.", next_step="None.")
-
-
-def until(condition: Callable[[], object]) -> None:
-    limit = time.monotonic() + LIMIT_S
-    while not condition():
-        assert time.monotonic() < limit
-        time.sleep(0.001)
-
-
-class FakeLoader:
-    """A builder that answers when the test says so, or never."""
-
-    def __init__(self) -> None:
-        self.sent: list[Request | LoadPart] = []
-        self._results: queue.SimpleQueue[tuple[int, Result]] = queue.SimpleQueue()
-
-    def send(self, message: Request | LoadPart) -> None:
-        self.sent.append(message)
-
-    def results(self) -> Iterator[tuple[int, Result]]:
-        while not self._results.empty():
-            yield self._results.get()
-
-    def answer(self, number: int, result: Result) -> None:
-        self._results.put((number, result))
-
-
-class Service:
-    """The service's end of the socket, and an exchange without its threads unless they are started."""
-
-    def __init__(self, folder: Path, files: Files | None = None) -> None:
-        self._socket, self._device = socket.socketpair()
-        self._socket.settimeout(LIMIT_S)
-        self._incoming = bytearray()
-        self._heard: deque[Any] = deque()
-        self._decoder = msgspec.msgpack.Decoder(FromDevice)
-        self.loader = FakeLoader()
-        self.exchange = Exchange(StationConfig(), self._device, JournalKeeper(folder, files), self.loader)
-
-    def send(self, message: ToDevice) -> None:
-        self._socket.sendall(frame(message))
-
-    def ask(self, number: int, command: Command) -> None:
-        self.send(Request(id=number, command=command))
-
-    def deliver(self, number: int, command: Command) -> None:
-        """As the I/O thread would, but in this one."""
-        parts = parts_of(number, command) if isinstance(command, Load) else [Request(id=number, command=command)]
-        for part in parts:
-            self.take(part)
-
-    def take(self, message: ToDevice) -> None:
-        self.exchange._understand(msgspec.msgpack.encode(message))
-
-    def hear(self) -> Any:
-        """Wait for the next message."""
-        while not self._heard:
-            data = self._socket.recv(1 << 20)
-            assert data
-            self._incoming += data
-            self._heard += [self._decoder.decode(found) for found in frames(self._incoming)]
-        return self._heard.popleft()
-
-    def answers(self) -> list[tuple[int, str | None]]:
-        """Everything that was answered so far, where no thread runs: id and the refusal's code."""
-        self.exchange.wake()
-        letters = self.exchange._letters
-        found = [letter for letter in letters if isinstance(letter, Reply)]
-        letters.clear()
-        return [(reply.id, reply.refusal.code if reply.refusal else None) for reply in found]
-
-    def close(self) -> None:
-        self._socket.close()
-        self._device.close()
 
 
 @contextmanager
@@ -160,16 +80,10 @@ def an_hour() -> Load:
     return Load(run_id="r", recording_id="a", times_s=times.tobytes(), angles_deg=angles_deg.tobytes())
 
 
-def a_reference() -> Reference:
-    built = build(message(), StationConfig())
-    assert isinstance(built, Reference)
-    return built
-
-
 # -- the disk -----------------------------------------------------------------------------------------------------
 
 
-def test_while_the_disk_is_busy_samples_are_written_and_a_stop_is_heard(tmp_path: Path) -> None:
+def test_samples_are_written_and_stops_heard_while_disk_is_busy(tmp_path: Path) -> None:
     busy, may_end = threading.Event(), threading.Event()
 
     class SlowSync(Files):
@@ -225,7 +139,7 @@ def test_a_slow_write_of_the_journal_does_not_delay_stop(tmp_path: Path) -> None
     assert kept.end is not None
 
 
-def test_a_journal_is_on_the_disk_when_the_process_ends_without_anybody_to_tell(tmp_path: Path) -> None:
+def test_journal_is_on_disk_when_the_process_ends_unannounced(tmp_path: Path) -> None:
     service, device = socket.socketpair()
     with device:
         exchange = Exchange(StationConfig(), device, JournalKeeper(tmp_path), FakeLoader())
@@ -241,7 +155,7 @@ def test_a_journal_is_on_the_disk_when_the_process_ends_without_anybody_to_tell(
     assert kept.end is not None
 
 
-def test_the_last_words_reach_the_service(tmp_path: Path) -> None:
+def test_last_messages_reach_the_service(tmp_path: Path) -> None:
     service = Service(tmp_path)
     service.exchange.start()
     writer = service.exchange.open_journal(HEADER)
@@ -300,7 +214,7 @@ def test_stops_are_counted_and_the_first_reason_stays(service: Service) -> None:
     assert service.exchange.take_stop() is None
 
 
-def test_a_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
+def test_command_behind_an_untaken_stop_waits_for_it(service: Service) -> None:
     service.deliver(1, Stop())
     service.deliver(2, Approach())
     service.deliver(3, Pause())
@@ -326,7 +240,7 @@ class StopInBetween(deque[Taken]):
         return taken
 
 
-def test_a_stop_while_a_command_is_taken_discards_it(service: Service) -> None:
+def test_stop_during_a_command_discards_it(service: Service) -> None:
     service.exchange._commands = StopInBetween(service)
     service.deliver(1, Approach())
     assert service.exchange.take_stop() is None
@@ -336,7 +250,7 @@ def test_a_stop_while_a_command_is_taken_discards_it(service: Service) -> None:
     assert service.exchange.take_command() is None
 
 
-def test_a_stop_while_a_stop_is_taken_is_not_lost(service: Service) -> None:
+def test_stop_during_another_stop_is_not_lost(service: Service) -> None:
     """Whichever instruction it comes between."""
 
     class Stops(deque[Any]):
@@ -371,7 +285,7 @@ def test_a_checked_load_is_handed_on_without_its_samples(service: Service) -> No
     assert sent == message().times_s + message().angles_deg
 
 
-def test_what_the_builder_refuses_is_refused(service: Service) -> None:
+def test_recording_refused_by_the_builder_is_refused(service: Service) -> None:
     service.deliver(1, message())
     service.loader.answer(1, UNPLAYABLE)
     service.exchange._take_loaded()
@@ -379,7 +293,7 @@ def test_what_the_builder_refuses_is_refused(service: Service) -> None:
     assert service.exchange.take_command() is None
 
 
-def test_a_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
+def test_load_in_another_mode_does_not_reach_the_builder(service: Service, snapshot: Snapshot) -> None:
     is_playing = not_in_this_mode("load", "playing")
     assert is_playing
     playing = msgspec.structs.replace(snapshot, mode="playing", refusals={"load": is_playing})
@@ -393,7 +307,7 @@ def test_a_load_in_another_mode_does_not_reach_the_builder(service: Service, sna
     assert service.loader.sent != []
 
 
-def test_a_load_of_the_other_side_does_not_reach_the_builder(service: Service) -> None:
+def test_recording_of_the_other_side_does_not_reach_the_builder(service: Service) -> None:
     service.deliver(1, message(side="right" if StationConfig().side == "left" else "left"))
     assert service.answers() == [(1, "other_side")]
     assert service.loader.sent == []
@@ -407,7 +321,7 @@ def test_a_second_load_meanwhile_is_refused(service: Service) -> None:
 
 
 @pytest.mark.parametrize("command", [Stop(), Unload(), Teach(teaching_id="t")])
-def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command: Command) -> None:
+def test_load_is_discarded_by_an_intervening_command(service: Service, command: Command) -> None:
     service.deliver(1, message())
     service.deliver(2, command)
     assert (1, "stopped_meanwhile") in service.answers()
@@ -424,7 +338,7 @@ def test_a_load_is_discarded_by_what_comes_in_between(service: Service, command:
     assert service.loader.sent[-1].id == 4
 
 
-def test_a_load_stopped_in_the_middle_of_its_parts_is_forgotten(service: Service) -> None:
+def test_load_stopped_between_its_parts_is_discarded(service: Service) -> None:
     *parts, last = parts_of(1, message())
     for part in parts:
         service.take(part)
@@ -486,7 +400,7 @@ def test_a_damaged_length_ends_the_connection_but_no_thread(tmp_path: Path) -> N
         assert service.exchange._thread.is_alive()
 
 
-def test_a_reply_goes_out_with_the_cycle_that_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
+def test_reply_is_sent_with_the_cycle_it_belongs_to(tmp_path: Path, snapshot: Snapshot) -> None:
     """A Load sent on the strength of a reply is judged by that cycle's snapshot, not by the one before."""
     with running(tmp_path) as service:
         service.exchange.reply(Reply(id=1))

@@ -2,7 +2,6 @@
 
 import errno
 import os
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,21 +13,11 @@ from kata.device.journal import (
     FolderInUseError,
     JournalEnd,
     JournalError,
-    JournalHeader,
     JournalWriter,
     claimed,
     read,
 )
-
-HEADER = JournalHeader(
-    kind="run",
-    id="a-run",
-    recording_id="a-recording",
-    station="S",
-    rate_hz=100,
-    started_at=datetime(2026, 1, 2, tzinfo=UTC),
-    started_ns=0,
-)
+from tests.support.journals import HEADER
 
 
 def _writer(folder: Path, samples: int) -> JournalWriter:
@@ -46,7 +35,7 @@ def _writer(folder: Path, samples: int) -> JournalWriter:
     return writer
 
 
-def test_what_goes_in_comes_out(tmp_path: Path) -> None:
+def test_journal_is_read_back_as_written(tmp_path: Path) -> None:
     writer = _writer(tmp_path, 50)
     writer.write()
     assert not writer.sync()
@@ -77,7 +66,7 @@ def _whole(folder: Path) -> tuple[bytes, int, int]:
     return data, body, (length - body) // 4
 
 
-def test_cut_at_every_byte_exactly_the_records_before_the_cut_are_there(tmp_path: Path) -> None:
+def test_journal_cut_at_any_byte_keeps_every_whole_record(tmp_path: Path) -> None:
     data, body, record = _whole(tmp_path)
     whole = read(_cut(tmp_path, data))
     for length in range(body):
@@ -93,7 +82,7 @@ def test_cut_at_every_byte_exactly_the_records_before_the_cut_are_there(tmp_path
 
 
 @pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
-def test_a_damaged_byte_anywhere_ends_the_good_part_at_its_record(tmp_path: Path, flip: int) -> None:
+def test_damaged_byte_ends_the_valid_part_at_its_record(tmp_path: Path, flip: int) -> None:
     data, body, record = _whole(tmp_path)
     for position in range(body, len(data)):
         damaged = bytearray(data)
@@ -121,7 +110,7 @@ def test_a_full_ring_loses_and_counts_instead_of_waiting(tmp_path: Path) -> None
     assert np.all(np.diff(read(writer.path).t_ns) == 10_000_000)
 
 
-def test_a_disk_that_was_full_for_a_while_leaves_no_hole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_temporarily_full_disk_leaves_no_gap_in_the_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     writer = _writer(tmp_path, 50)
     room = [200]
     write = os.write
@@ -159,7 +148,7 @@ def _cut(folder: Path, data: bytes) -> Path:
     return path
 
 
-def test_a_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
+def test_folder_belongs_to_one_process_at_a_time(tmp_path: Path) -> None:
     with (
         claimed(tmp_path, 0.0),
         pytest.raises(FolderInUseError, match="in use by another Kata"),

@@ -23,7 +23,7 @@ def test_before_the_first_cycle_nothing_was_late() -> None:
     assert Lateness().percentiles_ms(50, 99.9) == (0.0, 0.0)
 
 
-def test_what_is_later_than_any_class_is_told_as_the_latest() -> None:
+def test_lateness_beyond_all_classes_counts_in_the_last_one() -> None:
     lateness = Lateness()
     for late_ns in (-5, 0, 3_000_000_000, 60_000_000_000):
         lateness.add(late_ns)

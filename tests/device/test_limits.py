@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device.faults import largest_step_deg
@@ -12,9 +12,10 @@ from kata.device.messages import Approach, Less, Play, Return, Unload
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
-from tests.device.test_methods import station
+from tests.support.examples import examples
+from tests.support.playback import station
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 MECHANISM = ((-21.0, 45.0), (86.0, 131.0))
 """Of the first two axes: the range and half of the tolerance of 4 deg."""
@@ -49,7 +50,7 @@ def test_the_tighter_of_mechanism_and_patient_counts_at_each_end(stepped: Steppe
     assert stepped.loop._machine.limits_deg == stepped.config.mechanism_deg
 
 
-def test_an_arm_outside_the_patients_limits_is_fetched_and_brought_back_to_them(stepped: Stepped) -> None:
+def test_arm_outside_patient_limits_is_fetched_back_inside(stepped: Stepped) -> None:
     load(stepped, 5.0, 42.0)
     assert stepped.send(Approach()) is None
     assert stepped.loop._machine.limits_deg[MOVING] == (0.0, 42.0)
@@ -79,7 +80,7 @@ def test_limits_tighten_behind_the_arm_during_the_approach(stepped: Stepped) -> 
     assert highest[-1] == 42.0
 
 
-def test_an_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
+def test_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped) -> None:
     """Limits that have tightened do not widen for an arm that leaves them."""
     stepped.apparatus.angles_deg[MOVING] = 60.0
     stepped.forward(0.05)
@@ -95,7 +96,7 @@ def test_an_arm_pushed_out_again_during_the_approach_is_a_fault(stepped: Stepped
 
 
 @pytest.mark.parametrize(("outside_deg", "waits_s"), [(0.9, 0.0), (1.1, 1.0), (2.1, 1.0)])
-def test_the_approach_ends_when_the_arm_is_inside_or_a_second_later(
+def test_approach_ends_with_the_arm_inside_or_after_a_second(
     stepped: Stepped, outside_deg: float, waits_s: float
 ) -> None:
     """A drive that stays behind its setpoint is outside for a while. Beyond half of the tolerance it is a fault."""
@@ -141,7 +142,7 @@ shares = st.tuples(*[st.floats(0.0, 1.0)] * 5)
 
 
 @given(shares, shares, shares, shares, st.floats(0.0, 0.1), st.sampled_from(["smooth", "learned"]))
-@settings(max_examples=15)
+@examples(few=5, many=50)
 def test_no_setpoint_moves_away_from_the_patients_limits(
     tmp_path_factory: pytest.TempPathFactory,
     picked_up: tuple[float, ...],
@@ -211,7 +212,7 @@ def test_an_arm_pushed_beyond_the_patients_limits_is_a_fault(stepped: Stepped) -
 
 
 @pytest.mark.parametrize(("angle_deg", "refused"), [(-23.0, False), (-23.1, True), (47.0, False), (47.1, True)])
-def test_torque_is_not_switched_on_where_the_arm_stands_out_of_its_range_by_more_than_the_tolerance(
+def test_torque_is_refused_when_the_arm_exceeds_range_plus_tolerance(
     stepped: Stepped, angle_deg: float, refused: bool
 ) -> None:
     stepped.apparatus.angles_deg[0] = angle_deg
@@ -251,7 +252,7 @@ def test_approach_and_return_keep_the_patients_speed_limit(
     assert speeds_deg_s(stepped).max() == pytest.approx(fastest_deg_s, abs=0.1)
 
 
-def test_less_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
+def test_reduced_range_keeps_the_patients_speed_limit(stepped: Stepped) -> None:
     """The path's own highest speed is 3.1 deg/s; at the end of its range less range would add 2.5."""
     of_patient = msgspec.structs.replace(LOAD, max_speed_deg_s=3.2)
     assert stepped.send(of_patient, a_trajectory(20.0)) is None
@@ -289,14 +290,14 @@ def settling(high_deg: float = 42.0) -> RunLimits:
     return limits
 
 
-def test_an_arm_that_stays_outside_has_exactly_its_time_to_settle() -> None:
+def test_arm_that_stays_outside_has_exactly_its_settling_time() -> None:
     limits = settling()
     inside, outside = (40.0,) * 5, (50.0,) * 5
     assert [limits.settle(inside, outside, SETTLE_S / 4) for _ in range(4)] == [False, False, False, True]
     assert not limits.widened
 
 
-def test_limits_do_not_tighten_in_front_of_a_setpoint_that_is_still_outside() -> None:
+def test_limits_do_not_tighten_before_a_setpoint_still_outside() -> None:
     limits = settling()
     inside, just_outside = (40.0,) * 5, (42.5,) * 5
     assert not limits.settle(just_outside, inside, 2 * SETTLE_S)
@@ -307,5 +308,5 @@ def test_limits_do_not_tighten_in_front_of_a_setpoint_that_is_still_outside() ->
 @pytest.mark.parametrize(
     ("arm_deg", "settles"), [(42.9, True), (43.1, False), (4.1, True), (3.9, False), (42.0, True), (5.0, True)]
 )
-def test_an_arm_within_a_quarter_of_the_tolerance_counts_as_inside(arm_deg: float, settles: bool) -> None:
+def test_arm_within_a_quarter_of_the_tolerance_is_inside(arm_deg: float, settles: bool) -> None:
     assert settling().settle((40.0,) * 5, (arm_deg,) * 5, 0.0) is settles

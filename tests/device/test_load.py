@@ -12,31 +12,10 @@ from kata.device.ipc import Taken
 from kata.device.messages import Load, Refusal
 from kata.device.references import build
 from kata.motion.learning import LARGEST_DEG, rows
-from kata.motion.linkage import Floats
 from kata.motion.trajectory import Held, Trajectory
-from tests.device.stepped import REST_DEG
+from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
 
-SECONDS = 3.0
-TIMES_S = np.arange(0.0, SECONDS + 0.001, 0.01)
 Loading = Callable[..., Taken]
-
-
-def angles(**motors: Floats) -> Floats:
-    """At rest, but for the motors that are given."""
-    found = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
-    for name, values in motors.items():
-        found[:, int(name.removeprefix("motor")) - 1] = values
-    return found
-
-
-def correction(deg: float = 1.0, count: int = rows(SECONDS)) -> bytes:
-    return np.full((count, 5), deg, dtype="<f8").tobytes()
-
-
-def message(angles_deg: Floats | None = None, **changes: object) -> Load:
-    there = angles() if angles_deg is None else angles_deg
-    load = Load(run_id="r", recording_id="a", times_s=TIMES_S.astype("<f8").tobytes(), angles_deg=there.tobytes())
-    return msgspec.structs.replace(load, **changes)
 
 
 @pytest.fixture
@@ -62,9 +41,7 @@ def test_each_method_has_its_reference(loading: Loading, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
-def test_in_every_method_a_recording_beyond_the_range_is_refused_by_motor_and_time(
-    loading: Loading, method: str
-) -> None:
+def test_every_method_refuses_recordings_beyond_the_range_by_motor(loading: Loading, method: str) -> None:
     far = angles(motor3=10 + 117 * np.sin(np.pi * TIMES_S / SECONDS))
     refusal = loading(message(far, method=method)).refusal
     assert refusal is not None
@@ -73,7 +50,7 @@ def test_in_every_method_a_recording_beyond_the_range_is_refused_by_motor_and_ti
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth"])
-def test_so_is_one_beyond_the_patients_limits_by_however_little(loading: Loading, method: str) -> None:
+def test_recording_slightly_beyond_patient_limits_is_refused(loading: Loading, method: str) -> None:
     limits = [(-180.0, 180.0)] * 5
     limits[2] = (5.0, 40.0)
     up = angles(motor3=10 + 30.01 * np.sin(np.pi * TIMES_S / SECONDS))
@@ -83,7 +60,7 @@ def test_so_is_one_beyond_the_patients_limits_by_however_little(loading: Loading
     assert "motor 3 would go to 40.0 deg at 1.5 s; its range is 5 to 40 deg" in refusal.message
 
 
-def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(loading: Loading) -> None:
+def test_half_an_axis_acceleration_is_reserved_for_feed_forward(loading: Loading) -> None:
     wave = angles(motor4=5.0 * np.sin(2 * np.pi * 3.0 * TIMES_S))
     sharp = (2 * np.pi * 3.0) ** 2 * 5.0 * (1 / (1 + (3 / 6) ** 4))
 
@@ -100,7 +77,7 @@ def test_the_half_of_an_axis_acceleration_is_for_going_ahead_of_the_reference(lo
     assert "motor 4 would jerk at" in refusal.message
 
 
-def test_the_papers_way_has_all_of_it(loading: Loading) -> None:
+def test_paper_method_may_use_the_whole_acceleration(loading: Loading) -> None:
     """Samples that go up and down by 9.9 deg in turn: 1,980 deg/s2 at its 10 Hz."""
     stepping = angles(motor4=9.9 * (np.floor(TIMES_S * 10 + 0.5) % 2))
     axes = tuple(msgspec.structs.replace(axis, max_acceleration_deg_s2=3600.0) for axis in StationConfig().axes)
@@ -119,7 +96,7 @@ def test_the_papers_ten_hertz_must_fit_the_stations_cycles(loading: Loading, cyc
     assert loading(message(), config).refusal is None
 
 
-def test_what_was_learned_goes_with_the_recording(loading: Loading) -> None:
+def test_learned_correction_is_sent_with_the_recording(loading: Loading) -> None:
     given = np.random.default_rng(0).uniform(-LARGEST_DEG, LARGEST_DEG, (rows(SECONDS), 5))
     taken = loading(message(method="learned", correction_deg=given.tobytes(), correction_step_s=0.02))
     assert taken.refusal is None
@@ -148,7 +125,7 @@ def test_what_was_learned_goes_with_the_recording(loading: Loading) -> None:
         ({"correction_deg": correction(count=1), "correction_step_s": 3.0}, "as long as another recording"),
     ],
 )
-def test_what_was_learned_must_be_whole_bounded_and_of_this_recording(
+def test_learned_correction_must_be_complete_bounded_and_match_the_recording(
     loading: Loading, changes: dict[str, object], sentence: str
 ) -> None:
     good = message(method="learned", correction_deg=correction(), correction_step_s=0.02)
@@ -178,7 +155,7 @@ def test_a_recording_faster_than_the_patient_may_go_is_refused(loading: Loading,
 
 
 @pytest.mark.parametrize("limit_deg_s", [0.0, -1.0, math.nan, math.inf])
-def test_a_speed_limit_that_is_none_is_refused(loading: Loading, limit_deg_s: float) -> None:
+def test_invalid_speed_limit_is_refused(loading: Loading, limit_deg_s: float) -> None:
     refusal = loading(message(max_speed_deg_s=limit_deg_s)).refusal
     assert refusal is not None
     assert "speed limit must be above 0 deg/s" in refusal.message

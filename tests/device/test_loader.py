@@ -19,8 +19,8 @@ from kata.device.messages import Load, Refusal, parts_of
 from kata.device.references import Reference, build
 from kata.motion.learning import rows
 from kata.motion.trajectory import Held, Trajectory
-from tests.conftest import ROOT
-from tests.device.test_load import SECONDS, TIMES_S, angles, correction, message
+from tests.support.load_messages import SECONDS, TIMES_S, angles, correction, message
+from tests.support.paths import ROOT
 
 LIMIT_S = 30.0
 
@@ -74,7 +74,7 @@ def loading() -> Iterator[Loading]:
 
 
 @pytest.mark.parametrize("method", ["paper", "smooth", "learned"])
-def test_a_built_reference_equals_one_built_here(loading: Loading, method: str) -> None:
+def test_builder_process_gives_the_same_reference(loading: Loading, method: str) -> None:
     wave = angles(motor3=10 + 30 * np.sin(np.pi * TIMES_S / SECONDS))
     learned = {"correction_deg": correction(), "correction_step_s": 0.02} if method == "learned" else {}
     load = message(wave, method=method, **learned)
@@ -113,7 +113,7 @@ def test_an_error_of_the_builder_is_a_refusal(loading: Loading) -> None:
     assert isinstance(loading.load(message()), Reference)
 
 
-def test_a_killed_builder_is_a_refusal_and_the_next_load_works(tmp_path: Path) -> None:
+def test_killed_builder_refuses_its_load_and_the_next_succeeds(tmp_path: Path) -> None:
     """The first one is killed between a Load and its parts."""
     program = """
 import os, signal, socket, sys
@@ -152,7 +152,7 @@ def test_a_builder_that_hangs_is_a_refusal() -> None:
         assert refusal.code == "unplayable"
 
 
-def test_the_rest_of_a_discarded_load_is_not_added_to_the_next(loading: Loading) -> None:
+def test_rest_of_a_discarded_load_is_not_added_to_another(loading: Loading) -> None:
     *parts, _ = parts_of(7, message(angles(motor3=20.0 + 0 * TIMES_S)))
     for part in parts:
         loading.loader.send(part)

@@ -9,10 +9,21 @@ import pytest
 from kata.device.config import StationConfig
 from kata.device.messages import Approach, Mode, Pause, Play, Return, Teach
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD
-from tests.device.faulty import FaultyApparatus
-from tests.device.matrix import KINDS, MODES, SIGNALS, Ends, Expected, GoesOn, Kind, StaysOffline, Stops, expected
-from tests.device.stepped import Stepped
+from tests.support.fault_matrix import (
+    KINDS,
+    MODES,
+    SIGNALS,
+    Ends,
+    Expected,
+    GoesOn,
+    Kind,
+    StaysOffline,
+    Stops,
+    expected,
+)
+from tests.support.faulty_apparatus import FaultyApparatus
+from tests.support.stepped import Stepped
+from tests.support.trajectories import LOAD
 
 _WATCHED_MS = 1200
 """How long what goes on is watched going on."""
@@ -150,7 +161,7 @@ def test_the_matrix_is_whole() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_faulty_pedal_records_nothing_that_it_does_not_plainly_ask_for(tmp_path: Path, kind: Kind) -> None:
+def test_faulty_pedal_records_only_what_it_clearly_requests(tmp_path: Path, kind: Kind) -> None:
     """Up, or not known to be down, is up. Only a pedal that says "down" for long enough records, truly or not."""
     apparatus = FaultyApparatus(kind=None, pedal_down=False)
     stepped = Stepped(tmp_path, apparatus=apparatus)

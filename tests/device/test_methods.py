@@ -6,53 +6,30 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kata.device import journal
 from kata.device.config import REFERENCE_SHARE, StationConfig
 from kata.device.faults import FAULTS
-from kata.device.messages import Approach, Command, Less, Load, Pause, Play, Refusal, Return
+from kata.device.messages import Approach, Command, Less, Pause, Play, Refusal, Return
 from kata.device.references import build
 from kata.motion.learning import Correction
 from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.trajectory import Held, Trajectory
-from tests.device.conftest import LOAD
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.examples import examples
+from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.stepped import REST_DEG, Stepped
 
-MOVING = 3
-"""The axis that goes from 0 to 60 deg and back in these recordings."""
 SECONDS = 4.0
 TIMES_S = np.arange(0.0, SECONDS + 0.001, 0.01)
-METHODS: tuple[Method, ...] = ("paper", "smooth", "learned")
 
 
 def rows(reach_deg: float = 30.0, from_deg: float = 0.0) -> Floats:
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
     angles[:, MOVING] = from_deg + reach_deg * (1 - np.cos(2 * np.pi * TIMES_S / SECONDS))
     return angles
-
-
-def load(method: Method, **changes: object) -> Load:
-    return msgspec.structs.replace(LOAD, method=method, **changes)
-
-
-def station(lag_s: float = 0.0, lag2_s2: float = 0.0, friction_deg: float = 0.0, **settings: object) -> StationConfig:
-    """As quick as a station may be configured."""
-    config = StationConfig()
-    axes = tuple(
-        msgspec.structs.replace(
-            axis,
-            lag_s=lag_s,
-            lag2_s2=lag2_s2,
-            friction_deg=friction_deg,
-            max_speed_deg_s=150.0,
-            max_acceleration_deg_s2=6_000.0,
-        )
-        for axis in config.axes
-    )
-    return msgspec.structs.replace(config, axes=axes, **settings)
 
 
 def begin(
@@ -72,26 +49,10 @@ def begin(
     return stepped, trajectory
 
 
-def place_s(stepped: Stepped) -> float:
-    run = stepped.loop._machine._run
-    assert run is not None
-    return run.position_s
-
-
-def until_place(stepped: Stepped, at_s: float) -> None:
-    while place_s(stepped) < at_s - 1e-9:
-        stepped.cycle()
-
-
-def sent(stepped: Stepped) -> Floats:
-    """What the moving axis was told."""
-    return np.array(stepped.apparatus.written)[:, MOVING]
-
-
 # -- ahead of the drives ----------------------------------------------------------------------------------------------
 
 
-def test_setpoints_go_ahead_of_the_reference_by_what_the_drives_lag_behind(tmp_path: Path) -> None:
+def test_setpoints_lead_the_reference_by_the_drive_lag(tmp_path: Path) -> None:
     config = station(lag_s=0.08, lag2_s2=0.003, friction_deg=0.4)
     stepped, trajectory = begin(tmp_path, config, "smooth")
     stepped.send(Play())
@@ -106,7 +67,7 @@ def test_setpoints_go_ahead_of_the_reference_by_what_the_drives_lag_behind(tmp_p
 
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])
-def test_what_is_kept_as_the_setpoint_is_what_was_sent(tmp_path: Path, method: Method) -> None:
+def test_journal_contains_the_setpoints_that_were_sent(tmp_path: Path, method: Method) -> None:
     """The drives here follow at once, and so are as far ahead as the setpoint."""
     stepped, trajectory = begin(tmp_path, station(lag_s=0.08), method)
     stepped.send(Play())
@@ -118,7 +79,7 @@ def test_what_is_kept_as_the_setpoint_is_what_was_sent(tmp_path: Path, method: M
     assert np.abs(ahead).max() == pytest.approx(0.08 * 30 * np.pi / 2, abs=0.3)
 
 
-def test_where_the_arm_stands_nothing_is_ahead_and_pausing_and_going_on_is_without_a_jump(tmp_path: Path) -> None:
+def test_lead_vanishes_at_rest_and_resuming_has_no_jump(tmp_path: Path) -> None:
     config = station(lag_s=0.1, lag2_s2=0.004, friction_deg=0.5)
     stepped, trajectory = begin(tmp_path, config, "smooth")
     stepped.forward(0.1)
@@ -139,7 +100,7 @@ def test_where_the_arm_stands_nothing_is_ahead_and_pausing_and_going_on_is_witho
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
-def test_pace_counts_in_what_is_ahead(tmp_path: Path) -> None:
+def test_speed_override_counts_in_feed_forward(tmp_path: Path) -> None:
     """On the ramp the arm is slower than the recording, and lags less."""
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth")
@@ -194,7 +155,7 @@ def test_a_fast_setpoint_brakes_before_a_limit(tmp_path: Path, rate_hz: int, dir
 
 
 @pytest.mark.parametrize("rate_hz", [50, 100])
-def test_a_fast_arm_taken_back_is_not_dropped_for_a_jerk_of_our_own(tmp_path: Path, rate_hz: int) -> None:
+def test_reversing_a_fast_arm_does_not_drop_it_for_jerk(tmp_path: Path, rate_hz: int) -> None:
     """The slowest drives that may be configured, the highest speed, the quickest turn."""
     config = station(lag_s=0.3, lag2_s2=0.02, friction_deg=5.0, rate_hz=rate_hz)
     stepped, _ = begin(tmp_path, config, "smooth", rows(reach_deg=85.0), load_level=10)
@@ -222,7 +183,7 @@ def test_the_last_look_still_refuses_a_reference_that_jerks(tmp_path: Path) -> N
     assert "setpoint_acceleration" in stepped.causes() or "setpoint_step" in stepped.causes()
 
 
-def test_the_way_there_and_back_is_led_ahead_too_and_ends_where_it_should(tmp_path: Path) -> None:
+def test_approach_and_return_use_feed_forward_and_end_exactly(tmp_path: Path) -> None:
     config = station(lag_s=0.1)
     stepped, trajectory = begin(tmp_path, config, "smooth", rows(from_deg=20.0))
     steps = np.diff(sent(stepped))
@@ -240,7 +201,7 @@ def test_the_way_there_and_back_is_led_ahead_too_and_ends_where_it_should(tmp_pa
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
-def test_a_recording_that_breaks_off_in_full_motion_goes_over_into_the_way_back_without_a_jump(tmp_path: Path) -> None:
+def test_recording_cut_at_full_speed_joins_the_return_without_jumps(tmp_path: Path) -> None:
     """The setpoint is still ahead there: the way back begins where it is, with nothing added once more."""
     angles = np.tile(np.array(REST_DEG), (len(TIMES_S), 1))
     angles[:, MOVING] = 100.0 * np.clip(TIMES_S - 3.0, 0.0, None)
@@ -256,7 +217,7 @@ def test_a_recording_that_breaks_off_in_full_motion_goes_over_into_the_way_back_
     assert stepped.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.01)
 
 
-def test_resistance_is_felt_against_the_way_that_the_arm_goes_not_the_setpoint(tmp_path: Path) -> None:
+def test_resistance_is_judged_against_the_arms_direction_not_the_setpoints(tmp_path: Path) -> None:
     """Before the arm turns round, what is sent already goes back."""
     stepped, trajectory = begin(tmp_path, station(lag_s=0.3), "smooth", load_level=10)
     stepped.send(Play())
@@ -278,7 +239,7 @@ def learned(deg: float) -> Correction:
     return Correction(0.02, np.full((201, 5), deg))
 
 
-def test_what_was_learned_is_added_at_full_pace_and_not_where_the_arm_stands(tmp_path: Path) -> None:
+def test_learned_correction_applies_at_full_speed_and_not_at_rest(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5))
     assert sent(stepped)[-1] == pytest.approx(trajectory.at(0.0)[MOVING], abs=1e-6)
     stepped.send(Play())
@@ -295,7 +256,7 @@ def test_what_was_learned_is_added_at_full_pace_and_not_where_the_arm_stands(tmp
     assert np.abs(np.diff(sent(stepped))).max() < 0.8
 
 
-def test_what_was_learned_is_asked_for_at_the_place_that_the_setpoint_is_for(tmp_path: Path) -> None:
+def test_learned_correction_is_read_at_the_setpoints_place(tmp_path: Path) -> None:
     sloping = Correction(0.02, np.tile(np.linspace(0.0, 2.0, 201)[:, None], 5))
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=sloping)
     stepped.send(Play())
@@ -304,7 +265,7 @@ def test_what_was_learned_is_asked_for_at_the_place_that_the_setpoint_is_for(tmp
     assert sent(stepped)[-1] - trajectory.at(place)[MOVING] == pytest.approx(place * 2.0 / 4.0, abs=1e-6)
 
 
-def test_what_was_learned_forwards_is_not_added_on_the_way_back(tmp_path: Path) -> None:
+def test_learned_correction_of_forward_motion_is_not_added_on_return(tmp_path: Path) -> None:
     stepped, trajectory = begin(tmp_path, station(), "learned", correction=learned(1.5), load_level=10)
     stepped.send(Play())
     until_place(stepped, 1.5)
@@ -340,7 +301,7 @@ def paper(tmp_path: Path) -> Stepped:
     return begin(tmp_path, station(lag_s=0.1, friction_deg=1.0), "paper", rows(from_deg=5.0))[0]
 
 
-def test_the_paper_has_no_approach_and_steps_to_the_first_sample_at_once(paper: Stepped) -> None:
+def test_paper_method_steps_to_the_first_sample_without_an_approach(paper: Stepped) -> None:
     assert paper.torque
     assert set(sent(paper)) == {0.0}
     run = paper.snapshot.run
@@ -356,9 +317,7 @@ def test_the_paper_has_no_approach_and_steps_to_the_first_sample_at_once(paper: 
 
 
 @pytest.mark.parametrize("cycles_before", [0, 3, 7])
-def test_the_paper_sends_one_sample_every_tenth_of_a_second_and_nothing_else(
-    paper: Stepped, cycles_before: int
-) -> None:
+def test_paper_method_sends_only_one_sample_per_100_ms(paper: Stepped, cycles_before: int) -> None:
     """As it was taught, whenever it is played: no lead, nothing ahead, nothing in between."""
     for _ in range(cycles_before):
         paper.cycle()
@@ -381,7 +340,7 @@ def test_the_paper_sends_one_sample_every_tenth_of_a_second_and_nothing_else(
     assert paper.causes() == []
 
 
-def test_a_station_at_ten_hertz_plays_the_papers_way_at_its_own_rate(tmp_path: Path) -> None:
+def test_ten_hertz_station_plays_the_paper_method_at_its_rate(tmp_path: Path) -> None:
     stepped, _ = begin(tmp_path, station(rate_hz=10), "paper")
     stepped.send(Play())
     stepped.until("idle")
@@ -389,7 +348,7 @@ def test_a_station_at_ten_hertz_plays_the_papers_way_at_its_own_rate(tmp_path: P
     assert stepped.causes() == []
 
 
-def test_a_pause_in_the_papers_way_holds_and_goes_on(paper: Stepped) -> None:
+def test_pause_in_the_paper_method_holds_and_resumes(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
     paper.send(Pause())
@@ -424,7 +383,7 @@ def test_the_way_back_in_the_papers_way_is_gentle(paper: Stepped, before_playing
     assert paper.apparatus.angles_deg == pytest.approx(REST_DEG, abs=0.2)
 
 
-def test_a_stop_in_the_papers_way_ramps_down_before_the_torque_goes(paper: Stepped) -> None:
+def test_stop_in_the_paper_method_ramps_down_before_torque_off(paper: Stepped) -> None:
     paper.send(Play())
     until_place(paper, 1.0)
     paper.exchange.request_stop()
@@ -451,9 +410,7 @@ def test_resistance_in_the_papers_way_takes_the_arm_back(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("away_deg", "refused"), [(8.0, False), (-8.0, False), (8.1, True), (-8.1, True)])
-def test_a_start_too_far_away_for_one_step_is_refused_before_the_torque_goes_on(
-    tmp_path: Path, away_deg: float, refused: bool
-) -> None:
+def test_paper_start_too_far_away_is_refused_before_torque(tmp_path: Path, away_deg: float, refused: bool) -> None:
     stepped = Stepped(tmp_path, station())
     stepped.apparatus.angles_deg[MOVING] = 30.0 + away_deg
     stepped.forward(0.1)
@@ -477,7 +434,7 @@ def test_a_start_too_far_away_for_one_step_is_refused_before_the_torque_goes_on(
 
 
 @pytest.mark.parametrize("method", ["smooth", "learned"])
-def test_other_methods_come_from_wherever_the_arm_is(tmp_path: Path, method: Method) -> None:
+def test_other_methods_start_from_any_arm_position(tmp_path: Path, method: Method) -> None:
     stepped, trajectory = begin(tmp_path, station(), method, rows(from_deg=40.0))
     assert stepped.apparatus.angles_deg[MOVING] == pytest.approx(trajectory.at(0.0)[MOVING])
 
@@ -567,7 +524,7 @@ def do(stepped: Stepped, act: Act) -> None:
     st.sampled_from([(100, 150.0), (100, 56.0), (50, 56.0), (10, 56.0)]),
     st.lists(st.tuples(st.integers(1, 120), st.sampled_from(get_args(Act))), max_size=5),
 )
-@settings(max_examples=150)
+@examples(few=40, many=150)
 def test_whatever_load_accepts_plays_without_a_fault_of_our_own(
     tmp_path_factory: pytest.TempPathFactory,
     recording: tuple[Floats, Floats],
@@ -641,7 +598,7 @@ def test_an_axis_of_little_acceleration_is_not_jerked(
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("lasts_s", "refused"), [(0.001, True), (0.199, True), (0.2, False)])
-def test_a_recording_shorter_than_a_start_and_a_stop_is_refused(method: Method, lasts_s: float, refused: bool) -> None:
+def test_recording_shorter_than_a_start_and_a_stop_is_refused(method: Method, lasts_s: float, refused: bool) -> None:
     times = np.array([0.0, lasts_s])
     angles = np.tile(MIDDLE_DEG, (2, 1))
     angles[1, MOVING] += 4.0

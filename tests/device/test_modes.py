@@ -26,8 +26,8 @@ from kata.device.messages import (
 )
 from kata.device.movement import Movement
 from kata.motion.axes import Side
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import Stepped, SteppedApparatus
+from tests.support.stepped import Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 WAYS: dict[Mode, tuple[Mode, ...]] = {
     "offline": ("idle", "stopped"),
@@ -109,9 +109,7 @@ def events(stepped: Stepped, code: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("stands_for", "wanted"), [("right", "left"), ("left", "right")])
-def test_nothing_is_taught_or_played_of_the_shoulder_that_the_apparatus_does_not_stand_for(
-    tmp_path: Path, stands_for: Side, wanted: Side
-) -> None:
+def test_only_the_current_sides_shoulder_is_taught_or_played(tmp_path: Path, stands_for: Side, wanted: Side) -> None:
     stepped = Stepped(tmp_path, StationConfig(side=stands_for))
     load = msgspec.structs.replace(LOAD, side=wanted)
     for refusal in (stepped.send(Teach(teaching_id="t", side=wanted)), stepped.send(load, a_trajectory())):
@@ -128,15 +126,13 @@ def test_nothing_is_taught_or_played_of_the_shoulder_that_the_apparatus_does_not
 # -- ways and commands ------------------------------------------------------------------------------------------------
 
 
-def test_there_is_no_way_but_these() -> None:
+def test_only_the_documented_mode_transitions_exist() -> None:
     assert set(modes.TRANSITIONS) == {(come, go) for come, ways in WAYS.items() for go in ways}
     assert all(modes.TRANSITIONS.values())
 
 
 @pytest.mark.parametrize("mode", ALLOWED)
-def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_against_it(
-    tmp_path: Path, mode: Mode
-) -> None:
+def test_each_mode_allows_its_commands_and_explains_every_refusal(tmp_path: Path, mode: Mode) -> None:
     apparatus = SteppedApparatus(silent={0} if mode == "offline" else set())
     stepped = bring(Stepped(tmp_path, apparatus=apparatus), mode)
     stepped.forward(0.1)
@@ -152,7 +148,7 @@ def test_each_mode_allows_its_own_commands_and_says_of_every_other_what_is_again
         assert refusal.next_step.endswith(".")
 
 
-def test_stop_is_never_refused_not_even_while_a_cause_of_another_holds(stepped: Stepped) -> None:
+def test_stop_is_never_refused_even_while_another_cause_remains(stepped: Stepped) -> None:
     stepped.apparatus.estop_open = True
     stepped.forward(0.2)
     assert "acknowledge" in stepped.snapshot.refusals
@@ -167,9 +163,7 @@ def test_a_refused_command_changes_nothing(stepped: Stepped) -> None:
     assert len(stepped.exchange.journals) == 1
 
 
-def test_a_step_that_wants_to_go_where_there_is_no_way_stops_at_once(
-    playing: Stepped, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_invalid_mode_transition_stops_at_once(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     def astray(machine: modes.StateMachine, facts: CycleState) -> None:
         machine._enter("teaching")
 
@@ -183,7 +177,7 @@ def test_a_step_that_wants_to_go_where_there_is_no_way_stops_at_once(
     assert refusal is None  # what it was has passed with that cycle
 
 
-def test_every_event_is_numbered_and_none_is_left_out(stepped: Stepped) -> None:
+def test_every_event_is_numbered_without_gaps(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
     told = stepped.exchange.events
@@ -199,7 +193,7 @@ def test_every_event_is_numbered_and_none_is_left_out(stepped: Stepped) -> None:
 
 
 @pytest.mark.parametrize("mode", WITH_TORQUE)
-def test_stop_ramps_down_wherever_there_is_torque_and_then_cuts_it(stepped: Stepped, mode: Mode) -> None:
+def test_stop_ramps_down_while_torque_is_on_and_cuts_it(stepped: Stepped, mode: Mode) -> None:
     bring(stepped, mode)
     stepped.exchange.request_stop()
     stepped.cycle()
@@ -240,7 +234,7 @@ def test_a_stop_in_ready_ends_the_run(stepped: Stepped) -> None:
     assert stepped.mode == "idle"
 
 
-def test_a_stop_on_top_of_another_is_a_further_cause_and_told_once(stepped: Stepped) -> None:
+def test_further_stop_is_another_cause_and_is_reported_once(stepped: Stepped) -> None:
     bring(stepped, "stopped")
     for _ in range(3):
         stepped.exchange.request_stop()
@@ -269,9 +263,7 @@ def test_the_emergency_stop_stops_every_mode_in_its_cycle(stepped: Stepped, mode
     assert stepped.snapshot.teaching is None
 
 
-def test_a_ramp_that_does_not_come_to_a_stand_is_cut_after_twice_its_time(
-    playing: Stepped, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ramp_that_does_not_settle_is_cut_at_double_time(playing: Stepped, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Movement, "stands", False)  # as a defect of our own would
     playing.exchange.request_stop()
     playing.cycle()
@@ -292,7 +284,7 @@ def test_a_stop_that_is_still_ramping_down_is_not_acknowledged(playing: Stepped)
     assert playing.send(Acknowledge()) is None
 
 
-def test_a_jump_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+def test_jump_during_the_ramp_cuts_torque_early(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.forward(0.05)
     assert playing.torque
@@ -325,7 +317,7 @@ def test_an_error_of_the_programs_own_ends_a_teaching_too(stepped: Stepped, monk
     assert stepped.journal().end is not None
 
 
-def test_an_error_is_a_stop_of_the_cycle_that_met_it_and_keeps_an_earlier_cause_first(
+def test_error_stops_its_cycle_and_keeps_an_earlier_cause_first(
     playing: Stepped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     playing.exchange.request_stop()
@@ -345,7 +337,7 @@ def test_an_error_is_a_stop_of_the_cycle_that_met_it_and_keeps_an_earlier_cause_
     assert not playing.torque
 
 
-def test_a_fault_that_still_holds_stays_uncleared_when_the_program_errs(stepped: Stepped) -> None:
+def test_persistent_fault_stays_uncleared_when_the_program_fails(stepped: Stepped) -> None:
     bring(stepped, "paused")
     stepped.exchange.journal_ok = False
     stepped.cycle()
@@ -370,7 +362,7 @@ def test_offline_errors_stop_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("code", ["drive_error", "estop_pressed"])
-def test_only_a_pressed_emergency_stop_may_remain_when_the_apparatus_comes_up(tmp_path: Path, code: str) -> None:
+def test_apparatus_starts_only_with_at_most_the_estop_pressed(tmp_path: Path, code: str) -> None:
     apparatus = SteppedApparatus(estop_open=True)
     if code == "drive_error":
         apparatus.hardware_error[2] = 1
@@ -395,12 +387,12 @@ def test_two_disagreements_are_forgiven_by_a_heartbeat_that_agrees(playing: Step
 
 
 @pytest.mark.parametrize(("mode", "occupied"), [("idle", ""), ("teaching", "t"), ("ready", "run"), ("playing", "run")])
-def test_what_goes_on_has_the_name_that_the_service_gave_it(stepped: Stepped, mode: Mode, occupied: str) -> None:
+def test_activity_has_the_name_that_the_service_gave(stepped: Stepped, mode: Mode, occupied: str) -> None:
     assert bring(stepped, mode).loop._machine.occupation == occupied
 
 
 @pytest.mark.parametrize(("mode", "reason"), [("ready", "unloaded"), ("teaching", "finished")])
-def test_when_the_service_is_gone_what_has_no_torque_ends_at_once(stepped: Stepped, mode: Mode, reason: str) -> None:
+def test_lost_service_ends_activities_without_torque_at_once(stepped: Stepped, mode: Mode, reason: str) -> None:
     bring(stepped, mode)
     stepped.exchange.closing = True
     assert not stepped.cycle()
@@ -409,7 +401,7 @@ def test_when_the_service_is_gone_what_has_no_torque_ends_at_once(stepped: Stepp
     assert end.reason == reason
 
 
-def test_when_the_service_asks_to_end_while_there_is_torque_it_is_first_taken(playing: Stepped) -> None:
+def test_shutdown_request_waits_until_torque_is_off(playing: Stepped) -> None:
     playing.exchange.closing = True  # and it is still heard
     assert playing.cycle()
     assert playing.torque
@@ -430,14 +422,14 @@ def test_a_sample_that_found_no_room_is_a_fault(stepped: Stepped, mode: Mode) ->
     assert stepped.causes() == ["journal_fault"]
 
 
-def test_with_no_journal_open_none_is_lost(stepped: Stepped) -> None:
+def test_events_without_an_open_journal_are_not_lost(stepped: Stepped) -> None:
     assert stepped.loop._machine.journal_ok
 
 
 # -- what is told and kept --------------------------------------------------------------------------------------------
 
 
-def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
+def test_run_is_reported_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
     bring(stepped, "ready")
     run = stepped.snapshot.run
@@ -473,7 +465,7 @@ def test_a_run_is_told_from_load_to_end(stepped: Stepped) -> None:
     assert stepped.snapshot.run is None
 
 
-def test_a_run_that_is_over_leaves_nothing_for_the_next_one(stepped: Stepped) -> None:
+def test_finished_run_leaves_nothing_for_the_next_one(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
     assert stepped.send(LOAD, a_trajectory(4.0)) is None
@@ -492,7 +484,7 @@ def test_after_unloading_nothing_is_left_of_the_run(stepped: Stepped) -> None:
     bring(stepped, "playing")
 
 
-def test_finishing_a_teaching_leaves_nothing_of_it(stepped: Stepped) -> None:
+def test_finished_teaching_leaves_no_state(stepped: Stepped) -> None:
     bring(stepped, "teaching")
     assert stepped.send(FinishTeaching()) is None
     stepped.forward(0.1)
@@ -503,7 +495,7 @@ def test_finishing_a_teaching_leaves_nothing_of_it(stepped: Stepped) -> None:
     assert end.reason == "finished"
 
 
-def test_each_journal_says_what_it_is_of(stepped: Stepped) -> None:
+def test_each_journal_names_its_contents(stepped: Stepped) -> None:
     bring(stepped, "teaching")
     stepped.send(FinishTeaching())
     bring(stepped, "ready")
@@ -513,7 +505,7 @@ def test_each_journal_says_what_it_is_of(stepped: Stepped) -> None:
     assert run.rate_hz == 100
 
 
-def test_until_torque_is_on_the_setpoint_is_where_the_arm_is(stepped: Stepped) -> None:
+def test_setpoint_follows_the_arm_until_torque_is_on(stepped: Stepped) -> None:
     for mode in ("idle", "ready"):
         bring(stepped, mode)
         stepped.apparatus.angles_deg[3] += 5.0
@@ -522,7 +514,7 @@ def test_until_torque_is_on_the_setpoint_is_where_the_arm_is(stepped: Stepped) -
 
 
 @pytest.mark.parametrize("rate_hz", [10, 50, 100])
-def test_the_first_setpoint_of_a_movement_comes_a_period_after_torque(tmp_path: Path, rate_hz: int) -> None:
+def test_first_setpoint_of_a_movement_comes_one_period_after_torque(tmp_path: Path, rate_hz: int) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=rate_hz))
     bring(stepped, "ready")
     assert stepped.send(Approach()) is None
@@ -536,7 +528,7 @@ def test_the_first_setpoint_of_a_movement_comes_a_period_after_torque(tmp_path: 
 
 @pytest.mark.parametrize(("protocol", "delay_s"), [("dynamixel", 0.0), ("modbus", 0.01)])
 @pytest.mark.parametrize("rate_hz", [10, 100])
-def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(
+def test_setpoint_aims_at_the_middle_of_its_hold_time(
     tmp_path: Path, rate_hz: int, protocol: Literal["dynamixel", "modbus"], delay_s: float
 ) -> None:
     """With Modbus it is carried by the next cycle's request."""
@@ -554,7 +546,7 @@ def test_a_setpoint_aims_at_the_middle_of_the_time_that_it_holds(
             assert machine.setpoint_deg == pytest.approx(tuple(aimed), abs=1e-6)
 
 
-def test_a_cycle_without_all_five_angles_is_no_sample_of_a_run(playing: Stepped) -> None:
+def test_cycle_without_all_five_angles_is_no_sample_of_runs(playing: Stepped) -> None:
     playing.apparatus.silent = {3}
     playing.cycle()
     playing.apparatus.silent = set()
@@ -563,7 +555,7 @@ def test_a_cycle_without_all_five_angles_is_no_sample_of_a_run(playing: Stepped)
     assert sorted(np.diff(kept.t_ns))[-2:] == [10_000_000, 20_000_000]
 
 
-def test_the_path_is_none_of_the_recordings_on_the_way_there_and_back(stepped: Stepped) -> None:
+def test_path_time_is_recorded_only_on_the_recording(stepped: Stepped) -> None:
     bring(stepped, "playing")
     stepped.until("idle")
     kept = stepped.journal()
@@ -574,7 +566,7 @@ def test_the_path_is_none_of_the_recordings_on_the_way_there_and_back(stepped: S
     assert set(kept.take) == {0}
 
 
-def test_each_sample_stands_beside_the_setpoint_that_it_came_to(stepped: Stepped) -> None:
+def test_each_sample_has_the_setpoint_it_answers(stepped: Stepped) -> None:
     """The drives here follow at once: what was sent in one cycle is what is measured in the next."""
     bring(stepped, "playing")
     kept = stepped.journal()
@@ -582,9 +574,7 @@ def test_each_sample_stands_beside_the_setpoint_that_it_came_to(stepped: Stepped
 
 
 @pytest.mark.parametrize(("at_ms", "place_s"), [(0, 0.0), (-4, -0.004), (3, 0.003)])
-def test_the_place_on_the_recording_is_that_of_the_moment_of_measuring(
-    playing: Stepped, at_ms: int, place_s: float
-) -> None:
+def test_place_in_the_recording_matches_the_time_of_measurement(playing: Stepped, at_ms: int, place_s: float) -> None:
     """The angles came a little before or after the cycle's own time."""
     run = playing.loop._machine._run
     assert run is not None

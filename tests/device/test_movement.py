@@ -38,14 +38,14 @@ def until_ended(movement: Movement) -> list[float]:
     return paces
 
 
-def test_it_begins_at_the_paths_beginning_and_stands_there_no_longer() -> None:
+def test_movement_starts_at_the_path_start_and_then_leaves() -> None:
     movement = Movement(Straight())
     assert (movement.position_s, movement.pace, movement.course, movement.back_to_s) == (0.0, 0.0, 1, 0.0)
     assert not movement.stands
     assert not movement.ended
 
 
-def test_the_paths_own_pace_is_reached_in_a_fifth_of_a_second_and_kept() -> None:
+def test_path_speed_is_reached_in_0_2_seconds_and_held() -> None:
     movement = Movement(Straight())
     paces = advance(movement, 25)
     assert paces == pytest.approx([min(1.0, 0.05 * (n + 1)) for n in range(25)])
@@ -53,7 +53,7 @@ def test_the_paths_own_pace_is_reached_in_a_fifth_of_a_second_and_kept() -> None
     assert movement.position_s == pytest.approx(sum(paces) * DT_S)
 
 
-def test_a_pause_comes_to_a_stand_in_a_fifth_of_a_second() -> None:
+def test_pause_stops_the_path_within_0_2_seconds() -> None:
     movement = Movement(Straight(), pace=1.0)
     movement.course = 0
     paces = advance(movement, 20)
@@ -65,7 +65,7 @@ def test_a_pause_comes_to_a_stand_in_a_fifth_of_a_second() -> None:
     assert movement.position_s == pytest.approx(0.095)
 
 
-def test_turning_round_goes_through_a_stand() -> None:
+def test_change_of_direction_passes_through_rest() -> None:
     movement = Movement(Straight(), position_s=1.0, pace=1.0, course=-1)
     assert advance(movement, 40) == pytest.approx([1.0 - 0.05 * (n + 1) for n in range(40)])
     assert advance(movement, 5) == pytest.approx([-1.0] * 5)
@@ -94,7 +94,7 @@ def test_slowing_down_for_the_end_begins_just_in_time(pace: float, ramp_way_s: f
 @pytest.mark.parametrize("course", [1, -1])
 @pytest.mark.parametrize("shortest_ramp_s", [0.0, 0.4])
 @pytest.mark.parametrize("left_s", [0.9, 0.903, 0.907])
-def test_an_end_is_met_no_faster_than_one_change_of_pace(
+def test_end_is_reached_within_one_change_of_speed(
     course: Literal[1, -1], shortest_ramp_s: float, left_s: float
 ) -> None:
     """What is left is no whole number of steps, so that the last one may be a change of pace more than the creeping."""
@@ -108,7 +108,7 @@ def test_an_end_is_met_no_faster_than_one_change_of_pace(
     assert np.abs(np.diff(paces)).max() <= change + 1e-12
 
 
-def test_the_end_is_crept_to_at_a_tenth_of_the_pace() -> None:
+def test_end_is_approached_at_a_tenth_of_the_speed() -> None:
     movement = Movement(Straight(), position_s=2.0 - 0.02, pace=0.1)
     movement.advance(DT_S)
     assert movement.pace == pytest.approx(0.15)  # it is early: the ramp's way from there is shorter
@@ -120,7 +120,7 @@ def test_the_end_is_crept_to_at_a_tenth_of_the_pace() -> None:
     assert crept.ended
 
 
-def test_going_back_ends_exactly_where_it_is_to_end() -> None:
+def test_return_ends_exactly_at_its_target() -> None:
     movement = Movement(Straight(), position_s=1.7, course=-1, back_to_s=0.4)
     paces = until_ended(movement)
     assert movement.position_s == pytest.approx(0.4, abs=1e-12)
@@ -129,20 +129,20 @@ def test_going_back_ends_exactly_where_it_is_to_end() -> None:
     assert not movement.stands
 
 
-def test_whoever_is_already_behind_where_going_back_ends_has_ended() -> None:
+def test_return_from_behind_its_target_ends_at_once() -> None:
     movement = Movement(Straight(), position_s=0.3, course=-1, back_to_s=0.4)
     assert movement.ended
     movement.advance(DT_S)
     assert movement.position_s == pytest.approx(0.3)
 
 
-def test_a_course_to_a_stand_has_no_end_even_at_the_end() -> None:
+def test_direction_to_a_stop_has_no_end_even_there() -> None:
     movement = Movement(Straight(), position_s=2.0, course=0)
     assert not movement.ended
     assert movement.stands
 
 
-def test_slowing_down_to_a_stand_does_not_leave_the_path() -> None:
+def test_slowing_to_rest_does_not_leave_the_path() -> None:
     behind = Movement(Straight(), position_s=1.999, pace=1.0, course=0)
     assert advance(behind, 25)[-1] == 0.0
     assert behind.position_s == 2.0
@@ -151,13 +151,13 @@ def test_slowing_down_to_a_stand_does_not_leave_the_path() -> None:
     assert before.position_s == 0.0
 
 
-def test_a_pause_slows_down_as_ever_wherever_going_back_was_to_end() -> None:
+def test_pause_slows_down_normally_where_a_return_would_end() -> None:
     paused = Movement(Straight(), position_s=1.0, pace=-1.0, course=0, back_to_s=0.95)
     assert advance(paused, 20)[-1] == pytest.approx(0.0)
     assert paused.position_s == pytest.approx(0.905)
 
 
-def test_a_setpoint_is_as_far_ahead_as_the_pace_goes_in_its_lead() -> None:
+def test_setpoint_leads_by_the_speed_over_its_lead_time() -> None:
     for pace, place_s in ((1.0, 1.05), (-0.5, 0.975), (0.0, 1.0)):
         movement = Movement(Straight(), position_s=1.0, pace=pace)
         assert movement.place_s(0.05) == pytest.approx(place_s)
@@ -165,7 +165,7 @@ def test_a_setpoint_is_as_far_ahead_as_the_pace_goes_in_its_lead() -> None:
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5, -1.0, 0.0])
-def test_speed_goes_with_the_pace_and_acceleration_with_its_square(pace: float) -> None:
+def test_speed_scales_with_override_and_acceleration_with_its_square(pace: float) -> None:
     motion = Movement(Straight(), position_s=1.0, pace=pace).motion(0.0)
     assert motion.speed_deg_s == pytest.approx([pace * 1.0] * 5)
     assert motion.acceleration_deg_s2 == pytest.approx([pace**2 * 0.5] * 5)
@@ -188,9 +188,7 @@ def test_a_changing_pace_is_acceleration_too() -> None:
 
 @pytest.mark.parametrize("bend", [0.1, 2.0])
 @pytest.mark.parametrize("steps", [1, 2, 7, 50])
-def test_the_longest_step_is_the_one_from_which_each_next_one_is_a_bend_shorter_until_nothing_is_left(
-    steps: int, bend: float
-) -> None:
+def test_longest_step_can_shrink_by_constant_second_differences_to_zero(steps: int, bend: float) -> None:
     left = bend * sum(range(1, steps + 1))
     assert longest_step(left, bend) == pytest.approx(steps * bend)
     assert longest_step(0.0, bend) == pytest.approx(0.0)

@@ -10,7 +10,7 @@ import pytest
 from kata.device.config import Inputs, StationConfig
 from kata.device.messages import Teach
 from kata.device.pedal import UsbPedal
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 
 class Foot:
@@ -52,11 +52,11 @@ def pedal(path: Path) -> Iterator[UsbPedal]:
     opened.close()
 
 
-def test_before_it_has_said_anything_nobody_knows(foot: Foot, pedal: UsbPedal) -> None:
+def test_pedal_is_unknown_before_its_first_event(foot: Foot, pedal: UsbPedal) -> None:
     assert pedal.down() is None
 
 
-def test_down_is_down_until_it_is_up_and_repetition_changes_nothing(foot: Foot, pedal: UsbPedal) -> None:
+def test_held_pedal_stays_down_and_repetitions_change_nothing(foot: Foot, pedal: UsbPedal) -> None:
     foot.key(1)
     assert pedal.down() is True
     foot.key(2)
@@ -66,7 +66,7 @@ def test_down_is_down_until_it_is_up_and_repetition_changes_nothing(foot: Foot, 
     assert pedal.down() is False
 
 
-def test_of_three_pedals_in_one_any_counts(foot: Foot, pedal: UsbPedal) -> None:
+def test_any_of_three_pedals_in_one_counts(foot: Foot, pedal: UsbPedal) -> None:
     foot.key(1, code=48)
     foot.key(1, code=49)
     foot.key(0, code=48)
@@ -75,14 +75,14 @@ def test_of_three_pedals_in_one_any_counts(foot: Foot, pedal: UsbPedal) -> None:
     assert pedal.down() is False
 
 
-def test_events_that_the_kernel_had_to_drop_make_it_unknown(foot: Foot, pedal: UsbPedal) -> None:
+def test_dropped_kernel_events_make_the_pedal_unknown(foot: Foot, pedal: UsbPedal) -> None:
     """A pipe cannot be asked what is held; the kernel's own file can."""
     foot.key(1)
     foot.event(0, 3, 0)
     assert pedal.down() is None
 
 
-def test_pulled_out_it_is_unknown_and_plugged_in_again_it_is_found(path: Path, foot: Foot, pedal: UsbPedal) -> None:
+def test_unplugged_pedal_is_unknown_and_found_when_plugged_in(path: Path, foot: Foot, pedal: UsbPedal) -> None:
     foot.key(1)
     assert pedal.down() is True
     foot.unplug()
@@ -97,11 +97,11 @@ def test_pulled_out_it_is_unknown_and_plugged_in_again_it_is_found(path: Path, f
     again.unplug()
 
 
-def test_one_that_is_not_there_is_unknown(tmp_path: Path) -> None:
+def test_missing_pedal_is_unknown(tmp_path: Path) -> None:
     assert UsbPedal(tmp_path / "none", lambda: Clock.t_ns).down() is None
 
 
-def test_it_is_the_one_that_records(path: Path, foot: Foot, tmp_path: Path) -> None:
+def test_configured_pedal_records(path: Path, foot: Foot, tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, StationConfig(inputs=Inputs(usb_pedal=str(path))))
     stepped.apparatus.pedal_down = True
     stepped.send(Teach(teaching_id="t"))

@@ -9,8 +9,8 @@ from kata.device import journal
 from kata.device.config import StationConfig
 from kata.device.messages import Approach, Load, Pause, Play, Return, Teach, Unload
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 
 def test_torque_stays_off_until_the_approach_is_asked_for(stepped: Stepped) -> None:
@@ -22,7 +22,7 @@ def test_torque_stays_off_until_the_approach_is_asked_for(stepped: Stepped) -> N
     assert stepped.apparatus.written == []
 
 
-def test_the_approach_begins_where_the_arm_is_and_never_exceeds_its_speed(stepped: Stepped) -> None:
+def test_approach_starts_at_the_arm_and_respects_its_speed_limit(stepped: Stepped) -> None:
     stepped.apparatus.angles_deg[3] = -10.0
     stepped.send(LOAD, a_trajectory())
     stepped.send(Approach())
@@ -39,7 +39,7 @@ def test_the_approach_begins_where_the_arm_is_and_never_exceeds_its_speed(steppe
     assert run.at_start
 
 
-def test_playback_goes_along_the_recording_back_to_where_it_came_from_and_ends_without_torque(
+def test_playback_runs_out_and_back_and_ends_without_torque(
     stepped: Stepped,
 ) -> None:
     trajectory = a_trajectory()
@@ -64,7 +64,7 @@ def test_playback_goes_along_the_recording_back_to_where_it_came_from_and_ends_w
     assert np.abs(kept.measured_deg[played] - taught).max() < 1.0
 
 
-def test_a_pause_holds_with_torque_and_playing_goes_on_from_there(playing: Stepped) -> None:
+def test_pause_holds_with_torque_and_playback_resumes_there(playing: Stepped) -> None:
     assert playing.send(Pause()) is None
     playing.until("paused")
     held = list(playing.apparatus.angles_deg)
@@ -80,7 +80,7 @@ def test_a_pause_holds_with_torque_and_playing_goes_on_from_there(playing: Stepp
     assert path_s[-1] == pytest.approx(2.0, abs=0.011)
 
 
-def test_a_second_pause_is_told_that_the_first_is_at_work_and_one_in_a_pause_that_it_is_one(playing: Stepped) -> None:
+def test_second_pause_reports_whether_the_first_is_complete(playing: Stepped) -> None:
     assert playing.send(Pause()) is None
     refusal = playing.send(Pause())
     assert refusal is not None
@@ -124,7 +124,7 @@ def test_unload_ends_the_run_unplayed(stepped: Stepped) -> None:
     assert kept.end.reason == "unloaded"
 
 
-def test_what_is_left_counts_down_to_nothing(playing: Stepped) -> None:
+def test_remaining_time_counts_down_to_zero(playing: Stepped) -> None:
     left = []
     while playing.mode == "playing":
         run = playing.snapshot.run
@@ -167,7 +167,7 @@ def test_an_arm_outside_its_range_is_not_approached_with(stepped: Stepped) -> No
 
 
 @pytest.mark.parametrize("command", [Approach(), Play(), Pause(), Return(), Unload()])
-def test_with_nothing_loaded_what_needs_a_recording_is_refused(
+def test_command_needing_a_recording_is_refused_without_one(
     stepped: Stepped, command: Approach | Play | Pause | Return | Unload
 ) -> None:
     refusal = stepped.send(command)
@@ -186,7 +186,7 @@ def test_while_playing_nothing_else_can_begin(playing: Stepped, command: Load | 
     assert playing.mode == "playing"
 
 
-def test_the_snapshot_says_what_is_allowed_and_why_the_rest_is_not(playing: Stepped) -> None:
+def test_snapshot_lists_allowed_commands_and_reasons_for_the_others(playing: Stepped) -> None:
     refusals = playing.snapshot.refusals
     assert set(refusals) == {
         "teach", "finish_teaching", "load", "unload", "approach", "play", "return", "release_torque", "acknowledge",
@@ -194,7 +194,7 @@ def test_the_snapshot_says_what_is_allowed_and_why_the_rest_is_not(playing: Step
     assert refusals["play"].message == "The recording is playing."
 
 
-def test_at_the_start_the_arm_waits_and_playing_begins_there_from_a_stand(stepped: Stepped) -> None:
+def test_arm_waits_at_the_start_and_playback_begins_at_rest(stepped: Stepped) -> None:
     stepped.send(LOAD, a_trajectory())
     stepped.send(Approach())
     stepped.until("paused")

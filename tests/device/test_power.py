@@ -12,12 +12,11 @@ import pytest
 from kata.device.journal import PHASE_PLAYING, JournalEnd, JournalError, JournalHeader, JournalWriter, read
 from kata.device.journal_set import JournalKeeper, next_sync_ns
 from kata.device.messages import Acknowledge, Approach, Play
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.power import CutDisk
-from tests.device.stepped import Stepped, SteppedExchange
-from tests.device.test_journal import HEADER
+from tests.support.cut_disk import CutDisk
+from tests.support.journals import HEADER, MS, give, values
+from tests.support.stepped import Stepped, SteppedExchange
+from tests.support.trajectories import LOAD, a_trajectory
 
-MS = 1_000_000
 PERIOD_NS = 10 * MS
 MAY_BE_LOST_NS = 100 * MS
 
@@ -80,17 +79,6 @@ class Session:
             yield "lost"
 
 
-def values(t_ns: int) -> list[float]:
-    return [t_ns / MS + axis for axis in range(5)]
-
-
-def give(writer: JournalWriter, t_ns: int) -> None:
-    angles = values(t_ns)
-    writer.sample(
-        t_ns, take=1, phase=0, path_s=0.0, setpoint_deg=angles, measured_deg=angles, torque_nm=[0.0] * 5
-    )  # fmt: skip
-
-
 def samples(folder: Path, data: bytes) -> list[tuple[int, list[float]]]:
     path = folder / "cut.journal"
     path.write_bytes(data)
@@ -119,13 +107,13 @@ def test_a_power_cut_loses_at_most_100_ms(tmp_path: Path, sync_ms: int) -> None:
 
 
 @pytest.mark.parametrize("most_at_once", [5, 50, 86])
-def test_nor_when_the_disk_takes_a_little_at_a_time(tmp_path: Path, most_at_once: int) -> None:
+def test_disk_writing_small_pieces_loses_no_more_samples(tmp_path: Path, most_at_once: int) -> None:
     session = Session(tmp_path, CutDisk(sync_ns=9 * MS, most_at_once=most_at_once, tried=2))
     session.run(begins_ns=30 * MS, lasts_ns=160 * MS)
     assert session.problems() == set()
 
 
-def test_blocks_that_were_another_journals_are_not_taken_for_this_ones(tmp_path: Path) -> None:
+def test_blocks_of_another_journal_are_not_read_as_this_ones(tmp_path: Path) -> None:
     older = Session(tmp_path, CutDisk(), msgspec.structs.replace(HEADER, id="b-run"))
     older.run(begins_ns=5 * MS, lasts_ns=330 * MS)
     session = Session(tmp_path, CutDisk(sync_ns=3 * MS))
@@ -133,7 +121,7 @@ def test_blocks_that_were_another_journals_are_not_taken_for_this_ones(tmp_path:
     assert session.problems(stale=bytes(older.disk.data)) == set()
 
 
-def test_the_journal_is_whole_on_the_disk_before_anybody_is_told_that_it_is_closed(tmp_path: Path) -> None:
+def test_journal_is_on_disk_before_its_end_is_reported(tmp_path: Path) -> None:
     disk = CutDisk()
     keeper = JournalKeeper(tmp_path, disk)
     writer = keeper.open(HEADER)
@@ -173,13 +161,13 @@ class HalfTheSyncs(CutDisk):
 @pytest.mark.parametrize(
     "disk", [NoSync(), NoFolderSync(), HalfTheSyncs(sync_ns=10 * MS)], ids=lambda d: type(d).__name__
 )
-def test_without_its_syncs_it_would_lose_more(tmp_path: Path, disk: CutDisk) -> None:
+def test_without_syncs_more_would_be_lost(tmp_path: Path, disk: CutDisk) -> None:
     session = Session(tmp_path, disk)
     session.run(begins_ns=150 * MS, lasts_ns=330 * MS)
     assert session.problems() == {"lost"}
 
 
-def test_without_the_header_in_the_crc_another_journals_samples_would_be_read(
+def test_crc_with_the_header_excludes_samples_of_other_journals(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     crc32 = zlib.crc32
@@ -195,7 +183,7 @@ def test_without_the_header_in_the_crc_another_journals_samples_would_be_read(
 
 
 @pytest.mark.parametrize("room", [0, 1, 100, 240, 241, 1000, 2021])
-def test_a_full_disk_is_told_and_keeps_what_it_has(tmp_path: Path, room: int) -> None:
+def test_full_disk_is_reported_and_keeps_its_data(tmp_path: Path, room: int) -> None:
     session = Session(tmp_path, CutDisk(room=room))
     session.run(begins_ns=0, lasts_ns=330 * MS)
 
@@ -208,7 +196,7 @@ def test_a_full_disk_is_told_and_keeps_what_it_has(tmp_path: Path, room: int) ->
 
 
 @pytest.mark.parametrize("what", ["create", "write", "sync", "sync_folder"])
-def test_an_error_that_passes_is_told_too_and_the_next_try_leaves_no_hole(tmp_path: Path, what: str) -> None:
+def test_passing_error_is_reported_and_the_retry_leaves_no_gap(tmp_path: Path, what: str) -> None:
     session = Session(tmp_path, CutDisk(failing={what}))
     session.run(begins_ns=0, lasts_ns=330 * MS, finish=False)
 
@@ -245,10 +233,10 @@ def _break_once(disk: CutDisk) -> None:
 
 
 @pytest.mark.parametrize("happen", [_fill, _break_once])
-def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
+def test_failing_disk_stops_the_playback_along_its_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, happen: Callable[[CutDisk], None]
 ) -> None:
-    monkeypatch.setattr("tests.device.stepped.SteppedExchange", OnThatDisk)
+    monkeypatch.setattr("tests.support.stepped.SteppedExchange", OnThatDisk)
     stepped = Stepped(tmp_path)
     exchange = stepped.exchange
     assert isinstance(exchange, OnThatDisk)
@@ -282,7 +270,7 @@ def test_a_disk_that_fails_in_the_middle_stops_the_playback_along_its_path(
     assert np.all(np.diff(kept.t_ns) == 10 * MS)
 
 
-def test_a_journal_that_could_be_closed_after_all_ends_the_fault(tmp_path: Path) -> None:
+def test_journal_closed_later_ends_the_fault(tmp_path: Path) -> None:
     session = Session(tmp_path, CutDisk(failing={"sync"}))
     session.run(begins_ns=0, lasts_ns=330 * MS)
     assert session.ok

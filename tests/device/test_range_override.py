@@ -15,8 +15,8 @@ from kata.motion.linkage import Floats
 from kata.motion.method import Method, reference
 from kata.motion.path import Motion
 from kata.motion.trajectory import Trajectory
-from tests.device.stepped import REST_DEG, Stepped
-from tests.device.test_methods import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.playback import METHODS, MOVING, load, place_s, sent, station, until_place
+from tests.support.stepped import REST_DEG, Stepped
 
 SECONDS = 4.0
 REPETITIONS = 8
@@ -49,7 +49,7 @@ def reached(comfort: RangeOverride, seconds: float, pace: float = 1.0) -> list[f
 # -- how much ---------------------------------------------------------------------------------------------------------
 
 
-def test_until_somebody_asks_the_range_is_whole_and_nothing_is_touched() -> None:
+def test_range_is_whole_and_unchanged_until_reduction_is_requested() -> None:
     whole = comfort()
     at = standing(whole)
     assert all(whole.apply(at, 1.0, 0.01) is at for _ in range(1000))
@@ -57,7 +57,7 @@ def test_until_somebody_asks_the_range_is_whole_and_nothing_is_touched() -> None
     assert not whole.at_least
 
 
-def test_a_step_takes_a_tenth_of_the_range_towards_the_middle_within_a_second() -> None:
+def test_one_step_removes_a_tenth_of_range_within_a_second() -> None:
     less = comfort()
     less.less()
     angles = reached(less, 1.0)
@@ -68,7 +68,7 @@ def test_a_step_takes_a_tenth_of_the_range_towards_the_middle_within_a_second() 
     assert np.all(np.diff(angles) <= 0)
 
 
-def test_it_neither_jumps_nor_jerks() -> None:
+def test_override_neither_jumps_nor_jerks() -> None:
     less = comfort()
     less.less()
     less.less()
@@ -79,7 +79,7 @@ def test_it_neither_jumps_nor_jerks() -> None:
 
 
 @pytest.mark.parametrize("moving", [False, True])
-def test_what_it_says_of_speed_and_acceleration_is_what_it_does(moving: bool) -> None:
+def test_reported_speed_and_acceleration_match_the_override(moving: bool) -> None:
     less = comfort()
     less.less()
     at = [less.trajectory.motion_at(0.3 + n / 1000) if moving else standing(less) for n in range(900)]
@@ -91,7 +91,7 @@ def test_what_it_says_of_speed_and_acceleration_is_what_it_does(moving: bool) ->
     assert np.abs(speeds).max() > 5.0
 
 
-def test_on_a_moving_path_its_speed_counts_with_the_range_that_is_left() -> None:
+def test_on_moving_paths_its_speed_scales_with_the_remaining_range() -> None:
     less = comfort()
     less.less()
     reached(less, 1.0)
@@ -114,9 +114,7 @@ def test_less_and_less_ends_at_a_fifth_of_the_range() -> None:
 @pytest.mark.parametrize(
     ("left_of_a_step", "taken_too"), [(0.4, True), (0.5, False), (0.6, False)], ids=["less", "half", "more"]
 )
-def test_a_step_takes_with_it_what_would_be_left_for_less_than_half_of_one(
-    left_of_a_step: float, taken_too: bool
-) -> None:
+def test_step_also_takes_a_remainder_below_half_a_step(left_of_a_step: float, taken_too: bool) -> None:
     left = LEAST + left_of_a_step * STEP
     # So that exactly this is left, in the computer's own numbers.
     share = left + STEP if left + STEP - STEP == left else math.nextafter(left + STEP, 1.0)
@@ -126,7 +124,7 @@ def test_a_step_takes_with_it_what_would_be_left_for_less_than_half_of_one(
     assert less.at_least is taken_too
 
 
-def test_the_middle_of_a_motors_way_is_not_moved_and_a_motor_that_stands_stays() -> None:
+def test_middle_of_the_range_and_still_motors_do_not_move() -> None:
     less = comfort()
     less.less()
     for _ in range(200):
@@ -134,7 +132,7 @@ def test_the_middle_of_a_motors_way_is_not_moved_and_a_motor_that_stands_stays()
         assert motion.angles_deg == pytest.approx(standing(less, 30.0).angles_deg, abs=0.01)
 
 
-def test_a_motor_at_its_highest_speed_is_not_made_faster() -> None:
+def test_motor_at_its_highest_speed_is_not_accelerated() -> None:
     less = comfort(max_speed_deg_s=50.0)
     less.less()
     for _ in range(100):
@@ -159,14 +157,14 @@ def test_a_motor_at_its_highest_speed_is_not_made_faster() -> None:
 # -- when -------------------------------------------------------------------------------------------------------------
 
 
-def test_where_the_arm_is_held_it_stays_held() -> None:
+def test_held_arm_stays_held() -> None:
     less = comfort()
     less.less()
     assert reached(less, 3.0, pace=0.0) == pytest.approx([60.0] * 300)
     assert reached(less, 1.0)[-1] == pytest.approx(57.0, abs=0.01)
 
 
-def test_after_a_whole_repetition_it_comes_back_by_as_much_as_a_warm_up_widens() -> None:
+def test_range_recovers_by_a_warm_up_step_after_each_repetition() -> None:
     less = comfort()
     less.less()
     reached(less, SECONDS - 0.05)
@@ -179,7 +177,7 @@ def test_after_a_whole_repetition_it_comes_back_by_as_much_as_a_warm_up_widens()
     assert reached(less, 0.1)[-1] == 60.0
 
 
-def test_another_wish_is_from_where_it_has_come_back_to_and_waits_again() -> None:
+def test_new_request_starts_from_the_recovered_range_and_waits_again() -> None:
     less = comfort()
     less.less()
     reached(less, 2 * SECONDS)
@@ -188,7 +186,7 @@ def test_another_wish_is_from_where_it_has_come_back_to_and_waits_again() -> Non
     assert less.share == pytest.approx(0.8 + BACK_DEG / 60.0, abs=0.005)
 
 
-def test_it_does_not_come_back_while_the_arm_is_taken_back() -> None:
+def test_range_does_not_recover_during_a_reversal() -> None:
     less = comfort()
     less.less()
     reached(less, 3 * SECONDS, pace=-1.0)
@@ -197,7 +195,7 @@ def test_it_does_not_come_back_while_the_arm_is_taken_back() -> None:
     assert less.share == pytest.approx(0.9)
 
 
-def test_a_recording_in_which_nothing_moves_has_no_range_and_no_trouble() -> None:
+def test_recording_without_motion_has_no_range_and_no_errors() -> None:
     times, angles = strokes(1)
     still = RangeOverride(Trajectory(times, np.tile(angles[:1], (len(times), 1))), 4.0, np.full(5, 120.0))
     still.less()
@@ -240,7 +238,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert any("Less range was asked for at 3.0 s" in event.message for event in stepped.exchange.events)
 
 
-def test_the_snapshot_tells_how_much_of_the_range_is_played(tmp_path: Path) -> None:
+def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 1.0)
     run = stepped.snapshot.run
@@ -251,7 +249,7 @@ def test_the_snapshot_tells_how_much_of_the_range_is_played(tmp_path: Path) -> N
     assert run is not None and run.range_percent == pytest.approx(90.0)
 
 
-def test_with_less_range_there_is_less_of_what_was_learned(tmp_path: Path) -> None:
+def test_reduced_range_reduces_the_learned_correction(tmp_path: Path) -> None:
     times, angles = strokes()
     learned = Correction(0.02, np.full((int(times[-1] / 0.02) + 1, 5), 2.0))
     stepped = Stepped(tmp_path, station())
@@ -271,7 +269,7 @@ def test_with_less_range_there_is_less_of_what_was_learned(tmp_path: Path) -> No
     assert sent(stepped)[-1] - run.reference_deg[MOVING] == pytest.approx(2.0 * run.comfort.share, abs=0.05)
 
 
-def test_what_was_played_with_less_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
+def test_reduced_playback_is_marked_and_neither_compared_nor_learned(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 3.0)
     stepped.send(Less())
@@ -285,7 +283,7 @@ def test_what_was_played_with_less_is_marked_and_neither_compared_nor_learned(tm
     assert np.any(kept.path_s[kept.phase == journal.PHASE_PLAYING] > lessened.max())
 
 
-def test_less_asked_for_in_a_pause_counts_when_it_goes_on(tmp_path: Path) -> None:
+def test_reduction_requested_in_a_pause_applies_on_resume(tmp_path: Path) -> None:
     stepped = playing(tmp_path)
     until_place(stepped, 2.0)
     stepped.send(Pause())
@@ -315,7 +313,7 @@ def test_going_back_from_less_begins_where_the_arm_is(tmp_path: Path) -> None:
     assert np.abs(np.diff(sent(stepped))).max() < 2.0
 
 
-def test_less_is_refused_where_nothing_plays_and_where_there_is_no_less(tmp_path: Path) -> None:
+def test_reduction_is_refused_without_playback_or_remaining_range(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path)
     refusal = stepped.send(Less())
     assert refusal is not None and refusal.code == "is_idle"

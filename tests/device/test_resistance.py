@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kata.device import journal
@@ -16,8 +16,9 @@ from kata.device.messages import Acknowledge, Approach, Pause, Play, Return
 from kata.device.resistance import GivingWay, ResistanceMonitor
 from kata.device.run import Run
 from kata.motion.trajectory import Trajectory
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import REST_DEG, Stepped
+from tests.support.examples import examples
+from tests.support.stepped import REST_DEG, Stepped
+from tests.support.trajectories import LOAD, a_trajectory
 
 LEVEL = 10
 THRESHOLD_NM = 4.0 * 10 / 25 * 0.98
@@ -65,7 +66,7 @@ def reversals(stepped: Stepped) -> int:
     return run.reversals
 
 
-def test_resistance_over_the_patients_level_turns_the_stroke_back_along_its_path_and_waits(stroke: Stepped) -> None:
+def test_resistance_above_the_patients_level_reverses_the_stroke_and_waits(stroke: Stepped) -> None:
     met_at_s = position_s(stroke)
     push(stroke)
     assert stroke.mode == "playing"
@@ -90,7 +91,7 @@ def test_resistance_over_the_patients_level_turns_the_stroke_back_along_its_path
     assert steps_deg.max() < 0.2  # turning round is as gentle as playing
 
 
-def test_after_a_reversal_the_arm_waits_until_it_is_told_to_play_on_and_then_plays_to_the_end(stroke: Stepped) -> None:
+def test_arm_waits_after_a_reversal_until_play_is_pressed(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
     waiting_at_s = position_s(stroke)
@@ -107,7 +108,7 @@ def test_after_a_reversal_the_arm_waits_until_it_is_told_to_play_on_and_then_pla
     assert end.reason == "completed"
 
 
-def test_an_arm_that_waits_after_a_reversal_may_be_taken_all_the_way_back(stroke: Stepped) -> None:
+def test_arm_waiting_after_a_reversal_may_return_to_the_start(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
     assert stroke.send(Return()) is None
@@ -121,7 +122,7 @@ def test_an_arm_that_waits_after_a_reversal_may_be_taken_all_the_way_back(stroke
     assert end.reason == "returned"
 
 
-def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> None:
+def test_reversal_returns_no_further_than_the_start(stepped: Stepped) -> None:
     at_the_start(stepped)
     stepped.send(Play())
     stepped.forward(1.5)
@@ -136,7 +137,7 @@ def test_a_reversal_goes_no_further_back_than_the_start(stepped: Stepped) -> Non
     assert kept.path_s[kept.phase == journal.PHASE_REVERSING].min() >= 0.0
 
 
-def test_a_push_shorter_than_a_tenth_of_a_second_is_none(stroke: Stepped) -> None:
+def test_push_shorter_than_a_tenth_of_a_second_is_ignored(stroke: Stepped) -> None:
     push(stroke, cycles=10)
     stroke.forward(0.1)
     push(stroke, cycles=10)
@@ -149,7 +150,7 @@ def test_a_push_shorter_than_a_tenth_of_a_second_is_none(stroke: Stepped) -> Non
 
 
 @pytest.mark.parametrize("level", [1, LEVEL, 25])
-def test_what_the_patients_level_allows_is_no_resistance(stepped: Stepped, level: int) -> None:
+def test_load_within_the_patients_level_is_no_resistance(stepped: Stepped, level: int) -> None:
     """Level 25 is the drive's own limit, which it reports a little below."""
     at_the_start(stepped, level=level)
     stepped.send(Play())
@@ -197,7 +198,7 @@ def held(stroke: Stepped) -> Stepped:
     return stroke
 
 
-def test_resistance_twice_in_the_same_place_takes_the_arm_back_and_ends_the_run_held(held: Stepped) -> None:
+def test_repeated_resistance_in_one_place_returns_and_holds_the_arm(held: Stepped) -> None:
     assert held.causes() == ["load_repeated"]
     assert held.snapshot.stop is not None
     assert held.snapshot.stop.causes[0].axis == PUSHED + 1
@@ -213,7 +214,7 @@ def test_resistance_twice_in_the_same_place_takes_the_arm_back_and_ends_the_run_
     assert run.position_s == pytest.approx(1.2, abs=0.2)
 
 
-def test_a_pause_while_the_arm_is_taken_back_for_the_second_time_does_not_save_the_run(stroke: Stepped) -> None:
+def test_pause_during_the_second_reversal_does_not_save_the_run(stroke: Stepped) -> None:
     push(stroke)
     stroke.until("paused")
     stroke.send(Play())
@@ -228,7 +229,7 @@ def test_a_pause_while_the_arm_is_taken_back_for_the_second_time_does_not_save_t
     assert stroke.torque
 
 
-def test_a_pause_while_the_arm_is_taken_back_for_the_first_time_is_a_pause(stroke: Stepped) -> None:
+def test_pause_during_the_first_reversal_is_a_normal_pause(stroke: Stepped) -> None:
     push(stroke)
     stroke.forward(0.5)
     assert stroke.send(Pause()) is None
@@ -251,7 +252,7 @@ def test_a_held_arm_is_let_go_by_the_acknowledgement(held: Stepped) -> None:
     assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
 
 
-def test_an_arm_that_still_slows_down_to_be_held_is_not_let_go(stroke: Stepped) -> None:
+def test_arm_slowing_down_to_be_held_is_not_released(stroke: Stepped) -> None:
     stroke.send(Pause())
     stroke.until("paused")
     stroke.send(Return())
@@ -266,7 +267,7 @@ def test_an_arm_that_still_slows_down_to_be_held_is_not_let_go(stroke: Stepped) 
     assert stroke.send(Acknowledge()) is None
 
 
-def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) -> None:
+def test_any_stop_that_requires_it_cuts_a_held_arms_torque(held: Stepped) -> None:
     held.forward(1.0)
     held.exchange.request_stop()
     held.forward(0.05)
@@ -275,7 +276,7 @@ def test_a_held_arm_loses_its_torque_to_any_stop_that_wants_it(held: Stepped) ->
     assert not held.torque
 
 
-def test_an_arm_that_is_held_when_the_browser_is_lost_is_let_go_and_the_stop_says_why(held: Stepped) -> None:
+def test_lost_browser_releases_a_held_arm_with_its_reason(held: Stepped) -> None:
     held.forward(1.0)
     held.exchange.request_stop("browser_lost")
     held.forward(0.05)
@@ -285,7 +286,7 @@ def test_an_arm_that_is_held_when_the_browser_is_lost_is_let_go_and_the_stop_say
 
 
 @pytest.mark.parametrize("way", ["approaching", "returning"])
-def test_resistance_on_the_way_there_or_back_holds_the_arm_where_it_is(stepped: Stepped, way: str) -> None:
+def test_resistance_during_approach_or_return_holds_the_arm_in_place(stepped: Stepped, way: str) -> None:
     stepped.apparatus.angles_deg[PUSHED] = 50.0
     assert stepped.send(msgspec.structs.replace(LOAD, load_level=LEVEL), a_trajectory()) is None
     assert stepped.send(Approach()) is None
@@ -390,7 +391,7 @@ def test_a_push_that_outlasts_the_turn_holds_the_arm(stroke: Stepped) -> None:
 # -- giving way -------------------------------------------------------------------------------------------------------
 
 
-def test_a_held_arm_gives_way_to_the_push_and_stays_there(stroke: Stepped) -> None:
+def test_held_arm_yields_to_a_push_and_stays_there(stroke: Stepped) -> None:
     stroke.send(Pause())
     stroke.until("paused")
     at_deg = stroke.apparatus.angles_deg[PUSHED]
@@ -421,7 +422,7 @@ def test_giving_way_ends_at_the_patients_limit(stepped: Stepped) -> None:
     assert stepped.apparatus.angles_deg[PUSHED] == pytest.approx(19.0)
 
 
-def test_a_stuck_torque_reading_moves_an_arm_fifteen_degrees_at_most(stroke: Stepped) -> None:
+def test_stuck_torque_reading_moves_an_arm_at_most_fifteen_degrees(stroke: Stepped) -> None:
     stroke.send(Pause())
     stroke.until("paused")
     at_deg = stroke.apparatus.angles_deg[PUSHED]
@@ -484,9 +485,7 @@ def test_the_push_against_a_blocked_arm_ends_in_time(
 
 
 @pytest.mark.parametrize(("rate_hz", "step_deg"), [(100, 0.06), (50, 0.1), (10, 0.1)])
-def test_a_setpoint_retreats_by_six_degrees_a_second_and_newton_metre_and_never_abruptly(
-    rate_hz: int, step_deg: float
-) -> None:
+def test_setpoint_yields_smoothly_at_six_degrees_per_second_and_newtonmetre(rate_hz: int, step_deg: float) -> None:
     giving = GivingWay([1.0], rate_hz, 15.0)
     giving.yield_to(np.array([2.0]), np.array([0.0]), np.array([0.0]))
     assert giving.offset_deg[0] == pytest.approx(-step_deg)
@@ -495,7 +494,7 @@ def test_a_setpoint_retreats_by_six_degrees_a_second_and_newton_metre_and_never_
 @pytest.mark.parametrize(
     ("fastest_deg_s", "pace", "step_deg"), [(15.0, 1.0, 0.05), (15.0, 0.5, 0.025), (2.0, 1.0, 0.02)]
 )
-def test_a_setpoint_comes_back_at_five_degrees_a_second_or_the_patients_limit(
+def test_setpoint_returns_at_five_degrees_per_second_or_patients_limit(
     fastest_deg_s: float, pace: float, step_deg: float
 ) -> None:
     giving = GivingWay([1.0], 100, fastest_deg_s)
@@ -504,7 +503,7 @@ def test_a_setpoint_comes_back_at_five_degrees_a_second_or_the_patients_limit(
     assert giving.offset_deg[0] == pytest.approx(-3.0 + step_deg)
 
 
-def test_the_push_that_was_turned_back_from_has_one_second_to_end(stepped: Stepped) -> None:
+def test_push_that_caused_a_reversal_has_one_second_to_end(stepped: Stepped) -> None:
     monitor = ResistanceMonitor([1.0] * 5)
     monitor.turned_back(PUSHED, 2.0, 0)
     facts = stepped.loop._observer.facts(0, None, stepped.loop._situation(0, 0.0))
@@ -530,7 +529,7 @@ def a_run(folder: Path, trajectory: Trajectory, level: int = 25, **settings: obj
     ("first_s", "second_s", "again"),
     [(3.0, 4.0, True), (3.0, 4.001, False), (4.0, 3.0, True), (4.0, 2.999, False), (3.0, 3.0, True)],
 )
-def test_the_same_place_is_within_a_second_on_the_recordings_clock(
+def test_same_place_means_within_one_second_of_recording_time(
     tmp_path: Path, first_s: float, second_s: float, again: bool
 ) -> None:
     run = a_run(tmp_path, a_trajectory())
@@ -653,7 +652,7 @@ def reach(stepped: Stepped, phase: Phase, trajectory: Trajectory, axis: int, str
 @example("play", 3, 0.05, 1, 1.01, 1)
 @example("play", 4, 60.0, 25, 1.01, 1)
 @example("reversal", 1, 60.0, 12, 1.01, 1)
-@settings(max_examples=40)
+@examples(few=12, many=100)
 def test_a_push_above_the_level_is_answered_in_every_phase(
     tmp_path_factory: pytest.TempPathFactory,
     phase: Phase,

@@ -7,8 +7,8 @@ import pytest
 
 from kata.device.config import Inputs, StationConfig
 from kata.device.messages import Acknowledge, Approach, Command, Play, ReleaseTorque, Return, Stop, stamped
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import NEVER_NS, Stepped, SteppedApparatus
+from tests.support.stepped import NEVER_NS, Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 
 def ready(stepped: Stepped) -> Stepped:
@@ -106,7 +106,7 @@ def test_each_stop_counts(stepped: Stepped) -> None:
 # -- what is known of the torque ----------------------------------------------------------------------------------------
 
 
-def test_torque_is_unknown_while_the_port_is_gone(playing: Stepped) -> None:
+def test_torque_is_unknown_while_the_port_is_lost(playing: Stepped) -> None:
     """All five drives held torque, and the snapshot said off."""
     assert torque_shown(playing) == ["on"] * 5
     playing.apparatus.gone = True
@@ -119,7 +119,7 @@ def test_torque_is_unknown_while_the_port_is_gone(playing: Stepped) -> None:
     assert "Support the arm" in stop.causes[0].next_step
 
 
-def test_a_reconnected_arm_is_held_until_it_is_released(playing: Stepped) -> None:
+def test_reconnected_arm_is_held_until_released(playing: Stepped) -> None:
     """On reconnecting the arm dropped unannounced."""
     playing.apparatus.gone = True
     playing.forward(0.2)
@@ -152,7 +152,7 @@ def test_the_emergency_stop_releases_a_found_arm(playing: Stepped) -> None:
     assert not playing.torque
 
 
-def test_a_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
+def test_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(torque=[True] * 5))
     assert stepped.torque
     assert stepped.mode == "stopped"
@@ -163,7 +163,7 @@ def test_a_new_process_holds_the_arm_that_it_finds(tmp_path: Path) -> None:
     assert stepped.torque
 
 
-def test_torque_is_off_when_each_drive_has_said_so(playing: Stepped) -> None:
+def test_torque_is_off_when_every_drive_confirms_it(playing: Stepped) -> None:
     playing.apparatus.deaf_to_torque_off = {2}
     playing.apparatus.estop_open = True
     playing.cycle()
@@ -181,7 +181,7 @@ def test_a_silent_drives_torque_is_unknown(playing: Stepped) -> None:
     assert playing.snapshot.torque == "unknown"
 
 
-def test_nothing_is_known_of_the_torque_at_first(tmp_path: Path) -> None:
+def test_torque_is_unknown_at_first(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, apparatus=SteppedApparatus(silent={0}))
     assert stepped.snapshot.torque == "unknown"
 
@@ -206,7 +206,7 @@ def test_a_lost_setting_stops_and_is_mended(stepped: Stepped, mode: str) -> None
     assert stepped.send(Acknowledge()) is None
 
 
-def test_a_stop_stands_until_the_drive_is_verified_again(stepped: Stepped) -> None:
+def test_stop_lasts_until_the_drive_is_verified_again(stepped: Stepped) -> None:
     stepped.apparatus.refuses_configuration = "motor 5 (id 5) is of model 1030; the station wants 1120"
     stepped.apparatus.mismatch[4] = "model number"
     stepped.forward(1.0)

@@ -9,11 +9,11 @@ import pytest
 from kata.device import journal
 from kata.device.faults import FAULT_BY_CODE, FAULTS
 from kata.device.messages import Acknowledge, Approach, Play
-from tests.device.conftest import LOAD, a_trajectory
-from tests.device.stepped import Stepped, SteppedApparatus
+from tests.support.stepped import Stepped, SteppedApparatus
+from tests.support.trajectories import LOAD, a_trajectory
 
 
-def test_the_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:
+def test_emergency_stop_cuts_torque_in_the_cycle_that_reads_it(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.cycle()
 
@@ -47,7 +47,7 @@ def test_between_two_cycles_nothing_else_is_done(playing: Stepped) -> None:
     assert playing.mode == "playing"
 
 
-def test_a_port_that_is_gone_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
+def test_port_lost_between_two_cycles_is_noticed_in_the_next(playing: Stepped) -> None:
     playing.apparatus.gone = True
     playing.loop.glance()
     playing.cycle()
@@ -112,7 +112,7 @@ def test_nothing_is_idle_before_the_emergency_stop_has_been_seen(tmp_path: Path)
     assert stepped.mode == "idle"
 
 
-def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
+def test_stopped_run_records_its_cause_in_its_journal(playing: Stepped) -> None:
     playing.apparatus.estop_open = True
     playing.forward(0.1)
 
@@ -121,7 +121,7 @@ def test_the_stopped_run_says_so_in_its_journal(playing: Stepped) -> None:
     assert (end.reason, end.cause_code) == ("stopped", "estop_pressed")
 
 
-def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
+def test_operators_stop_ramps_along_the_path_and_then_cuts_torque(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.cycle()
     assert playing.mode == "stopped"
@@ -136,7 +136,7 @@ def test_the_operators_stop_ramps_down_along_the_path_and_then_cuts_torque(playi
     assert np.diff(stopping)[-1] < np.diff(stopping)[0]
 
 
-def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
+def test_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> None:
     playing.exchange.request_stop()
     playing.forward(0.05)
     playing.apparatus.estop_open = True
@@ -146,7 +146,7 @@ def test_an_emergency_stop_during_the_ramp_cuts_it_short(playing: Stepped) -> No
     assert playing.causes() == ["operator_stop", "estop_pressed"]
 
 
-def test_a_stop_with_nothing_going_on_is_taken_and_latches_nothing(stepped: Stepped) -> None:
+def test_stop_with_nothing_active_is_accepted_and_latches_nothing(stepped: Stepped) -> None:
     stepped.exchange.request_stop()
     stepped.forward(0.1)
     assert stepped.mode == "idle"
@@ -250,7 +250,7 @@ def _fill_disk(stepped: Stepped) -> None:
         ("journal_fault", _fill_disk),
     ],
 )
-def test_each_fault_stops_by_its_own_category_and_names_itself(
+def test_each_fault_stops_by_its_category_and_names_itself(
     playing: Stepped, code: str, happen: Callable[[Stepped], None]
 ) -> None:
     happen(playing)
@@ -270,7 +270,7 @@ def test_a_late_loop_stops_the_movement(playing: Stepped) -> None:
     assert playing.causes() == ["overrun"]
 
 
-def test_torque_that_will_not_go_off_is_cut_again_every_cycle_and_told(playing: Stepped) -> None:
+def test_torque_that_stays_on_is_cut_every_cycle_and_reported(playing: Stepped) -> None:
     playing.apparatus.deaf_to_torque_off = {3}
     playing.apparatus.estop_open = True
     playing.forward(0.5)
@@ -325,7 +325,7 @@ def test_a_silent_drive_without_torque_is_a_stop_too(stepped: Stepped) -> None:
     assert refusal.message == "Motor 1 does not answer."
 
 
-def test_when_the_service_is_gone_a_playback_ends_without_torque(playing: Stepped) -> None:
+def test_lost_service_ends_a_playback_without_torque(playing: Stepped) -> None:
     playing.exchange.closing = True
     playing.exchange.service_silent_ms = float("inf")
     cycles = 0

@@ -7,7 +7,7 @@ import pytest
 
 from kata.device.config import StationConfig
 from kata.device.messages import FinishTeaching, Teach
-from tests.device.stepped import Stepped
+from tests.support.stepped import Stepped
 
 TEACH = Teach(teaching_id="teaching")
 
@@ -41,7 +41,7 @@ def test_torque_is_off_throughout(stepped: Stepped) -> None:
         assert not stepped.torque
 
 
-def test_a_pedal_held_down_since_before_records_nothing_until_it_was_up(stepped: Stepped) -> None:
+def test_pedal_held_from_before_records_nothing_until_released(stepped: Stepped) -> None:
     stepped.apparatus.pedal_down = True
     stepped.forward(0.2)
     stepped.send(TEACH)
@@ -72,7 +72,7 @@ def test_a_bouncing_contact_makes_no_take(stepped: Stepped) -> None:
     assert stepped.snapshot.teaching.takes == 0
 
 
-def test_a_contact_closed_for_a_hundredth_of_a_second_is_no_press(stepped: Stepped) -> None:
+def test_contact_closed_for_ten_milliseconds_is_no_press(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     stepped.apparatus.pedal_down = True
@@ -85,7 +85,7 @@ def test_a_contact_closed_for_a_hundredth_of_a_second_is_no_press(stepped: Stepp
     assert stepped.snapshot.teaching.takes == 0
 
 
-def test_at_ten_hertz_the_sample_times_are_a_tenth_of_a_second_apart(tmp_path: Path) -> None:
+def test_sample_times_at_ten_hertz_are_0_1_seconds_apart(tmp_path: Path) -> None:
     stepped = Stepped(tmp_path, StationConfig(rate_hz=10))
     stepped.send(TEACH)
     stepped.forward(0.1)
@@ -95,7 +95,7 @@ def test_at_ten_hertz_the_sample_times_are_a_tenth_of_a_second_apart(tmp_path: P
     assert np.diff(stepped.journal().t_ns) == pytest.approx(0.1e9)
 
 
-def test_a_cycle_without_all_five_angles_is_a_gap_and_not_a_made_up_sample(stepped: Stepped) -> None:
+def test_cycle_without_all_angles_is_a_gap_and_not_invented(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     stepped.apparatus.pedal_down = True
@@ -109,7 +109,7 @@ def test_a_cycle_without_all_five_angles_is_a_gap_and_not_a_made_up_sample(stepp
     assert sorted(gaps)[-2:] == [10_000_000, 20_000_000]
 
 
-def test_the_emergency_stop_ends_the_teaching_and_keeps_what_was_taught(stepped: Stepped) -> None:
+def test_emergency_stop_ends_teaching_and_keeps_what_was_taught(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     stepped.apparatus.pedal_down = True
@@ -132,7 +132,7 @@ def test_stop_in_teaching_latches(stepped: Stepped) -> None:
     assert stepped.causes() == ["operator_stop"]
 
 
-def test_each_take_is_told_when_it_begins_and_when_it_ends(stepped: Stepped) -> None:
+def test_each_take_is_reported_at_its_start_and_end(stepped: Stepped) -> None:
     def told() -> list[str]:
         return [event.message for event in stepped.exchange.events if event.code.startswith("take_")]
 
@@ -152,14 +152,14 @@ def test_each_take_is_told_when_it_begins_and_when_it_ends(stepped: Stepped) -> 
     assert told()[3:] == ["Take 2 has ended after 0.5 s."]
 
 
-def test_a_teaching_that_ends_between_two_takes_tells_of_no_further_one(stepped: Stepped) -> None:
+def test_teaching_ended_between_takes_reports_no_further_take(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     stepped.send(FinishTeaching())
     assert [event.code for event in stepped.exchange.events if event.code.startswith("take_")] == []
 
 
-def test_the_snapshot_tells_of_the_take_that_goes_on(stepped: Stepped) -> None:
+def test_snapshot_reports_the_current_take(stepped: Stepped) -> None:
     stepped.send(TEACH)
     stepped.forward(0.1)
     teaching = stepped.snapshot.teaching
@@ -197,7 +197,7 @@ def test_at_ten_hertz_each_take_begins_with_a_sample(tmp_path: Path) -> None:
         assert kept.path_s[kept.take == take] == pytest.approx([0.0, 0.1, 0.2])
 
 
-def test_what_the_pedal_is_taken_for(stepped: Stepped) -> None:
+def test_pedal_reading_is_reported_during_teaching(stepped: Stepped) -> None:
     taken_for: list[str] = []
 
     def look() -> None:

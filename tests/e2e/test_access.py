@@ -1,42 +1,16 @@
 """Who is let in, and what is shown to whom, in a real browser."""
 
-import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pyotp
-import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.keyboard import choose, press, write
-from tests.e2e.test_main_job import sign_up, teach
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.keyboard import choose, press, write
+from tests.support.page_accounts import PASSWORD, made, menu
+from tests.support.page_actions import sign_up, teach
 
-PASSWORD = "seven slow swans at dawn"
 OTHER_PASSWORD = "eleven quiet herons by noon"
-
-
-@pytest.fixture
-def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
-    """A second browser, at which nobody is signed in."""
-    context = browser.new_context(**browser_context_args)
-    yield context
-    context.close()
-
-
-def made(page: Page, name: str, username: str, role: str) -> str:
-    """A new account, by the administrator's page: its one-time code."""
-    page.get_by_role("link", name="Administration").click()
-    page.get_by_role("button", name="New account").click()
-    dialog = page.get_by_role("dialog", name="New account")
-    dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
-    dialog.get_by_label("User name").fill(username)
-    dialog.get_by_role("radio", name=role).check()
-    dialog.get_by_role("button", name="Make the account").click()
-    code = page.get_by_test_id("code").inner_text()
-    page.get_by_role("button", name="I have handed it over").click()
-    return code
 
 
 def first_password(page: Page, clinic: Clinic, username: str, code: str, password: str = PASSWORD) -> None:
@@ -56,12 +30,7 @@ def sign_in(page: Page, username: str, password: str = PASSWORD) -> None:
     page.get_by_role("button", name="Sign in", exact=True).click()
 
 
-def menu(page: Page, item: str) -> None:
-    page.get_by_role("button", name=re.compile("^Signed in as")).click()
-    page.get_by_role("menuitem", name=item).click()
-
-
-def test_an_account_is_made_used_locked_and_closed(
+def test_account_is_created_used_locked_and_closed(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     sign_up(page, "Yamada Hanako")
@@ -162,7 +131,7 @@ def test_an_administrator_has_to_have_a_second_factor(
     expect(hers.get_by_role("alert").filter(has_text="wrong, or was used before")).to_be_visible()
 
 
-def test_each_role_sees_what_is_for_it(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
+def test_each_role_sees_its_own_pages(page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path) -> None:
     sign_up(page, "Yamada Hanako")
     record = page.url
     hers = another.new_page()
@@ -184,7 +153,7 @@ def test_each_role_sees_what_is_for_it(page: Page, clinic: Clinic, another: Brow
     assert "Yamada" not in hers.content()
 
 
-def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
+def test_restricted_record_opens_in_an_emergency_and_is_reviewed_afterwards(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     sign_up(page, "Yamada Hanako")
@@ -219,7 +188,7 @@ def test_a_restricted_record_is_opened_in_an_emergency_and_looked_at_afterwards(
     page.screenshot(path=artefacts / "emergency-access.png")
 
 
-def test_one_operates_and_the_other_watches_until_taking_over(
+def test_second_user_watches_until_taking_over(
     page: Page, clinic: Clinic, another: BrowserContext, artefacts: Path
 ) -> None:
     code = made(page, "Ito Mai", "ito", "Therapist")
@@ -241,7 +210,7 @@ def test_one_operates_and_the_other_watches_until_taking_over(
     expect(page.get_by_test_id("stop-answer")).to_contain_text("Confirmed by the device")
 
 
-def test_a_backup_is_made_by_keyboard_and_its_trial_told(page: Page, artefacts: Path) -> None:
+def test_backup_is_made_by_keyboard_and_its_trial_reported(page: Page, artefacts: Path) -> None:
     press(page, page.get_by_role("link", name="Administration"))
     press(page, page.get_by_role("link", name="Backups"))
     expect(page.get_by_test_id("last-good")).to_contain_text("no backup that is known to come back")

@@ -12,13 +12,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.conftest import ROOT
-from tests.e2e.conftest import LONG_MS, START_LIMIT_S, Clinic
-
-AXE = ROOT / "tests/fhir_validators/node_modules/axe-core/axe.min.js"
-TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]
-"""Besides: what a screen reader finds its way by."""
+from tests.support.accessibility import addresses, wrong
+from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 
 
 @pytest.fixture
@@ -33,58 +28,8 @@ def clinic(tmp_path: Path) -> Iterator[Clinic]:
     started.close()
 
 
-def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
-    """Of every page, by name."""
-
-    def ask(path: str) -> Any:
-        return page.request.get(f"{clinic.url}/api{path}").json()
-
-    patient = next(one for one in ask("/patients")["items"] if one["clinic_number"] == "DEMO-001")["id"]
-    visit = ask(f"/patients/{patient}/sessions")["items"][0]["id"]
-    recording = ask(f"/patients/{patient}/recordings")["items"][0]["id"]
-    episode = ask(f"/patients/{patient}/episodes")["items"][0]["id"]
-    programme = ask(f"/patients/{patient}/programmes")["items"][0]["id"]
-    return {
-        "station": "/",
-        "station-patient": f"/?patient={patient}",
-        "stations": "/stations",
-        "patients": "/patients",
-        "patient": f"/patients/{patient}",
-        "progress": f"/episodes/{episode}/progress?patient={patient}",
-        "programme": f"/programmes/{programme}",
-        "new-programme": f"/patients/{patient}/programmes/new",
-        "recording": f"/recordings/{recording}",
-        "sessions": "/sessions",
-        "session": f"/sessions/{visit}",
-        "account": "/account",
-        "accounts": "/administration/accounts",
-        "audit": "/administration/audit",
-        "emergency-access": "/administration/emergency-access",
-        "backups": "/administration/backups",
-        "nowhere": "/nowhere",
-    }
-
-
-def wrong(page: Page) -> list[str]:
-    """What axe-core finds."""
-    page.evaluate(AXE.read_text())
-    found = page.evaluate(
-        """async ([tags, rules]) => {
-            const kinds = Object.fromEntries(axe.getRules(tags).map((one) => [one.ruleId, {enabled: true}]));
-            for (const rule of rules) kinds[rule] = {enabled: true};
-            const told = await axe.run(document, {
-                runOnly: {type: 'rule', values: Object.keys(kinds)}, resultTypes: ['violations'],
-            });
-            return told.violations.flatMap((one) => one.nodes.map(
-                (node) => `${one.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
-        }""",
-        [TAGS, RULES],
-    )
-    return [str(one) for one in found]
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_nobody_is_shut_out_of_any_page(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
+def test_every_page_is_accessible(page: Page, clinic: Clinic, scheme: Any, artefacts: Path) -> None:
     page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
     found: dict[str, list[str]] = {}
     for name, address in addresses(page, clinic).items():

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.test_main_job import sign_up
+from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import sign_up
 
 FIRST_DAY = datetime.now(UTC) - timedelta(days=8)
 

@@ -17,9 +17,9 @@ from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow,
 from kata.database.engine import Database
 from kata.database.series import pack
 from kata.motion.linkage import motor_angles_deg
-from tests.api.test_derived import LASTS_S, lifted
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.test_main_job import load_and_play, try_estop
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import load_and_play, try_estop
+from tests.support.recordings import LASTS_S, lifted
 
 FETCHED_MS = 20_000
 """What is fetched ahead is so every ten seconds."""
@@ -84,7 +84,7 @@ def of_today(page: Page, clinic: Clinic, server: postgresql.Server, name: str) -
     return patient_id
 
 
-def test_a_session_is_done_at_the_page_while_the_database_is_dead(
+def test_session_is_completed_in_the_browser_during_a_database_outage(
     page: Page, clinic: Clinic, server: postgresql.Server, artefacts: Path
 ) -> None:
     wrong: list[str] = []

@@ -10,8 +10,8 @@ from typing import Final
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.test_main_job import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
+from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import HOLD_MS, choose_level, sign_up, stand_for_left, try_estop
 
 APPROACH: Final = 6
 TEACH: Final = 5
@@ -53,7 +53,7 @@ def choose(page: Page) -> None:
     page.get_by_role("option", name=NAME).click()
 
 
-def test_what_is_done_every_day_takes_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
+def test_daily_tasks_take_few_clicks(page: Page, counted: dict[str, dict[str, float]]) -> None:
     sign_up(page, NAME)
     page.get_by_role("link", name="To the station").click()
     stand_for_left(page)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.test_main_job import sign_up, teach
+from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import sign_up, teach
 
 
-def test_a_recording_is_made_into_another_and_looked_at_first(page: Page, artefacts: Path) -> None:
+def test_derived_recording_is_previewed_and_saved(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")

@@ -1,6 +1,6 @@
 """What people write is shown as it was written, wherever it is shown, and never becomes a script or a style of the page.
 
-:mod:`tests.e2e.poison` fills the database, a row for each text, so that a list shows all five hundred; what a page shows
+:mod:`tests.support.poisoned_database` fills the database, a row for each text, so that a list shows all five hundred; what a page shows
 one of, it shows of ten records, whose notes hold fifty each. The API's own document tells which fields of text there are.
 """
 
@@ -20,13 +20,13 @@ from kata.access.sign_in import COOKIE
 from kata.clinic.reports import paper, words
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from tests.clinic.test_reports import contents, how
-from tests.conftest import ROOT
-from tests.e2e.conftest import START_LIMIT_S, Clinic
-from tests.e2e.hostile import CALL, hostile
-from tests.e2e.poison import NOT_WRITTEN, Poison, poison, text_columns
-from tests.e2e.text_fields import text_fields, texts_in
-from tests.signed_in import signed_in_at
+from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.hostile_texts import CALL, hostile
+from tests.support.login import signed_in_at
+from tests.support.paths import ROOT
+from tests.support.poisoned_database import NOT_WRITTEN, Poison, poison, text_columns
+from tests.support.reports import contents, how
+from tests.support.text_fields import text_fields, texts_in
 
 _LIMIT_MS: Final = START_LIMIT_S * 1000
 _WATCH: Final = """
@@ -161,7 +161,7 @@ ON_NO_PAGE: Final = {
 # -- what is in the database, and what the API says of it --------------------------------------------------------------
 
 
-def test_there_are_five_hundred_and_each_would_run_on_a_page_that_took_it_in(texts: list[str]) -> None:
+def test_five_hundred_texts_would_each_run_on_an_unsafe_page(texts: list[str]) -> None:
     assert len(set(texts)) == 500
     assert all(len(text) > len(CALL) for text in texts)
 
@@ -253,7 +253,7 @@ def _query(operation: Any, ids: dict[str, str]) -> dict[str, str]:
 # -- shown in a browser ------------------------------------------------------------------------------------------------
 
 
-def test_the_watch_sees_what_it_is_to_see(page: Page, poisoned: Poisoned, told: list[str]) -> None:
+def test_watcher_detects_every_unsafe_text(page: Page, poisoned: Poisoned, told: list[str]) -> None:
     page.goto(poisoned.url)
     with page.expect_console_message(lambda said: "script-src" in said.text):  # The picture fails when it fails.
         page.evaluate("document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=kataHostile(1)>')")

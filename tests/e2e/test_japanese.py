@@ -13,8 +13,8 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.e2e.conftest import LONG_MS, START_LIMIT_S, Clinic
-from tests.e2e.test_accessible import addresses, wrong
+from tests.support.accessibility import addresses, wrong
+from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 
 IDLE: Final = "待機中・トルク切"
 OURS: Final = frozenset(
@@ -194,7 +194,7 @@ def test_a_stop_and_the_door_speak_japanese(page: Page, clinic: Clinic, artefact
     assert found == {}
 
 
-def test_the_page_speaks_what_somebody_chooses_wherever_they_sign_in(page: Page, clinic: Clinic) -> None:
+def test_page_uses_the_chosen_language_at_every_login(page: Page, clinic: Clinic) -> None:
     page.goto(f"{clinic.url}/account")
     expect(page.get_by_role("heading", name="表示言語")).to_be_visible(timeout=LONG_MS)
     page.get_by_text("English", exact=True).click()

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
-from tests.e2e.conftest import Clinic
+from tests.support.browser_clinic import Clinic
 
 log = logging.getLogger(__name__)
 MINUTES: Final = float(os.environ.get("KATA_LIVE_MINUTES", "60"))
@@ -20,7 +20,7 @@ MOTION: Final = "5 Flexion / extension of the shoulder"
 
 @pytest.mark.campaign
 @pytest.mark.timeout(7200)
-def test_an_hour_of_the_live_page_keeps_its_memory_flat(page: Page, clinic: Clinic) -> None:
+def test_live_page_keeps_its_memory_flat_for_an_hour(page: Page, clinic: Clinic) -> None:
     page.get_by_role("button", name="Show in three dimensions").click()
     expect(page.locator("canvas").first).to_be_visible()
     motion = page.get_by_role("combobox", name="Motion that the hand follows")

@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from kata.access.sign_in import COOKIE
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.keyboard import choose, press, reach, write
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.keyboard import choose, press, reach, write
 
 PATIENT = "Ishii Nao"
 

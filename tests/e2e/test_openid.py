@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.api.provider import CLIENT, SECRET, Provider, provider
-from tests.e2e.conftest import START_LIMIT_S, Clinic
-from tests.e2e.test_access import another as another
-from tests.e2e.test_access import made, menu
+from tests.support.browser_clinic import START_LIMIT_S, Clinic
+from tests.support.openid_provider import CLIENT, SECRET, Provider, provider
+from tests.support.page_accounts import another as another
+from tests.support.page_accounts import made, menu
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def clinic(tmp_path: Path, theirs: Provider, monkeypatch: pytest.MonkeyPatch) ->
     started.close()
 
 
-def test_whoever_is_linked_signs_in_by_the_provider_and_unlocks_by_it(
+def test_linked_user_signs_in_and_unlocks_through_the_provider(
     page: Page, clinic: Clinic, another: BrowserContext, theirs: Provider, artefacts: Path
 ) -> None:
     made(page, "Ito Mai", "ito", "Therapist")

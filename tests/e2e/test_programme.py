@@ -4,11 +4,11 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.test_main_job import begin_session, load_and_play, sign_up, teach
+from tests.support.browser_clinic import LONG_MS
+from tests.support.page_actions import begin_session, load_and_play, sign_up, teach
 
 
-def test_a_programme_is_made_changed_played_and_reported(page: Page, artefacts: Path) -> None:
+def test_programme_is_created_changed_played_and_reported(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Mori Sakura")

@@ -8,9 +8,9 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from kata.access.sign_in import COOKIE
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.test_access import PASSWORD, made, menu
-from tests.e2e.test_main_job import sign_up
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_accounts import PASSWORD, made, menu
+from tests.support.page_actions import sign_up
 
 NAME: Final = "Yamada Hanako"
 NOBODYS: Final = {"kata-scheme", "kata.language", "kata.first-steps-hidden", "kata.report-language"}

@@ -8,13 +8,13 @@ from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
 from kata.api import static_files
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 DIST = ROOT / "frontend/dist"
 LIMIT_KB = 250
 
 
-def test_the_first_page_loads_no_more_than_a_quarter_of_a_megabyte_of_script() -> None:
+def test_first_page_loads_at_most_a_quarter_megabyte_of_script() -> None:
     manifest: dict[str, Any] = json.loads((DIST / ".vite/manifest.json").read_text())
     loaded: set[str] = set()
 
@@ -39,7 +39,7 @@ def sent_kb(client: TestClient, file: str) -> float:
         return sum(map(len, answer.iter_raw())) / 1000
 
 
-def test_every_script_and_style_lies_there_compressed_as_it_is() -> None:
+def test_every_script_and_style_is_compressed_unchanged() -> None:
     files = [file for file in (DIST / "assets").iterdir() if file.suffix in (".js", ".css")]
     assert len(files) > 50
     for file in files:

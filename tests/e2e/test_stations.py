@@ -15,8 +15,8 @@ from kata.access.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.station.overview import PlaybackProgress, StationTold, encoded
 from kata.station.schemas import PatientRef
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.signed_in import signed_in
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.login import signed_in
 
 NAME: Final = "Yamada Hanako"
 SILENT: Final = "Silent: what it does is not known."
@@ -62,7 +62,7 @@ def tile(page: Page, station: str) -> Locator:
     return page.get_by_role("article", name=station)
 
 
-def test_each_station_is_seen_with_whom_it_treats_and_one_that_falls_silent_as_silent(
+def test_station_list_shows_patients_and_marks_silent_stations(
     page: Page,
     clinic: Clinic,
     services_url: str,

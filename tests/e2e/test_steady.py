@@ -13,7 +13,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.seed import fill
-from tests.e2e.conftest import LONG_MS, Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LIMIT: Final = 0.1
@@ -131,7 +131,7 @@ def loaded(page: Page, url: str, screen: Screen) -> dict[str, Any]:
 
 
 @pytest.mark.timeout(900)
-def test_what_is_shown_stays_where_it_is_while_a_page_loads(page: Page, clinic: Clinic) -> None:
+def test_layout_stays_in_place_while_a_page_loads(page: Page, clinic: Clinic) -> None:
     page.add_init_script(f"({NOTED})()")
     moved = {}
     for name, screen in screens(page, clinic).items():

@@ -4,7 +4,7 @@ from typing import Final
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS
+from tests.support.browser_clinic import LONG_MS
 
 NEXT_PICTURE: Final = """async (before) => {
     for (;;) {
@@ -21,7 +21,7 @@ NEXT_PICTURE: Final = """async (before) => {
 """What the canvas shows, as a number, once there is something on it and it is another picture."""
 
 
-def test_the_picture_is_drawn_and_drawn_anew_for_whoever_looks_from_elsewhere(page: Page) -> None:
+def test_model_is_drawn_and_redrawn_from_another_view(page: Page) -> None:
     page.get_by_role("button", name="Show in three dimensions").click()
     corner = page.evaluate(NEXT_PICTURE)
 

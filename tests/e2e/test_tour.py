@@ -4,9 +4,9 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from kata.access.sign_in import COOKIE
-from tests.conftest import ROOT
-from tests.e2e.conftest import LONG_MS, Clinic
-from tests.e2e.test_main_job import load_and_play, try_estop
+from tests.support.browser_clinic import LONG_MS, Clinic
+from tests.support.page_actions import load_and_play, try_estop
+from tests.support.paths import ROOT
 
 PICTURES = ROOT / "docs" / "tour"
 DRAWN_MS = 1000

@@ -6,7 +6,7 @@ import time
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import LONG_MS, Clinic
+from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)
 LOST_LIMIT_S = 2.0
@@ -28,9 +28,7 @@ def watch(page: Page) -> None:
     )
 
 
-def test_a_killed_service_is_told_within_two_seconds_and_its_return_is_seen_without_a_reload(
-    page: Page, clinic: Clinic
-) -> None:
+def test_killed_service_shows_within_two_seconds_and_returns_without_reload(page: Page, clinic: Clinic) -> None:
     expect(page.get_by_test_id("angles")).to_have_attribute("data-alive", "true")
     expect(page.get_by_test_id("age")).to_have_text(re.compile(r"^\d\.\d s old$"))
     watch(page)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.conftest import LONG_MS
-from tests.e2e.keyboard import held, press, reach, write
-from tests.e2e.test_main_job import stand_for_left, try_estop
+from tests.support.browser_clinic import LONG_MS
+from tests.support.keyboard import held, press, reach, write
+from tests.support.page_actions import stand_for_left, try_estop
 
 MOTION = "1 Abduction / adduction of the scapula"
 
@@ -58,7 +58,7 @@ def at_least_44(target: Locator) -> None:
     assert min(box["width"], box["height"]) >= 44
 
 
-def test_a_session_goes_from_its_checklist_to_its_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
+def test_session_goes_from_checklist_to_addendum_by_keyboard_alone(page: Page, artefacts: Path) -> None:
     wrong: list[str] = []
     page.on("pageerror", lambda error: wrong.append(str(error)))
     sign_up(page, "Yamada Hanako")

@@ -18,7 +18,7 @@ from kata.evaluate.run import Job, carry_out, play
 from kata.motion.axes import AXES
 from kata.motion.method import Method
 from kata.motion.taught import Taught, TaughtError
-from tests.api.test_demo import write_csv
+from tests.support.motions import write_csv
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def outcomes(short: Taught) -> list[Outcome]:
     return [one for seed in (1, 2) for case in cases for one in play(Job(case, "smooth", 2, seed))]
 
 
-def test_the_fourteen_cases_are_the_papers_with_the_motors_that_its_figures_show() -> None:
+def test_fourteen_cases_are_the_papers_with_motors_of_its_figures() -> None:
     cases = paper_cases()
     assert [(case.number, case.side) for case in cases] == [
         (number, side) for number in range(1, 8) for side in ("left", "right")
@@ -36,7 +36,7 @@ def test_the_fourteen_cases_are_the_papers_with_the_motors_that_its_figures_show
     assert [case.motors for case in cases[::2]] == [(1, 2), (1, 2), (4,), (3,), (4,), (5,), (1, 2, 3, 4, 5)]
 
 
-def test_a_folder_is_taken_file_by_file_on_both_sides(tmp_path: Path, short: Taught) -> None:
+def test_folder_is_evaluated_file_by_file_on_both_sides(tmp_path: Path, short: Taught) -> None:
     write_csv(short, tmp_path / "b.csv")
     write_csv(short, tmp_path / "a.csv")
     cases = recorded_cases(tmp_path)
@@ -46,12 +46,12 @@ def test_a_folder_is_taken_file_by_file_on_both_sides(tmp_path: Path, short: Tau
     assert all(case.motors == AXES for case in cases)
 
 
-def test_a_folder_without_motions_is_told(tmp_path: Path) -> None:
+def test_folder_without_motions_is_reported(tmp_path: Path) -> None:
     with pytest.raises(TaughtError, match="holds no CSV files"):
         recorded_cases(tmp_path)
 
 
-def test_the_arm_is_put_back_to_about_where_the_motion_begins_each_time_otherwise(short: Taught) -> None:
+def test_arm_starts_near_the_motion_and_varies_each_time(short: Taught) -> None:
     case = Case("short", "left", short, AXES)
     poses = [case.laid_down(seed, play).poses_deg[0] for seed in (None, 1) for play in (1, 2)]
     assert len({tuple(pose) for pose in poses}) == 4
@@ -61,7 +61,7 @@ def test_the_arm_is_put_back_to_about_where_the_motion_begins_each_time_otherwis
     assert np.array_equal(poses[0], case.laid_down(None, 1).poses_deg[0])
 
 
-def test_every_figure_is_that_of_the_motors_concerned_and_the_sides_differ(outcomes: list[Outcome]) -> None:
+def test_every_figure_covers_its_motors_and_the_sides_differ(outcomes: list[Outcome]) -> None:
     told = as_json(outcomes, simulated=True)
     assert told["simulated"] is True
     assert told["problems"] == []
@@ -87,7 +87,7 @@ def test_processes_change_neither_figures_nor_order(short: Taught, outcomes: lis
     assert len(done) == len(jobs)
 
 
-def test_a_motion_that_is_refused_is_a_problem_and_not_a_figure(short: Taught) -> None:
+def test_refused_motion_is_reported_as_a_problem_without_figures(short: Taught) -> None:
     fast = Taught("fast", short.times_s / 6, short.poses_deg)
     told = as_json(play(Job(Case("fast", "right", fast, AXES), "smooth", 2, None)), simulated=True)
     assert told["cases"] == []
@@ -96,7 +96,7 @@ def test_a_motion_that_is_refused_is_a_problem_and_not_a_figure(short: Taught) -
     assert "cannot be played" in told["problems"][0]["problem"]
 
 
-def test_a_motion_out_of_the_linkages_reach_is_a_problem_too(short: Taught) -> None:
+def test_motion_beyond_the_linkages_reach_is_a_problem_too(short: Taught) -> None:
     poses = short.poses_deg.copy()
     poses[:, 0] = 80.0
     far = Taught("far", short.times_s, poses)
@@ -104,7 +104,7 @@ def test_a_motion_out_of_the_linkages_reach_is_a_problem_too(short: Taught) -> N
     assert "cannot reach" in told["problems"][0]["problem"]
 
 
-def test_the_report_needs_nothing_but_itself_and_says_that_it_is_simulated(outcomes: list[Outcome]) -> None:
+def test_report_is_self_contained_and_says_it_is_simulated(outcomes: list[Outcome]) -> None:
     html = as_html(outcomes, simulated=True)
     assert not re.search(r"<(script|link|img|iframe)[^>]*\b(src|href)=", html)
     assert html.count("Plotly.newPlot(") == 2
@@ -139,7 +139,7 @@ def test_the_command_knows_its_methods(tmp_path: Path) -> None:
     assert "clever is none of" in done.stderr
 
 
-def test_learning_goes_on_from_play_to_play_and_the_other_methods_stay_as_they_are(short: Taught) -> None:
+def test_only_the_learning_method_changes_from_play_to_play(short: Taught) -> None:
     case = Case("short", "right", short, AXES, 7)
     told = {method: play(Job(case, method, 3, 1)) for method in get_args(Method)}
     rmse = {name: [sum(motor.rmse_deg for motor in one.motors) for one in plays] for name, plays in told.items()}
@@ -151,7 +151,7 @@ def test_learning_goes_on_from_play_to_play_and_the_other_methods_stay_as_they_a
     assert rmse["paper"][0] > 1.5 * rmse["smooth"][0]
 
 
-def test_the_papers_way_jumps_at_the_start_and_the_others_do_not(short: Taught) -> None:
+def test_only_the_paper_method_jumps_at_the_start(short: Taught) -> None:
     case = Case("short", "right", short, AXES, 7)
     starts = {
         method: max(abs(motor.start_deg) for motor in play(Job(case, method, 1, 1))[0].motors)
@@ -162,7 +162,7 @@ def test_the_papers_way_jumps_at_the_start_and_the_others_do_not(short: Taught) 
     assert starts["learned"] < 0.5
 
 
-def test_a_real_apparatus_does_not_move_unless_somebody_says_so(tmp_path: Path) -> None:
+def test_real_apparatus_moves_only_with_explicit_consent(tmp_path: Path) -> None:
     config.write(config.StationConfig(), tmp_path / "station.toml")
     done = subprocess.run(
         [sys.executable, "-m", "kata", "evaluate", "--station", "station.toml"],

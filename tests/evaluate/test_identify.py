@@ -73,7 +73,7 @@ def played(asked_deg: Floats, seed: int | None) -> tuple[Floats, Floats, Floats]
     return places, Trajectory(times, asked_deg).along(places), run.measured_deg[even].astype(np.float64)
 
 
-def test_a_known_lag_is_found() -> None:
+def test_known_lag_is_identified() -> None:
     """In a movement that obeys the model exactly, seen through a noise of an encoder's steps."""
     times = np.arange(0, 30, 0.01)
     measured = 20 * np.sin(math.tau * 0.2 * times) + 5 * np.sin(math.tau * 0.9 * times)
@@ -88,7 +88,7 @@ def test_a_known_lag_is_found() -> None:
 
 
 @pytest.mark.parametrize("seed", [None, 3])
-def test_the_lag_of_the_simulated_drives_is_that_of_their_control_whatever_the_plant(seed: int | None) -> None:
+def test_lag_of_simulated_drives_depends_only_on_their_control(seed: int | None) -> None:
     found = identify(*played(exercise(15.0, 7), seed))
     for axis, own, joint in zip(found, DRIVES, JOINTS, strict=True):
         # Friction at the turns looks a little like lag, and takes some from it.
@@ -108,7 +108,7 @@ def test_the_simulated_station_knows_the_lag_of_its_drives() -> None:
         assert axis.friction_deg == pytest.approx(found.friction_deg, abs=0.05)
 
 
-def test_samples_that_say_nothing_are_refused() -> None:
+def test_samples_without_information_are_refused() -> None:
     times = np.arange(0, 5, 0.01)
     wave = np.sin(times)[:, None] * 10
     with pytest.raises(ValueError, match="evenly spaced"):

@@ -35,7 +35,7 @@ def test_both_agree_within_a_fifth_of_a_degree(short: Taught) -> None:
     assert np.abs(_percentile_deg(virtual) - _percentile_deg(real)).max() <= 0.2
 
 
-def test_on_the_configured_apparatus_the_motion_itself_is_what_is_played(tmp_path: Path, short: Taught) -> None:
+def test_configured_apparatus_plays_the_motion_itself(tmp_path: Path, short: Taught) -> None:
     turned: list[str] = []
     tried: list[str] = []
     with closing(SimulatorProcess(tmp_path)) as apparatus, closing(apparatus.client()) as hand:

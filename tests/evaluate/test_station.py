@@ -17,7 +17,7 @@ def load(taught: Journal, **given: object) -> Load:
     return Load(**{"run_id": "run", "recording_id": "recording", **angles, **given})
 
 
-def test_a_motion_is_taught_by_hand_and_pedal_and_played_to_its_end(short: Taught) -> None:
+def test_motion_is_taught_by_hand_and_pedal_and_played_completely(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     run = station.play(load(taught), short.duration_s)
@@ -34,7 +34,7 @@ def test_a_motion_is_taught_by_hand_and_pedal_and_played_to_its_end(short: Taugh
     assert path_s[-1] == pytest.approx((taught.t_ns[-1] - taught.t_ns[0]) / 1e9, abs=0.02)
 
 
-def test_the_same_seed_gives_the_same_samples_to_the_last_bit_and_another_one_others(short: Taught) -> None:
+def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) -> None:
     def played(seed: int) -> Journal:
         station = VirtualStation(simulated("virtual"), seed)
         return station.play(load(station.teach(short)), short.duration_s)
@@ -46,14 +46,14 @@ def test_the_same_seed_gives_the_same_samples_to_the_last_bit_and_another_one_ot
     assert not np.array_equal(first.measured_deg, other.measured_deg)
 
 
-def test_what_the_station_refuses_is_told_in_its_words(short: Taught) -> None:
+def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     with pytest.raises(EvaluationError, match="cannot be played: its load level must be"):
         station.play(load(taught, load_level=0), short.duration_s)
 
 
-def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
+def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
     station = VirtualStation(simulated("virtual"))
     taught = station.teach(short)
     station._world.apparatus.press_estop(True)
@@ -62,9 +62,7 @@ def test_what_stops_the_station_is_told_in_its_words(short: Taught) -> None:
 
 
 @pytest.mark.parametrize("seed", [None, 17])
-def test_a_motion_begins_alike_on_whichever_side_of_its_start_the_arm_was_laid_down(
-    short: Taught, seed: int | None
-) -> None:
+def test_motion_begins_alike_from_either_side_of_its_start(short: Taught, seed: int | None) -> None:
     """The play of the gears and friction are to be as they were the last time, or what was learned there is wrong here."""
     station = VirtualStation(simulated("virtual"), seed)
     taught = station.teach(short)

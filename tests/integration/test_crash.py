@@ -11,20 +11,20 @@ from kata.clinic.sessions import runs
 from kata.device import journal
 from kata.device.messages import Acknowledge
 from kata.device.movement import RAMP_S
-from tests.integration.kills import KeptClinic, hang_up_while_playing, kill_at_random, play
-from tests.integration.rig import Rig
-from tests.integration.service_kills import KilledClinic
+from tests.support.device_kills import KeptClinic, hang_up_while_playing, kill_at_random, play
+from tests.support.rig import Rig
+from tests.support.service_kills import KilledClinic
 
 CYCLE_S = 0.01
 
 
-def test_a_killed_device_process_loses_one_sample_at_most_and_its_drives_stop(tmp_path: Path) -> None:
+def test_killed_device_process_loses_one_sample_and_its_drives_stop(tmp_path: Path) -> None:
     with closing(KeptClinic(tmp_path)) as clinic:
         for seed in range(4):
             kill_at_random(clinic, seed).judge()
 
 
-def test_a_killed_service_leaves_a_ramp_and_no_torque_within_300_ms(tmp_path: Path) -> None:
+def test_killed_service_leaves_a_ramp_and_no_torque_within_300ms(tmp_path: Path) -> None:
     with closing(KeptClinic(tmp_path)) as clinic:
         for after_s in (0.4, 1.1):
             off_ms = hang_up_while_playing(clinic, after_s)
@@ -32,14 +32,14 @@ def test_a_killed_service_leaves_a_ramp_and_no_torque_within_300_ms(tmp_path: Pa
             assert max(off_ms) <= 300.0
 
 
-def test_a_service_killed_while_it_writes_has_lost_nothing_that_it_acknowledged(tmp_path: Path) -> None:
+def test_service_killed_while_writing_keeps_every_acknowledged_change(tmp_path: Path) -> None:
     clinic = KilledClinic(tmp_path)
     for after_s in (0.05, 0.3):
         assert clinic.kill(after_s).acknowledged > 0
 
 
 @pytest.mark.parametrize("room_comes_back", [True, False])
-def test_a_full_disk_stops_the_playback_and_what_was_measured_is_kept(tmp_path: Path, room_comes_back: bool) -> None:
+def test_full_disk_stops_playback_and_keeps_the_measured_samples(tmp_path: Path, room_comes_back: bool) -> None:
     """Full for this one file: the kernel refuses to let it grow, in the middle of a record."""
     with closing(KeptClinic(tmp_path)) as clinic:
         with closing(Rig(tmp_path)) as rig:

@@ -4,7 +4,7 @@ import os
 import signal
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +13,11 @@ from kata.device import journal
 from kata.device.config import Inputs
 from kata.device.messages import LOAD_LEVELS, Acknowledge, Approach, FinishTeaching, Load, Play, ReleaseTorque, Teach
 from kata.motion.builtin import built_in_motions
-from kata.motion.linkage import Floats, motor_angles_deg
+from kata.motion.linkage import Floats
 from kata.motion.taught import Taught
 from kata.motion.tracking import compare
-from tests.integration.rig import Rig
+from tests.support.motion_samples import Samples, known
+from tests.support.rig import Rig
 
 ESTOP_LIMIT_MS = 20.0
 
@@ -32,20 +33,8 @@ def teach(rig: Rig, motion: Taught) -> journal.Journal:
     return journal.read(rig.closed[-1])
 
 
-class Samples(NamedTuple):
-    """A recording, as a run is given it."""
-
-    times_s: Floats
-    angles_deg: Floats
-
-
 def recorded(taught: journal.Journal) -> Samples:
     return Samples((taught.t_ns - taught.t_ns[0]) / 1e9, taught.measured_deg.astype(np.float64))
-
-
-def known(motion: Taught) -> Samples:
-    """As if it had been taught: what is about playing need not wait for a hand."""
-    return Samples(motion.times_s, motor_angles_deg(motion.poses_deg))
 
 
 def apart_deg(taught: Samples, motion: Samples, beat_s: float) -> float:
@@ -188,7 +177,7 @@ def test_the_emergency_stop_cuts_torque_within_20_ms(tmp_path: Path, rate_hz: in
         pytest.fail("the computer stood still in every attempt")
 
 
-def test_after_an_emergency_stop_everything_begins_anew(tmp_path: Path, motion: Taught) -> None:
+def test_after_an_emergency_stop_everything_restarts(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None
@@ -214,7 +203,7 @@ def test_a_service_that_hangs_stops_the_playback(tmp_path: Path, motion: Taught)
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
 
 
-def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
+def test_disagreeing_service_stops_the_playback(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.believed = "run"
         load(rig, known(motion))
@@ -228,7 +217,7 @@ def test_a_service_that_means_another_run_stops_the_playback(tmp_path: Path, mot
         rig.until(lambda: not any(axis.torque_on for axis in rig.hand.state().axes))
 
 
-def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped_and_held(tmp_path: Path) -> None:
+def test_repeated_resistance_in_one_place_stops_and_holds_the_arm(tmp_path: Path) -> None:
     flexion = built_in_motions()[4]
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(flexion), load_level=8)
@@ -267,7 +256,7 @@ def test_resistance_takes_the_arm_back_and_in_the_same_place_again_it_is_stopped
         assert (end.reason, end.cause_code) == ("stopped", "load_repeated")
 
 
-def test_a_service_that_died_leaves_torque_off_and_a_whole_journal(tmp_path: Path, motion: Taught) -> None:
+def test_dead_service_leaves_torque_off_and_a_complete_journal(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None
@@ -286,7 +275,7 @@ def all_cleared(rig: Rig) -> bool:
     return stop is not None and all(cause.cleared for cause in stop.causes)
 
 
-def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_back(tmp_path: Path) -> None:
+def test_frozen_apparatus_is_reported_and_nothing_moves_when_it_returns(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         os.kill(rig.simulator.pid, signal.SIGSTOP)
@@ -298,9 +287,7 @@ def test_an_apparatus_that_stands_still_is_told_and_nothing_moves_when_it_is_bac
         rig.until_mode("idle")
 
 
-def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again_starts_nothing(
-    tmp_path: Path, motion: Taught
-) -> None:
+def test_unplugged_adapter_stops_playback_and_replugging_starts_nothing(tmp_path: Path, motion: Taught) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None
@@ -324,7 +311,7 @@ def test_an_adapter_that_is_pulled_out_in_playback_stops_it_and_plugged_in_again
 
 
 @pytest.mark.parametrize("kind", ["garbage", "duplicate_id", "off"])
-def test_a_drive_that_fails_in_playback_stops_it_by_name(tmp_path: Path, motion: Taught, kind: Any) -> None:
+def test_failing_drive_stops_the_playback_and_is_named(tmp_path: Path, motion: Taught, kind: Any) -> None:
     with closing(Rig(tmp_path)) as rig:
         load(rig, known(motion))
         assert rig.send(Play()) is None

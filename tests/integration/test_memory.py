@@ -68,7 +68,7 @@ def lines(folder: Path, how: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("how", "mappings", "arenas"), [("asked", 1, malloc.ARENAS), ("not", 0, 7)])
-def test_a_large_block_is_gone_when_it_is_freed_and_threads_share_arenas(
+def test_freed_large_block_is_returned_and_threads_share_arenas(
     tmp_path: Path, how: str, mappings: int, arenas: int
 ) -> None:
     told = lines(tmp_path, how)
@@ -76,5 +76,5 @@ def test_a_large_block_is_gone_when_it_is_freed_and_threads_share_arenas(
     assert sum(line.startswith("<heap nr=") for line in told) == arenas
 
 
-def test_the_service_asks_for_it(tmp_path: Path) -> None:
+def test_service_limits_its_memory_arenas(tmp_path: Path) -> None:
     assert int(lines(tmp_path, "served")[0]) == 1

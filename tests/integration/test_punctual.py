@@ -12,9 +12,9 @@ import pytest
 from kata import scheduling
 from kata.device.messages import Load
 from kata.motion.taught import Taught
-from tests.conftest import ROOT
-from tests.integration.rig import Rig
-from tests.integration.test_job import known
+from tests.support.motion_samples import known
+from tests.support.paths import ROOT
+from tests.support.rig import Rig
 
 _PAGES = 4096
 """16 MB."""
@@ -53,7 +53,7 @@ def pages_asked_for(pid: int) -> int:
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[7])
 
 
-def test_the_first_recording_makes_the_device_process_ask_for_little_memory(tmp_path: Path, motion: Taught) -> None:
+def test_first_recording_needs_little_memory_in_the_device_process(tmp_path: Path, motion: Taught) -> None:
     """With its memory locked, each page is got at once, and the control thread waits."""
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
@@ -63,13 +63,13 @@ def test_the_first_recording_makes_the_device_process_ask_for_little_memory(tmp_
         assert pages_asked_for(rig.device.pid) - before < _PAGES
 
 
-def test_the_device_process_has_no_huge_pages_made(tmp_path: Path) -> None:
+def test_device_process_has_huge_pages_disabled(tmp_path: Path) -> None:
     with closing(Rig(tmp_path)) as rig:
         rig.until_mode("idle")
         assert "THP_enabled:\t0" in Path(f"/proc/{rig.device.pid}/status").read_text()
 
 
-def test_a_command_and_what_it_starts_have_no_huge_pages_made() -> None:
+def test_commands_and_their_children_have_huge_pages_disabled() -> None:
     assert "THP_enabled:\t0" in said(_HELP, "/proc/self/status")
 
 
@@ -81,7 +81,7 @@ def kernel_that_heeds_turns() -> None:
 
 
 @pytest.mark.usefixtures("kernel_that_heeds_turns")
-def test_only_what_has_to_be_in_time_has_short_turns_of_the_processor(tmp_path: Path) -> None:
+def test_only_timed_processes_have_short_scheduler_slices(tmp_path: Path) -> None:
     """What brings the bus's bytes has turns between the two, and so takes the processor at once from the others."""
     assert turn_ns(said(_HELP, "/proc/self/sched")) == scheduling.LONG_NS
     assert turn_ns(said(_SETTLED)) == scheduling.SHORT_NS

@@ -3,7 +3,7 @@
 from kata.motion.axes import BASIC_MOTIONS, POSE_RANGE_DEG
 
 
-def test_the_apparatus_reaches_the_reference_where_the_paper_says_so() -> None:
+def test_apparatus_reaches_the_reference_where_the_paper_does() -> None:
     reached = [
         motion.number
         for motion in BASIC_MOTIONS
@@ -12,7 +12,7 @@ def test_the_apparatus_reaches_the_reference_where_the_paper_says_so() -> None:
     assert reached == [1, 2, 6]
 
 
-def test_each_angle_of_a_pose_may_go_as_far_as_the_motions_that_need_it() -> None:
+def test_pose_limits_contain_every_motion_that_needs_the_angle() -> None:
     for axis, (low, high) in enumerate(POSE_RANGE_DEG, start=1):
         ranges = [motion.range_deg for motion in BASIC_MOTIONS if motion.axis == axis]
         assert (low, high) == (min(r[0] for r in ranges), max(r[1] for r in ranges))

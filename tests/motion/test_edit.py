@@ -80,7 +80,7 @@ def test_to_trim_twice_is_to_trim_once(motion: Motion, a: float, b: float, c: fl
 
 
 @pytest.mark.parametrize("times", [(-0.1, 2.0), (1.0, 1.4), (2.0, 1.0), (0.0, 99.0), (float("nan"), 2.0)])
-def test_only_what_is_there_can_be_trimmed(times: tuple[float, float]) -> None:
+def test_trim_stays_within_the_motion(times: tuple[float, float]) -> None:
     with pytest.raises(EditError, match=r"at least 0\.5 s"):
         edit.trim(built_in(4), *times)
 
@@ -95,7 +95,7 @@ def test_speed_changes_the_clock_and_no_angle(motion: Motion, percent: float) ->
     assert faster.at(motion.times_s * 100 / percent) == pytest.approx(motion.angles_deg)
 
 
-def test_the_papers_ten_samples_a_second_can_be_slowed_down_to_a_tenth() -> None:
+def test_ten_hertz_recordings_can_be_slowed_to_a_tenth() -> None:
     motion = waves([1.0] * 5, [10.0] * 5, 5.0, 10)
     slow = edit.at_speed(motion, 10.0)
     assert np.max(np.diff(slow.times_s)) == pytest.approx(0.1)
@@ -120,7 +120,7 @@ def test_less_range_is_around_the_same_middle_and_never_outside(motion: Motion, 
 
 @any_motion
 @given(motions)
-def test_the_whole_of_everything_is_the_motion_itself(motion: Motion) -> None:
+def test_edits_of_the_whole_range_change_nothing(motion: Motion) -> None:
     for unchanged in (
         edit.scaled(motion, 100.0),
         edit.at_speed(motion, 100.0),
@@ -133,7 +133,7 @@ def test_the_whole_of_everything_is_the_motion_itself(motion: Motion) -> None:
         assert np.array_equal(unchanged.times_s, motion.times_s)
 
 
-def test_so_many_degrees_less_is_of_the_axis_that_goes_farthest() -> None:
+def test_reduction_in_degrees_applies_to_the_axis_moving_farthest() -> None:
     motion = built_in(4)
     smaller = edit.less(motion, 5.0)
     assert ranges(smaller)[2] == pytest.approx(ranges(motion)[2] - 5.0)
@@ -143,7 +143,7 @@ def test_so_many_degrees_less_is_of_the_axis_that_goes_farthest() -> None:
 
 @any_motion
 @given(motions, st.sets(st.sampled_from(AXES), min_size=1))
-def test_isolated_axes_move_as_they_did_and_the_others_stand(motion: Motion, axes: set[int]) -> None:
+def test_isolated_axes_move_unchanged_and_others_rest(motion: Motion, axes: set[int]) -> None:
     alone = edit.isolated(motion, axes)
     for axis in AXES:
         column = alone.angles_deg[:, axis - 1]
@@ -155,7 +155,7 @@ def test_isolated_axes_move_as_they_did_and_the_others_stand(motion: Motion, axe
 
 @any_motion
 @given(motions, st.floats(0.0, 1.0), st.floats(0.0, 3.0))
-def test_where_it_is_held_it_stands_and_the_path_is_the_same(motion: Motion, share: float, hold_s: float) -> None:
+def test_hold_pauses_the_motion_on_an_unchanged_path(motion: Motion, share: float, hold_s: float) -> None:
     at_s = share * motion.duration_s
     waits = edit.held(motion, at_s, hold_s)
     playable(waits)
@@ -170,7 +170,7 @@ def test_where_it_is_held_it_stands_and_the_path_is_the_same(motion: Motion, sha
 
 @any_motion
 @given(motions)
-def test_eased_it_begins_and_ends_at_rest_on_the_same_path(motion: Motion) -> None:
+def test_eased_motion_starts_and_ends_at_rest_on_its_path(motion: Motion) -> None:
     rests = edit.eased(motion)
     playable(rests)
     for ends in (rests.at(np.array([0.0, 0.02])), rests.at(np.array([rests.duration_s - 0.02, rests.duration_s]))):
@@ -197,7 +197,7 @@ pauses = st.just(0.0) | st.floats(0.002, 4.0)
 """Either none, or one that is longer than what counts as an instant."""
 
 
-def test_a_pause_of_next_to_nothing_is_none() -> None:
+def test_tiny_pause_is_ignored() -> None:
     motion = built_in(1)
     assert edit.repeated(motion, 3, 6e-5).duration_s == edit.repeated(motion, 3, 0.0).duration_s
 
@@ -217,7 +217,7 @@ def test_repetitions_last_as_long_as_their_parts_and_never_jump(motion: Motion, 
         assert again.at(times + n * every_s) == pytest.approx(one.at(times), abs=0.02)
 
 
-def test_a_motion_that_ends_where_it_started_pauses_once_between_repetitions() -> None:
+def test_closed_motion_pauses_once_between_repetitions() -> None:
     motion = built_in(4)
     assert np.array_equal(motion.angles_deg[0], motion.angles_deg[-1])
     again = edit.repeated(motion, 10, 2.0)
@@ -227,7 +227,7 @@ def test_a_motion_that_ends_where_it_started_pauses_once_between_repetitions() -
 
 @any_motion
 @given(motions, st.floats(1.0, 3.0), st.floats(0.0, 3.0))
-def test_a_warm_up_widens_by_the_same_every_time_up_to_the_whole(motion: Motion, step: float, times: float) -> None:
+def test_warm_up_widens_by_equal_steps_to_the_whole_range(motion: Motion, step: float, times: float) -> None:
     less_deg = min(step * times, 0.9 * float(np.max(ranges(motion))))
     warm = edit.warm_up(motion, less_deg, step)
     playable(warm)
@@ -247,7 +247,7 @@ def test_a_warm_up_widens_by_the_same_every_time_up_to_the_whole(motion: Motion,
     assert np.all(np.abs(np.diff(reached)[-1:] - step / 2) <= step / 2 + 0.05)
 
 
-def test_a_stretch_goes_back_slowly_up_and_beyond_and_the_motion_goes_on() -> None:
+def test_stretch_goes_slowly_up_and_beyond_before_continuing() -> None:
     motion = built_in(5)
     tried = edit.stretch(motion, 4.0, hold_s=2.0)
     playable(tried)
@@ -267,14 +267,14 @@ def test_a_stretch_goes_back_slowly_up_and_beyond_and_the_motion_goes_on() -> No
     assert ranges(tried)[others] == pytest.approx(ranges(motion)[others], abs=1e-6)
 
 
-def test_a_stretch_beyond_the_limit_is_refused_with_motor_and_place() -> None:
+def test_stretch_beyond_the_limit_is_refused_with_motor_and_place() -> None:
     motion = replace(built_in(5), angles_deg=built_in(5).angles_deg + np.array([0, 0, 0, 35.0, 0]))
     playable(motion)
     with pytest.raises(TrajectoryError, match=r"motor 4 would go to 195\.0 deg at \d+\.\d s; its range is -20 to 190"):
         playable(edit.stretch(motion, 10.0))
 
 
-def test_a_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
+def test_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
     motion = waves([2.0] * 5, [2.0, 2.0, 2.0, 30.0, 2.0], 4.0, 100)
     playable(motion)
     with pytest.raises(TrajectoryError, match=r"motor 4 would move at 1\d\d deg/s at \d\.\d s; 100 deg/s"):
@@ -303,7 +303,7 @@ def test_a_motion_made_too_fast_is_refused_with_motor_and_place() -> None:
         lambda motion: edit.with_settings(motion, PlaybackSettings(range_percent=5.0)),
     ],
 )
-def test_what_makes_no_sense_is_refused(wrong: object) -> None:
+def test_nonsensical_edits_are_refused(wrong: object) -> None:
     assert callable(wrong)
     with pytest.raises(EditError):
         wrong(built_in(4))
@@ -312,7 +312,7 @@ def test_what_makes_no_sense_is_refused(wrong: object) -> None:
 # -- as asked -------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_asked_for_is_done_in_the_order_of_range_speed_and_repetitions() -> None:
+def test_edits_are_applied_in_order_range_speed_repetitions() -> None:
     motion = built_in(4)
     asked = edit.with_settings(
         motion, PlaybackSettings(speed_percent=50.0, repetitions=3, pause_s=1.5, range_percent=80.0)
@@ -327,7 +327,7 @@ def test_what_is_asked_for_is_done_in_the_order_of_range_speed_and_repetitions()
     playable(asked)
 
 
-def test_the_same_wish_gives_the_same_motion_to_the_last_digit() -> None:
+def test_same_settings_give_the_same_motion_to_the_last_digit() -> None:
     asked = PlaybackSettings(speed_percent=73.0, repetitions=3, pause_s=1.1, range_percent=67.0)
     motion = waves([0.7] * 5, [10.0] * 5, 4.0, 100)
     one, other = edit.with_settings(motion, asked), edit.with_settings(motion, asked)

@@ -52,7 +52,7 @@ def at_all(correction: Correction, times_s: Floats) -> Floats:
 
 
 @pytest.mark.parametrize("stretch", [0.7, 1.0, 1.3])
-def test_five_repetitions_take_away_most_of_what_was_not_known_beforehand(stretch: float) -> None:
+def test_five_repetitions_remove_most_of_the_unknown_error(stretch: float) -> None:
     """Drives that lag by a third more or less than the identified ones, and stick by half a degree."""
     correction: Correction | None = None
     peaks = []
@@ -65,7 +65,7 @@ def test_five_repetitions_take_away_most_of_what_was_not_known_beforehand(stretc
     assert peaks[4] < 0.5
 
 
-def test_it_stays_where_it_has_come_to() -> None:
+def test_learning_stays_converged() -> None:
     """Seven more do not drive it away again."""
     correction: Correction | None = None
     rmse = []
@@ -105,7 +105,7 @@ def earlier() -> Correction:
     return Correction(STEP_S, np.tile(np.sin(np.arange(rows(TRAJECTORY.duration_s)) / 30)[:, None], 5))
 
 
-def test_what_is_not_confirmed_is_forgotten_slowly() -> None:
+def test_unconfirmed_correction_fades_slowly() -> None:
     correction = earlier()
     for _ in range(50):
         correction = again(correction, played_perfectly())
@@ -113,7 +113,7 @@ def test_what_is_not_confirmed_is_forgotten_slowly() -> None:
 
 
 @pytest.mark.parametrize("what", ["paused", "reversed"])
-def test_nothing_changes_a_second_around_where_the_arm_was_paused_or_taken_back(what: str) -> None:
+def test_learning_ignores_one_second_around_pauses_and_reversals(what: str) -> None:
     one = behind()
     if what == "paused":
         path = np.concatenate([TIMES_S[:300], np.full(200, TIMES_S[300]), TIMES_S[300:]])
@@ -189,7 +189,7 @@ def test_near_a_limit_nothing_is_learned_for_that_axis() -> None:
     assert np.abs(learned[path[:, 2] < 10.0, 2]).max() > 0.3
 
 
-def test_where_samples_are_missing_nothing_is_known() -> None:
+def test_missing_samples_teach_nothing() -> None:
     one = behind()
     there = (one.path_s < 2.0) | (one.path_s > 3.0)
     fewer = Repetition(one.path_s[there], one.measured_deg[there], one.torque_nm[there], one.playing[there])
@@ -208,12 +208,12 @@ def test_a_run_that_played_nothing_cannot_be_learned_from() -> None:
 
 
 @pytest.mark.parametrize("other", [Correction(STEP_S, np.zeros((9, 5))), Correction(0.03, earlier().angles_deg)])
-def test_a_correction_of_another_recording_is_not_gone_on_with(other: Correction) -> None:
+def test_correction_of_another_recording_is_not_used(other: Correction) -> None:
     with pytest.raises(ValueError, match="another recording"):
         again(other, played_perfectly())
 
 
-def test_a_correction_is_straight_between_its_rows_and_stays_at_its_ends() -> None:
+def test_correction_is_linear_between_rows_and_constant_beyond_its_ends() -> None:
     correction = Correction(0.5, np.tile(np.array([[0.0], [1.0], [3.0]]), 5))
     for time_s, angle in ((-1.0, 0.0), (0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (0.75, 2.0), (1.0, 3.0), (8.0, 3.0)):
         assert correction.at(time_s) == pytest.approx([angle] * 5)

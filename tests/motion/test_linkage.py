@@ -55,7 +55,7 @@ def test_neighbouring_poses_have_neighbouring_motor_angles() -> None:
     assert np.abs(np.diff(theta, axis=1)).max() < 1.6 * spacing_deg
 
 
-def test_the_stations_default_limits_hold_the_image_of_the_scapulas_range() -> None:
+def test_default_limits_contain_the_image_of_the_scapulas_range() -> None:
     theta = LINKAGE.inverse_deg(_grid(20.0)).reshape(-1, 2)
     for n, axis in enumerate(StationConfig().axes[:2]):
         assert axis.min_deg <= theta[:, n].min() < axis.min_deg + 3
@@ -71,13 +71,13 @@ def test_out_of_reach_names_the_row_and_the_motor() -> None:
     assert (caught.value.motor, caught.value.index) == (1, 1)
 
 
-def test_the_first_row_out_of_reach_is_named_whichever_motor_it_is() -> None:
+def test_first_unreachable_row_is_named_whichever_motor_it_concerns() -> None:
     with pytest.raises(OutOfReachError, match=r"motor 2 .* with upward rotation -44.0 deg \(row 1\)") as caught:
         LINKAGE.inverse_deg([[0.0, 0.0], [0.0, -44.0], [150.0, 0.0]])
     assert (caught.value.motor, caught.value.index) == (2, 1)
 
 
-def test_out_of_reach_speaks_of_the_pose_as_it_was_asked_for_on_the_turned_side_too() -> None:
+def test_unreachable_pose_is_reported_as_requested_on_both_sides() -> None:
     with pytest.raises(OutOfReachError, match=r"upward rotation 44.0 deg"):
         motor_angles_deg([0.0, 44.0, 0.0, 0.0, 0.0], "left")
 
@@ -89,7 +89,7 @@ def test_motor_angles_that_no_pose_has_are_named() -> None:
 
 
 @pytest.mark.parametrize("unknown", [np.nan, np.inf])
-def test_what_is_not_a_number_is_out_of_reach(unknown: float) -> None:
+def test_value_that_is_no_number_is_out_of_reach(unknown: float) -> None:
     with pytest.raises(OutOfReachError):
         LINKAGE.inverse_deg([0.0, unknown])
     with pytest.raises(OutOfReachError):
@@ -106,7 +106,7 @@ def test_both_ways_agree_over_the_whole_region(side: Side) -> None:
     assert np.radians(LINKAGE.forward_deg(theta, side)) == pytest.approx(np.radians(scapula), abs=1e-9, rel=0)
 
 
-def test_wherever_the_motors_may_stand_there_is_a_pose_that_gives_their_angles_back() -> None:
+def test_every_allowed_motor_position_has_a_pose_that_reproduces_it() -> None:
     # What may be measured goes beyond the range by the tolerance.
     ends = _motor_ranges(beyond_deg=StationConfig().limit_tolerance_deg)
     theta = np.stack(np.meshgrid(*(np.linspace(*end, 121) for end in ends)), axis=-1)
@@ -123,13 +123,13 @@ def test_both_ways_agree_at_any_pose(phi: float, psi: float, side: Side) -> None
     assert np.radians(back) == pytest.approx(np.radians([phi, psi]), abs=1e-9, rel=0)
 
 
-def test_the_linkage_meets_no_singularity_where_it_closes() -> None:
+def test_linkage_has_no_singularity_within_its_reach() -> None:
     scapula = _grid(WITHIN_DEG, 181).reshape(-1, 2)
     jacobian = LINKAGE.jacobian(scapula[LINKAGE.reachable(scapula, ANYWHERE)])
     assert np.linalg.det(jacobian).min() > 0.5
 
 
-def test_a_path_of_motor_angles_gives_a_path_of_the_scapula_without_jumps() -> None:
+def test_path_of_motor_angles_gives_a_scapula_path_without_jumps() -> None:
     (low1, high1), (low2, high2) = _motor_ranges(beyond_deg=StationConfig().limit_tolerance_deg)
     turn = np.linspace(0, 2 * np.pi, 4001)
     # A Lissajous figure that touches every end of both ranges.
@@ -162,7 +162,7 @@ def test_the_jacobian_is_well_conditioned_over_the_scapulas_range() -> None:
     assert stretch.max() == pytest.approx(1.54, abs=0.005)
 
 
-def test_reachable_is_where_the_links_close_and_the_motors_may_go() -> None:
+def test_pose_is_reachable_where_links_close_within_motor_limits() -> None:
     # In turn: the middle; too far up; the links close, but motor 1 may not go there; not within the square.
     poses = np.array([[0.0, 0.0], [0.0, -44.0], [-30.0, 0.0], [50.0, 0.0]])
 
@@ -172,7 +172,7 @@ def test_reachable_is_where_the_links_close_and_the_motors_may_go() -> None:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_all_inside_the_outline_is_reachable_and_what_is_just_outside_is_not(side: Side) -> None:
+def test_outline_separates_reachable_from_unreachable_poses(side: Side) -> None:
     outline = LINKAGE.outline_deg(_motor_ranges(), side)
     outward = outline / np.linalg.norm(outline, axis=-1, keepdims=True)
 

@@ -30,7 +30,7 @@ def as_measured(angles_deg: Floats) -> Floats:
 
 @pytest.mark.parametrize("every", [1, 2, 10], ids=["100 Hz", "50 Hz", "10 Hz"])
 @pytest.mark.parametrize("taught", motions(), ids=lambda taught: taught.name)
-def test_smoothing_keeps_what_was_taught(taught: Taught, every: int) -> None:
+def test_smoothing_preserves_the_taught_motion(taught: Taught, every: int) -> None:
     """0.2 deg are allowed. A third of that is taken at most, at 10 Hz too."""
     angles = motor_angles_deg(taught.poses_deg)
     recorded = as_measured(angles)[::every]
@@ -51,7 +51,7 @@ def test_time_stamps_need_not_be_even(taught: Taught) -> None:
     assert np.abs(trajectory.along(grid) - whole.along(grid + taught.times_s[chosen[0]])).max() <= 0.3
 
 
-def test_what_an_encoders_steps_leave_in_speed_and_acceleration_is_small() -> None:
+def test_encoder_steps_add_little_noise_to_speed_and_acceleration() -> None:
     """The figures that the cut-off was chosen by."""
     times = np.arange(0.0, 60.0, 0.01)
     noise = np.random.default_rng(0).uniform(-COUNT_DEG / 2, COUNT_DEG / 2, (len(times), 5))
@@ -62,7 +62,7 @@ def test_what_an_encoders_steps_leave_in_speed_and_acceleration_is_small() -> No
 
 
 @pytest.mark.parametrize(("frequency_hz", "left"), [(1.0, 0.9992), (6.0, 0.5), (12.0, 1 / 17)])
-def test_the_cut_off_is_where_half_is_left_and_nothing_is_shifted_in_time(frequency_hz: float, left: float) -> None:
+def test_filter_halves_at_its_cut_off_and_shifts_no_time(frequency_hz: float, left: float) -> None:
     times = np.arange(0.0, 20.0, 0.005)
     wave = np.sin(2 * np.pi * frequency_hz * times)
     smooth = smoothed(times, wave[:, None], 6.0)[:, 0]
@@ -71,7 +71,7 @@ def test_the_cut_off_is_where_half_is_left_and_nothing_is_shifted_in_time(freque
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4])
-def test_a_recording_of_few_samples_is_one_all_the_same(samples: int) -> None:
+def test_recording_of_few_samples_is_valid(samples: int) -> None:
     times = np.arange(samples) * 0.1
     trajectory = Trajectory(times, np.tile(times[:, None] * 10, 5))
     assert trajectory.at(0.05) == pytest.approx([0.5] * 5)
@@ -109,7 +109,7 @@ def test_the_paper_holds_each_tenth_of_a_second() -> None:
         assert not motion.acceleration_deg_s2.any()
 
 
-def test_the_paper_sends_the_samples_of_a_recording_at_ten_hertz_themselves() -> None:
+def test_paper_method_sends_the_recorded_samples_at_ten_hertz() -> None:
     times = np.arange(31) * 0.1
     angles = np.random.default_rng(2).uniform(-5.0, 5.0, (31, 5))
     held = reference("paper", times, angles)
@@ -134,7 +134,7 @@ def motion(speed_deg_s: float, acceleration_deg_s2: float = 0.0) -> Motion:
 LAG = Lag(np.full(5, 0.06), np.full(5, 0.002), np.full(5, 0.5))
 
 
-def test_a_setpoint_goes_ahead_by_what_the_drives_lag_behind() -> None:
+def test_setpoint_leads_by_the_drive_lag() -> None:
     assert LAG.ahead(motion(40.0)) == pytest.approx([40 * 0.06 + 0.5] * 5, abs=1e-3)
     assert LAG.ahead(motion(-40.0)) == pytest.approx([-40 * 0.06 - 0.5] * 5, abs=1e-3)
     assert LAG.ahead(motion(0.0, 100.0)) == pytest.approx([0.2] * 5)
@@ -142,7 +142,7 @@ def test_a_setpoint_goes_ahead_by_what_the_drives_lag_behind() -> None:
     assert LAG.ahead(motion(5.0)) == pytest.approx([5 * 0.06 + 0.5 * np.tanh(1.0)] * 5)
 
 
-def test_where_the_arm_stands_nothing_is_ahead() -> None:
+def test_resting_arm_has_no_lead() -> None:
     assert not LAG.ahead(motion(0.0)).any()
 
 

@@ -8,13 +8,13 @@ import pytest
 
 from kata.motion.linkage import motor_angles_deg
 from kata.motion.shoulder import humerus_direction
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 CASES = json.loads((ROOT / "frontend/src/apparatus3d/cases.json").read_text())
 
 
 @pytest.mark.parametrize("case", CASES, ids=[f"{case['side']} {case['pose_deg']}" for case in CASES])
-def test_the_page_is_tested_with_what_the_linkage_and_the_shoulder_really_do(case: dict[str, Any]) -> None:
+def test_page_cases_match_the_real_linkage_and_shoulder(case: dict[str, Any]) -> None:
     assert motor_angles_deg(case["pose_deg"], case["side"]) == pytest.approx(np.array(case["motors_deg"]), abs=1e-8)
     assert humerus_direction(case["pose_deg"], case["side"]) == pytest.approx(np.array(case["upper_arm"]), abs=1e-8)
 

@@ -26,7 +26,7 @@ def motion(*, ends_elsewhere: bool) -> Motion:
         PlaybackSettings(speed_percent=150.0, repetitions=5, pause_s=2.0, range_percent=60.0),
     ],
 )
-def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, asked: PlaybackSettings) -> None:
+def test_repeated_motion_lasts_as_long_as_the_device_reference(ends_elsewhere: bool, asked: PlaybackSettings) -> None:
     taught = motion(ends_elsewhere=ends_elsewhere)
     whole = with_settings(taught, asked)
     found = pace(taught, asked)
@@ -36,26 +36,26 @@ def test_it_lasts_as_long_as_what_the_device_is_given(ends_elsewhere: bool, aske
     assert (same.first_s, same.period_s) == pytest.approx((found.first_s, found.period_s), abs=1e-6)
 
 
-def test_a_repetition_is_done_when_it_has_ended_and_not_before() -> None:
+def test_repetition_counts_only_after_it_has_ended() -> None:
     # There and back in 2 s, standing for 1 s between.
     found = pace(motion(ends_elsewhere=False), PlaybackSettings(repetitions=3, pause_s=1.0))
     reached = {0.0: 0, 1.99: 0, 2.0: 1, 4.9: 1, 5.0: 2, 7.9: 2, 8.0: 3, 9.0: 3}
     assert {at_s: found.done(at_s + 1e-6) for at_s in reached} == reached
 
 
-def test_what_is_played_once_is_done_at_its_end() -> None:
+def test_single_playback_counts_as_done_at_its_end() -> None:
     assert [Pace(2.0, 0.0, 1).done(at_s) for at_s in (0.0, 1.9, 2.0, 5.0)] == [0, 0, 1, 1]
 
 
 @pytest.mark.parametrize(
     "asked", [PlaybackSettings(speed_percent=10.0, repetitions=200), PlaybackSettings(repetitions=200, pause_s=20.0)]
 )
-def test_longer_than_an_hour_is_refused_without_making_it(asked: PlaybackSettings) -> None:
+def test_playback_beyond_an_hour_is_refused_before_it_is_built(asked: PlaybackSettings) -> None:
     with pytest.raises(EditError, match="longer than an hour"):
         pace(motion(ends_elsewhere=False), asked)
 
 
-def test_what_the_way_back_makes_longer_than_an_hour_is_refused_too() -> None:
+def test_return_that_exceeds_an_hour_in_total_is_refused() -> None:
     asked = PlaybackSettings(repetitions=200, pause_s=8.0)
     taught = motion(ends_elsewhere=True)
     assert 200 * taught.duration_s + 199 * asked.pause_s < 3600

@@ -26,7 +26,7 @@ def test_the_scapula_carries_the_arm(side: Side) -> None:
     assert humerus_direction([0, 20, 90, 0, 0], side) @ UP == pytest.approx(np.sin(np.radians(20)))
 
 
-def test_the_direction_is_that_of_the_links_turned_one_after_the_other() -> None:
+def test_direction_matches_the_links_turned_one_after_another() -> None:
     lowest, highest = np.array(POSE_RANGE_DEG).T
     poses = np.random.default_rng(2).uniform(lowest, highest, size=(200, 5))
     # Each axis' sense on a right shoulder: forward is about +Z, up and away about -X, forward again about -Y.
@@ -44,7 +44,7 @@ def test_the_direction_is_that_of_the_links_turned_one_after_the_other() -> None
 
 
 @pytest.mark.parametrize("abduction_deg", [0.0, 20.0, 44.0, 46.0, 70.0, 90.0, 120.0])
-def test_motor_4_is_named_after_the_plane_in_which_it_moves_the_arm(abduction_deg: float) -> None:
+def test_motor_4_is_named_after_its_plane_of_motion(abduction_deg: float) -> None:
     number = int(motion_of_motor_4(abduction_deg))
 
     by_motor_4 = humerus_direction([0, 0, abduction_deg, 10, 0]) - humerus_direction([0, 0, abduction_deg, -10, 0])

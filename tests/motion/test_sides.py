@@ -30,14 +30,14 @@ def _limits() -> list[AxisLimits]:
 
 
 @given(POSES, SIDES, SIDES)
-def test_there_and_back_is_the_same(poses: np.ndarray, here: Side, there: Side) -> None:
+def test_mirroring_twice_changes_nothing(poses: np.ndarray, here: Side, there: Side) -> None:
     theta = motor_angles_deg(poses, here)
     back = mirrored_deg(mirrored_deg(theta, here, there), there, here)
     assert back == pytest.approx(theta, abs=1e-9, rel=0)
 
 
 @given(POSES, SIDES, SIDES)
-def test_the_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, there: Side) -> None:
+def test_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, there: Side) -> None:
     mirrored = mirrored_deg(motor_angles_deg(poses, here), here, there)
     assert pose_deg(mirrored, there) == pytest.approx(poses, abs=1e-9, rel=0)
     # Motors 3-5 are counted as the body is.
@@ -46,14 +46,12 @@ def test_the_other_shoulder_takes_the_same_pose(poses: np.ndarray, here: Side, t
 
 @pytest.mark.parametrize("motion", built_in_motions(), ids=lambda motion: motion.name)
 @pytest.mark.parametrize(("here", "there"), [("right", "left"), ("left", "right")])
-def test_a_built_in_motion_taught_on_one_side_may_be_played_on_the_other(
-    motion: Taught, here: Side, there: Side
-) -> None:
+def test_built_in_motion_of_one_side_plays_on_the_other(motion: Taught, here: Side, there: Side) -> None:
     mirrored = mirrored_deg(motor_angles_deg(motion.poses_deg, here), here, there)
     Trajectory(motion.times_s, mirrored).check(_limits(), 0.0)
 
 
-def test_limits_are_checked_after_it() -> None:
+def test_limits_are_checked_after_mirroring() -> None:
     # Given a motion into a corner of what the right side's motors may do: motor 2 at its lower end, psi near +26 deg,
     times_s = np.linspace(0.0, 5.0, 51)
     start, end = motor_angles_deg([0.0, 0.0, 10.0, 0.0, 0.0]), np.array([30.0, 88.5, 10.0, 0.0, 0.0])

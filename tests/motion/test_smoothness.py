@@ -17,12 +17,12 @@ def minimum_jerk(duration_s: float, deg: float, rate_hz: float = 100.0) -> tuple
 
 @pytest.mark.parametrize("duration_s", [0.8, 2.0, 5.0, 12.0])
 @pytest.mark.parametrize("deg", [5.0, 40.0, -150.0])
-def test_one_minimum_jerk_movement_has_the_same_value_however_large_and_long(duration_s: float, deg: float) -> None:
+def test_minimum_jerk_smoothness_is_independent_of_size_and_duration(duration_s: float, deg: float) -> None:
     # The arc goes from (0, 1) to (1, 0.05): never shorter than the straight line between them, 1.379.
     assert smoothness(*minimum_jerk(duration_s, deg)) == pytest.approx(-1.404, abs=0.005)
 
 
-def test_it_does_not_depend_on_the_unit_or_on_the_sampling_rate() -> None:
+def test_smoothness_is_independent_of_unit_and_sampling_rate() -> None:
     times, angles = minimum_jerk(2.0, 30.0, 1000.0)
     speed = np.abs(np.gradient(angles, times))
     assert spectral_arc_length(speed, 1000.0) == pytest.approx(spectral_arc_length(speed * 0.017, 1000.0))
@@ -52,7 +52,7 @@ def test_an_encoders_counts_are_not_tremor() -> None:
     assert counted == pytest.approx(smoothness(times, angles), abs=0.01)
 
 
-def test_what_stands_or_is_too_short_has_none() -> None:
+def test_resting_or_short_motion_has_no_smoothness() -> None:
     assert smoothness([0.0, 1.0, 2.0], [5.0, 5.0, 5.0]) is None
     assert smoothness([0.0, 0.2, 0.4], [0.0, 5.0, 9.0]) is None
     with pytest.raises(ValueError, match="stands"):

@@ -13,7 +13,7 @@ from kata.motion.taught import TaughtError, parse_csv, read_csv
 HEADER = "time_s," + ",".join(POSE_COLUMNS)
 
 
-def test_columns_may_stand_in_any_order_among_others() -> None:
+def test_columns_may_have_any_order() -> None:
     text = (
         "note,external_rotation,time_s,shoulder_flexion,shoulder_abduction,scapula_upward_rotation,scapula_abduction\n"
         "a,5,10.0,4,3,2,1\n"
@@ -25,7 +25,7 @@ def test_columns_may_stand_in_any_order_among_others() -> None:
     assert taught.poses_deg[0] == pytest.approx([1, 2, 3, 4, 5])
 
 
-def test_marks_of_other_programs_are_no_error() -> None:
+def test_spreadsheet_byte_order_mark_and_line_ends_are_accepted() -> None:
     text = "\ufeff" + HEADER + "\r\n0,0,0,0,0,0\r\n1,0,0,0,0,0\r\n\r\n"
     assert parse_csv(text, "from a spreadsheet").duration_s == 1.0
 
@@ -44,13 +44,13 @@ def test_marks_of_other_programs_are_no_error() -> None:
         (f"{HEADER}\n0,0,0,0,0,0\n0.1,0,0,0,0,0\n", "the motion is too short"),
     ],
 )
-def test_bad_files_are_told_what_is_wrong_and_where(text: str, sentence: str) -> None:
+def test_bad_files_are_reported_with_the_error_and_place(text: str, sentence: str) -> None:
     with pytest.raises(TaughtError) as caught:
         parse_csv(text, "bad")
     assert sentence in str(caught.value)
 
 
-def test_files_that_are_no_text_or_not_there(tmp_path: Path) -> None:
+def test_binary_or_missing_files_are_reported(tmp_path: Path) -> None:
     with pytest.raises(TaughtError, match="No such file"):
         read_csv(tmp_path / "nothing.csv")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")

@@ -25,7 +25,7 @@ def test_a_playback_that_lags_has_the_error_of_its_lag() -> None:
         assert motor.rmse_deg == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-3)
 
 
-def test_peak_keeps_its_sign_and_place_and_the_start_is_the_first_sample() -> None:
+def test_peak_keeps_sign_and_place_and_starts_at_first_sample() -> None:
     path_s = np.array([0.0, 1.0, 2.0])
     played = np.column_stack([a * np.sin(path_s) for a in (1, 5, 10, 20, 40)])
     played[0, 2] += 0.5
@@ -50,7 +50,7 @@ def test_nothing_played_is_nothing_compared() -> None:
 
 @pytest.mark.parametrize("lag_s", [-0.03, 0.0, 0.0042, 0.05, 0.2])
 @pytest.mark.parametrize("rate_hz", [10, 100])
-def test_the_lag_is_found_to_a_fraction_of_a_sample_whatever_else_is_wrong(lag_s: float, rate_hz: int) -> None:
+def test_lag_is_found_to_a_fraction_of_a_sample(lag_s: float, rate_hz: int) -> None:
     """With a constant error, an encoder's counts, and gaps where nothing was measured."""
     times_s = np.arange(0, 12.0, 0.01)
     path_s = np.arange(0.0, 11.0, 1 / rate_hz)
@@ -67,7 +67,7 @@ def test_the_lag_is_found_to_a_fraction_of_a_sample_whatever_else_is_wrong(lag_s
         assert motor.lag_ms == pytest.approx(lag_s * 1000, abs=2.0)
 
 
-def test_a_motor_that_hardly_moves_has_no_lag_and_no_smoothness() -> None:
+def test_motor_that_hardly_moves_has_no_lag_or_smoothness() -> None:
     taught = TAUGHT_DEG.copy()
     taught[:, 1] = 0.5 * np.sin(TIMES_S)
     motors = compare(TIMES_S, taught, TIMES_S, taught).motors
@@ -76,7 +76,7 @@ def test_a_motor_that_hardly_moves_has_no_lag_and_no_smoothness() -> None:
     assert motors[2].taught_smoothness == pytest.approx(motors[2].played_smoothness or 0.0, abs=1e-6)
 
 
-def test_what_was_reached_is_told_against_the_whole_of_what_was_taught() -> None:
+def test_reached_range_is_compared_with_the_whole_taught_range() -> None:
     path_s = np.arange(0.0, 1.0, 0.01)
     played = 0.9 * np.array([np.interp(path_s, TIMES_S, angles) for angles in TAUGHT_DEG.T]).T
     motor = compare(TIMES_S, TAUGHT_DEG, path_s, played).motors[4]
@@ -84,7 +84,7 @@ def test_what_was_reached_is_told_against_the_whole_of_what_was_taught() -> None
     assert motor.played == pytest.approx((0.0, 0.9 * 40 * np.sin(0.99)), abs=1e-3)
 
 
-def test_the_largest_torque_keeps_its_sign() -> None:
+def test_largest_torque_keeps_its_sign() -> None:
     torque = np.zeros_like(TAUGHT_DEG)
     torque[100, 3], torque[200, 3] = 1.5, -2.5
     motors = compare(TIMES_S, TAUGHT_DEG, TIMES_S, TAUGHT_DEG, torque).motors
@@ -102,7 +102,7 @@ def test_a_jerky_playback_is_less_smooth_than_its_teaching() -> None:
     assert motor.played_smoothness < motor.taught_smoothness - 0.1
 
 
-def test_where_the_arm_was_taken_back_each_place_counts_once_for_smoothness() -> None:
+def test_each_place_counts_once_for_smoothness_despite_reversals() -> None:
     path_s = np.concatenate([np.arange(0.0, 2.0, 0.01), np.arange(1.0, 3.9, 0.01)])
     played = np.array([np.interp(path_s, TIMES_S, angles) for angles in TAUGHT_DEG.T]).T
     straight = compare(TIMES_S, TAUGHT_DEG, TIMES_S[:390], TAUGHT_DEG[:390]).motors[4]
@@ -117,7 +117,7 @@ def pose_deg(motors_deg: Floats) -> Floats:
 
 
 @pytest.mark.parametrize(("lifted_deg", "number"), [(10.0, 5), (90.0, 3)])
-def test_a_motion_is_judged_in_the_bodys_angles_and_against_table_2(lifted_deg: float, number: int) -> None:
+def test_motion_is_compared_in_body_angles_and_with_table_2(lifted_deg: float, number: int) -> None:
     times_s = np.arange(0.0, 10.0, 0.01)
     taught = np.zeros((len(times_s), 5))
     taught[:, 0] = 8 * np.sin(times_s)

@@ -23,9 +23,7 @@ def columns(samples: list[float]) -> Floats:
 
 @settings(max_examples=50)
 @given(angles, STEPS_S)
-def test_what_is_checked_is_the_highest_and_lowest_angle_that_it_ever_has(
-    samples: list[float], steps_s: list[float]
-) -> None:
+def test_limits_check_the_highest_and_lowest_angle_ever_reached(samples: list[float], steps_s: list[float]) -> None:
     """A smooth curve goes beyond its samples, and a setpoint may come to lie anywhere."""
     trajectory = Trajectory(np.cumsum(steps_s)[: len(samples)], columns(samples))
     assume(trajectory.duration_s >= 0.1)
@@ -43,7 +41,7 @@ def test_what_is_checked_is_the_highest_and_lowest_angle_that_it_ever_has(
 
 @settings(max_examples=50)
 @given(angles, STEPS_S)
-def test_it_keeps_what_was_taught_whatever_that_was(samples: list[float], steps_s: list[float]) -> None:
+def test_trajectory_preserves_any_taught_motion(samples: list[float], steps_s: list[float]) -> None:
     times = np.cumsum(steps_s)[: len(samples)]
     trajectory = Trajectory(times, columns(samples))
     off = trajectory.along(times - times[0]) - columns(samples)
@@ -67,7 +65,7 @@ def test_its_speed_and_acceleration_are_those_of_its_angles(
     assert after.speed_deg_s - before.speed_deg_s == pytest.approx(2 * d * here.acceleration_deg_s2, abs=d * near)
 
 
-def test_it_stands_still_beyond_its_ends_and_keeps_its_speed_up_to_them() -> None:
+def test_trajectory_rests_beyond_its_ends_and_keeps_its_speed_before() -> None:
     """A pedal may be released in full motion."""
     times = 5.0 + np.arange(0.0, 2.0, 0.01)
     rows = columns(list(40.0 * (times - 5.0)))
@@ -89,12 +87,12 @@ def test_it_stands_still_beyond_its_ends_and_keeps_its_speed_up_to_them() -> Non
         ([0.0, 0.5, 3.0], [[0.0] * 5] * 3, "samples are missing for 2.5 s after 0.5 s"),
     ],
 )
-def test_what_is_no_trajectory(times: list[float], rows: list[list[float]], sentence: str) -> None:
+def test_invalid_trajectories_are_refused(times: list[float], rows: list[list[float]], sentence: str) -> None:
     with pytest.raises(TrajectoryError, match=sentence):
         Trajectory(times, rows)
 
 
-def test_a_recording_beyond_a_limit_is_refused_with_motor_time_and_values() -> None:
+def test_recording_beyond_a_limit_is_refused_with_motor_time_values() -> None:
     times = np.arange(0, 2.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[:, 3] = 103.0 * np.sin(np.pi * times / 2)
@@ -116,7 +114,7 @@ def test_single_counts_of_an_encoder_are_no_speed() -> None:
         reference(method, times, rows).check([AxisLimits(-10.0, 10.0, 2.0)] * 5, tolerance_deg=0.0)
 
 
-def test_a_jerk_is_refused_before_it_is_played() -> None:
+def test_jerk_is_refused_before_playback() -> None:
     times = np.arange(0, 1.0, 0.01)
     rows = np.zeros((len(times), 5))
     rows[:, 2] = 60.0 * times
@@ -128,7 +126,7 @@ def test_a_jerk_is_refused_before_it_is_played() -> None:
         Trajectory(times, rows).check(calm, tolerance_deg=0.0)
 
 
-def test_what_is_too_abrupt_at_the_setpoints_of_a_hundred_hertz_may_be_gentle_at_ten() -> None:
+def test_motion_too_abrupt_at_100_hertz_may_pass_at_ten() -> None:
     times = np.arange(0, 2.01, 0.1)
     rows = np.zeros((len(times), 5))
     rows[10:, 2] = 14.0
@@ -143,7 +141,7 @@ def test_what_is_too_abrupt_at_the_setpoints_of_a_hundred_hertz_may_be_gentle_at
     st.lists(st.floats(-90, 90), min_size=5, max_size=5),
     st.floats(1, 60),
 )
-def test_an_approach_gets_there_without_a_jump_and_within_its_speed(
+def test_approach_arrives_without_a_jump_and_within_its_speed(
     start: list[float], goal: list[float], speed_deg_s: float
 ) -> None:
     approach = Approach(np.array(start), np.array(goal), speed_deg_s)
@@ -164,7 +162,7 @@ def test_an_approach_gets_there_without_a_jump_and_within_its_speed(
         assert np.abs(np.gradient(values, times, axis=0) - rate)[1:-1].max() <= allowed
 
 
-def test_every_axis_comes_to_the_start_from_the_side_to_which_it_leaves() -> None:
+def test_every_axis_reaches_the_start_from_its_departure_side() -> None:
     times = np.arange(0, 4.01, 0.1)
     rows = np.zeros((len(times), 5))
     there_and_back = 1 - np.cos(times * np.pi / 2)
@@ -188,7 +186,7 @@ def test_every_axis_comes_to_the_start_from_the_side_to_which_it_leaves() -> Non
         assert np.abs(aside - start).max() <= 2.0 + 1e-6
 
 
-def test_a_way_of_several_legs_is_continuous_and_stands_where_they_meet() -> None:
+def test_path_of_several_legs_is_continuous_and_rests_between_them() -> None:
     legs = [Approach(np.zeros(5), np.full(5, 10.0), 15.0), Approach(np.full(5, 10.0), np.full(5, 8.0), 15.0)]
     way = OneAfterAnother(legs)
     assert way.duration_s == legs[0].duration_s + legs[1].duration_s

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from packaging.version import Version
 
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 _TABLE = Path(__file__).with_name("lowest_safe.toml")
 _LOCKS = ("frontend", "tests/browser", "tests/fhir_validators")

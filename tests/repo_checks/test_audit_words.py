@@ -10,7 +10,7 @@ from kata.access.changes import QUIET
 from kata.access.permissions import RULES
 from kata.clinic.restricted.objects import OF_A_PATIENT
 from kata.database.base import Base
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 KATA: Final = ROOT / "backend/kata"
 PAGE: Final = ROOT / "frontend/src/administration"
@@ -53,13 +53,13 @@ def actions() -> Iterator[str]:
                 yield from ELSEWHERE[said]
 
 
-def test_every_action_has_words_in_both_languages() -> None:
+def test_every_action_has_a_text_in_both_languages() -> None:
     words = worded("auditActions.ts", "ACTIONS")
 
     assert {action: words.count(action) for action in actions()} == dict.fromkeys(actions(), 2)
 
 
-def test_every_kind_of_record_has_words_in_both_languages() -> None:
+def test_every_record_kind_has_a_text_in_both_languages() -> None:
     kinds = (Base.metadata.tables.keys() - QUIET) | {name.removesuffix("_id") for name in OF_A_PATIENT}
     words = worded("auditKinds.ts", "KINDS")
 

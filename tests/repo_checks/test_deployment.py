@@ -10,14 +10,14 @@ import yaml
 
 from kata.device import config
 from kata.settings import by_tls
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 
 def compose(name: str = "docker-compose.yml") -> Any:
     return yaml.safe_load((ROOT / name).read_text())
 
 
-def test_every_container_is_without_rights_and_writes_only_where_it_is_said() -> None:
+def test_every_container_has_no_privileges_and_few_writable_paths() -> None:
     services = compose()["services"]
     assert set(services) == {"database", "station-1", "station-2", "proxy"}
     for name, told in services.items():
@@ -30,7 +30,7 @@ def test_every_container_is_without_rights_and_writes_only_where_it_is_said() ->
         assert not told.get("privileged"), name
 
 
-def test_each_station_has_a_name_a_volume_and_real_time_of_its_own() -> None:
+def test_each_station_has_its_name_volume_and_real_time() -> None:
     told = compose()
     stations = {name: one for name, one in told["services"].items() if name.startswith("station-")}
     names = set()
@@ -47,7 +47,7 @@ def test_each_station_has_a_name_a_volume_and_real_time_of_its_own() -> None:
     assert len(names) == len(stations)
 
 
-def test_only_the_proxy_is_reached_from_outside_and_it_reaches_no_database() -> None:
+def test_only_the_proxy_is_reachable_and_reaches_no_database() -> None:
     services = compose()["services"]
     assert [name for name, one in services.items() if "ports" in one] == ["proxy"]
     assert services["database"]["network_mode"] == "none"
@@ -61,7 +61,7 @@ def test_only_the_proxy_is_reached_from_outside_and_it_reaches_no_database() -> 
     assert services["station-1"]["environment"]["KATA_TRUSTED_PROXIES"] == address
 
 
-def test_what_is_logged_goes_to_the_clinics_log_server_by_tls() -> None:
+def test_logs_go_to_the_clinics_server_over_tls() -> None:
     told, services = compose("deploy/logs.yml")["services"], compose()["services"]
     assert set(told) == set(services)
     for name, one in told.items():
@@ -74,7 +74,7 @@ def test_what_is_logged_goes_to_the_clinics_log_server_by_tls() -> None:
         assert services[station]["environment"]["KATA_LOG_FORMAT"] == "json", "with the rows of the audit trail"
 
 
-def test_the_stations_open_what_the_others_have_sealed() -> None:
+def test_stations_open_each_others_secrets() -> None:
     services = compose()["services"]
     for station in ("station-1", "station-2"):
         key = Path(services[station]["environment"]["KATA_SECOND_FACTOR_KEY"])
@@ -82,7 +82,7 @@ def test_the_stations_open_what_the_others_have_sealed() -> None:
     assert "/var/lib/kata-shared" in (ROOT / "Dockerfile").read_text()
 
 
-def test_no_secret_stands_in_the_compose_file() -> None:
+def test_compose_file_contains_no_secret() -> None:
     text = (ROOT / "docker-compose.yml").read_text()
     assert re.findall(r"PASSWORD: (?!\$\{)", text) == []
 
@@ -101,7 +101,7 @@ def test_an_adapter_is_passed_through() -> None:
         ("LimitMEMLOCK", "infinity"), ("NoNewPrivileges", "yes"), ("ProtectSystem", "strict"), ("KillSignal", "SIGINT"),
     ],
 )  # fmt: skip
-def test_the_unit_has_a_watchdog_real_time_and_no_rights_besides(key: str, value: str) -> None:
+def test_unit_has_a_watchdog_real_time_and_no_other_privileges(key: str, value: str) -> None:
     unit = configparser.ConfigParser(strict=False, interpolation=None)
     unit.optionxform = str  # type: ignore[assignment,method-assign]
     unit.read(ROOT / "deploy/systemd/kata.service")

@@ -4,7 +4,7 @@ import ast
 import re
 import tomllib
 
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 _PAGE = (ROOT / "docs/security.md").read_text()
 _TABLE, _, _BEHIND = _PAGE.split("## OWASP ASVS 5.0.0, level 2")[1].partition("### What does not apply")
@@ -43,7 +43,7 @@ def names_in(file: str) -> set[str]:
     return {one.name for one in ast.walk(tree) if isinstance(one, ast.FunctionDef | ast.AsyncFunctionDef)}
 
 
-def test_every_test_that_it_names_exists() -> None:
+def test_every_named_test_exists() -> None:
     missing = []
     for file, name in re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", _PAGE):
         if not (ROOT / file).is_file() or (name and name not in names_in(file)):
@@ -51,14 +51,14 @@ def test_every_test_that_it_names_exists() -> None:
     assert missing == []
 
 
-def test_every_requirement_is_shown_by_a_test_a_check_or_a_section() -> None:
+def test_every_requirement_cites_a_test_a_check_or_a_section() -> None:
     assert len(rows(_TABLE)) > 60
     for requirement, _how, shown in rows(_TABLE):
         assert re.match(r"\d+\.\d+", requirement)
         assert re.search(r"`tests/|`make check`|\]\(#", shown), requirement
 
 
-def test_every_section_that_it_refers_to_is_there() -> None:
+def test_every_referenced_section_exists() -> None:
     there = {
         re.sub(r"[^\w -]", "", title).lower().replace(" ", "-")
         for title in re.findall(r"^##+ (.+)$", _PAGE, re.MULTILINE)
@@ -67,7 +67,7 @@ def test_every_section_that_it_refers_to_is_there() -> None:
     assert set(re.findall(r"\]\(#([\w-]+)\)", _PAGE)) <= there
 
 
-def test_no_requirement_of_levels_1_and_2_is_left_out_or_in_two_places() -> None:
+def test_every_requirement_of_levels_1_and_2_appears_once() -> None:
     assert len(every()) == 253
     met = [number for requirement, *_ in rows(_TABLE) for number in numbers(requirement)]
     apart = [number for requirement, _why in rows(_APART) for number in numbers(requirement)]

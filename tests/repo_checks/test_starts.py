@@ -23,7 +23,7 @@ MAIN = COMMAND.value.partition(":")[0]
         ("kata.api.app", "scipy.signal"),
     ],
 )
-def test_it_starts_without(module: str, without: str) -> None:
+def test_module_starts_without_the_heavy_import(module: str, without: str) -> None:
     started = f"import {module}, sys; print({without!r} in sys.modules)"
     done = subprocess.run([sys.executable, "-c", started], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "False"

@@ -64,7 +64,7 @@ def comes(port: Any, drive_id: int = 3) -> int:
     return result
 
 
-def test_a_drive_without_power_is_gone_and_comes_back_without_torque(port: Any, hand: SimulatorClient) -> None:
+def test_drive_without_power_is_absent_and_returns_without_torque(port: Any, hand: SimulatorClient) -> None:
     packets.write2ByteTxRx(port, 3, P_GAIN, 1600)
     packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)
     state = hand.fault("off", motor=3)
@@ -78,7 +78,7 @@ def test_a_drive_without_power_is_gone_and_comes_back_without_torque(port: Any, 
     assert packets.read2ByteTxRx(port, 3, P_GAIN)[0] == 800
 
 
-def test_a_silent_drive_does_what_it_is_told(port: Any, hand: SimulatorClient) -> None:
+def test_silent_drive_still_executes_commands(port: Any, hand: SimulatorClient) -> None:
     hand.fault("silent", motor=3)
     assert packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)[0] == COMM_RX_TIMEOUT
     assert hand.state().axes[2].torque_on
@@ -86,7 +86,7 @@ def test_a_silent_drive_does_what_it_is_told(port: Any, hand: SimulatorClient) -
     assert comes(port) == COMM_SUCCESS
 
 
-def test_what_comes_damaged_is_no_answer(port: Any, hand: SimulatorClient) -> None:
+def test_corrupt_answer_is_rejected(port: Any, hand: SimulatorClient) -> None:
     kinds: tuple[Kind, ...] = ("garbage", "wrong_crc", "duplicate_id")
     for kind in kinds:
         hand.fault(kind, motor=3)
@@ -106,12 +106,12 @@ def test_an_answer_may_be_late(simulator: SimulatorProcess, hand: SimulatorClien
         assert time.monotonic() - began >= 0.06
 
 
-def test_some_answers_stay_away(port: Any, hand: SimulatorClient) -> None:
+def test_some_answers_are_missing(port: Any, hand: SimulatorClient) -> None:
     hand.fault("intermittent", motor=3, value=0.5)
     assert {comes(port) for _ in range(20)} == {COMM_SUCCESS, COMM_RX_TIMEOUT}
 
 
-def test_a_hardware_error_cuts_the_torque_until_the_drive_is_restarted(port: Any, hand: SimulatorClient) -> None:
+def test_hardware_error_cuts_torque_until_the_drive_restarts(port: Any, hand: SimulatorClient) -> None:
     packets.write1ByteTxRx(port, 3, TORQUE_ENABLE, 1)
     assert not hand.fault("hardware_error", motor=3, value=32).axes[2].torque_on  # Overload.
     assert packets.read1ByteTxRx(port, 3, HARDWARE_ERROR) == (32, COMM_SUCCESS, protocol.ALERT)
@@ -128,7 +128,7 @@ def test_an_input_voltage_error_only_alerts(port: Any, hand: SimulatorClient) ->
     assert packets.read1ByteTxRx(port, 3, HARDWARE_ERROR) == (0, COMM_SUCCESS, 0)
 
 
-def test_inputs_may_stay_away_alone(port: Any, hand: SimulatorClient) -> None:
+def test_inputs_alone_may_be_missing(port: Any, hand: SimulatorClient) -> None:
     hand.fault("inputs_silent")
     assert packets.read2ByteTxRx(port, 1, 152)[1] == COMM_RX_TIMEOUT
     assert comes(port, 1) == COMM_SUCCESS
@@ -220,7 +220,7 @@ class World:
         self.write(drive_id, TORQUE_ENABLE, b"\1")
 
 
-def test_a_stuck_shaft_stays_although_it_is_pulled() -> None:
+def test_stuck_shaft_stays_although_pulled() -> None:
     world = World()
     world.energise(4)
     start = world.position(4)
@@ -235,7 +235,7 @@ def test_a_stuck_shaft_stays_although_it_is_pulled() -> None:
     assert abs(world.position(4) - start - 400) < 5
 
 
-def test_a_frozen_drive_repeats_itself_and_moves_on() -> None:
+def test_frozen_drive_repeats_itself_and_moves_on() -> None:
     world = World()
     world.energise(4)
     start = world.position(4)
@@ -248,7 +248,7 @@ def test_a_frozen_drive_repeats_itself_and_moves_on() -> None:
     assert abs(world.position(4) - start - 400) < 5
 
 
-def test_time_is_what_the_caller_says_even_after_a_long_gap() -> None:
+def test_simulation_time_follows_the_caller_even_after_long_gaps() -> None:
     world = World()
     world.energise(4)
     world.write(4, GOAL_POSITION, struct.pack("<i", 2048 + 1024))
@@ -318,7 +318,7 @@ def test_modbus_drives_break_in_the_same_ways() -> None:
     assert answers() == [whole]
 
 
-def test_a_silent_drive_silences_those_after_it_in_a_sync_read() -> None:
+def test_silent_drive_silences_those_after_it_in_sync_reads() -> None:
     world = World()
     ask = struct.pack("<HH", PRESENT_POSITION, 4) + bytes([1, 2, 3, 4, 5])
     world.bus.script.fault(Fault("silent", 3))

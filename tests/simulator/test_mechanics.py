@@ -52,7 +52,7 @@ class World:
             servo.write(116, struct.pack("<i", round(2048 + angle / COUNT_DEG)))
 
 
-def test_the_hand_traces_a_motion_with_its_foot_on_the_pedal() -> None:
+def test_hand_traces_a_motion_with_its_foot_on_the_pedal() -> None:
     world = World()
     motion = built_in_motions()[6]
     world.apparatus.guide(motion.name, rows(motion), pedal=True)
@@ -80,7 +80,7 @@ def test_the_hand_does_not_fight_the_motors() -> None:
         world.apparatus.guide("m", rows(motion), pedal=True)
 
 
-def test_the_hand_does_one_thing_at_a_time_and_lets_go_at_once() -> None:
+def test_hand_does_one_thing_at_a_time_and_releases_immediately() -> None:
     world = World()
     motion = built_in_motions()[0]
     world.apparatus.guide("m", rows(motion), pedal=True)
@@ -167,7 +167,7 @@ def test_no_torque_without_torque_enable() -> None:
     assert world.angles() == pytest.approx(before, abs=0.5)
 
 
-def test_goal_current_limits_what_a_drive_gives() -> None:
+def test_goal_current_limits_the_drive() -> None:
     world = World()
     world.energise()
     servo = world.servos[3]

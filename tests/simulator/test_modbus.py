@@ -61,7 +61,7 @@ def position(client: ModbusSerialClient, motor: int) -> int:
     return signed(client.read_holding_registers(PRESENT, count=2, device_id=motor).registers)
 
 
-def test_registers_keep_what_is_written(client: ModbusSerialClient) -> None:
+def test_registers_keep_their_values(client: ModbusSerialClient) -> None:
     assert client.read_holding_registers(TORQUE_ENABLE, count=9, device_id=3).registers == [
         *(0, 0, 0, 1000),
         *long(-180_000),
@@ -77,7 +77,7 @@ def test_registers_keep_what_is_written(client: ModbusSerialClient) -> None:
     assert client.read_holding_registers(TORQUE_LIMIT, count=1, device_id=4).registers == [1000]
 
 
-def test_writing_and_reading_in_one_request(client: ModbusSerialClient) -> None:
+def test_one_request_writes_and_reads(client: ModbusSerialClient) -> None:
     answer = client.readwrite_registers(
         read_address=STATUS, read_count=6, write_address=GOAL, values=long(-4200), device_id=2
     )
@@ -85,7 +85,7 @@ def test_writing_and_reading_in_one_request(client: ModbusSerialClient) -> None:
     assert signed(client.read_holding_registers(GOAL, count=2, device_id=2).registers) == -4200
 
 
-def test_what_a_drive_cannot_do_it_refuses(client: ModbusSerialClient) -> None:
+def test_drive_refuses_unsupported_requests(client: ModbusSerialClient) -> None:
     assert refused(client.read_input_registers(0, count=1, device_id=1)) == modbus.ILLEGAL_FUNCTION
     assert refused(client.read_holding_registers(8, count=2, device_id=1)) == modbus.ILLEGAL_ADDRESS
     assert refused(client.write_register(STATUS, 0, device_id=1)) == modbus.ILLEGAL_ADDRESS
@@ -99,7 +99,7 @@ def test_what_a_drive_cannot_do_it_refuses(client: ModbusSerialClient) -> None:
     assert not client.write_registers(GOAL, long(9000), device_id=1).isError()
 
 
-def test_a_drive_holds_when_torque_comes_on_and_moves_to_its_goal(client: ModbusSerialClient) -> None:
+def test_drive_holds_when_torque_comes_on_and_moves_to_goals(client: ModbusSerialClient) -> None:
     client.write_registers(GOAL, long(4000), device_id=4)
     start = position(client, 4)
     client.write_register(TORQUE_ENABLE, 1, device_id=4)
@@ -157,7 +157,7 @@ def test_only_a_sound_frame_between_silences_is_heard(simulator: SimulatorProces
         assert line.read(1) == b""
 
 
-def test_another_baud_rate_is_what_the_drives_listen_at(tmp_path: Path) -> None:
+def test_drives_listen_at_the_changed_baud_rate(tmp_path: Path) -> None:
     ask = modbus.frame(1, 3, bytes([0, STATUS, 0, 6]))
     with closing(SimulatorProcess(tmp_path, protocol="modbus", baud=19_200)) as running:
         with closing(serial.Serial(running.port, BAUD, timeout=0.1)) as line:
@@ -177,7 +177,7 @@ def test_another_baud_rate_is_what_the_drives_listen_at(tmp_path: Path) -> None:
         (modbus.frame(1, 4, bytes.fromhex("02ffff")), "01 04 02 ff ff b8 80"),
     ],
 )
-def test_the_checksum_is_the_one_that_everybody_knows(frame: bytes, known: str) -> None:
+def test_checksum_matches_the_published_one(frame: bytes, known: str) -> None:
     assert frame.hex(" ") == known
 
 
@@ -219,7 +219,7 @@ def test_no_sound_request_upsets_a_drive(requests: list[tuple[int, int, bytes]])
 
 
 @given(st.binary(max_size=40), st.data())
-def test_a_frame_that_came_in_pieces_without_a_pause_is_one(noise: bytes, data: st.DataObject) -> None:
+def test_frame_received_in_pieces_without_a_pause_is_one_frame(noise: bytes, data: st.DataObject) -> None:
     ask = modbus.frame(1, 3, bytes([0, STATUS, 0, 6]))
     line = ModbusLine(bus())
     line.hear(noise, 0, BAUD)

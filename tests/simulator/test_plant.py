@@ -47,7 +47,7 @@ def loads(angles_deg: list[float], *, turned: bool = False) -> list[float]:
 # -- the patient -------------------------------------------------------------------------------------------------------
 
 
-def test_the_arm_weighs_on_a_motor_as_far_as_it_would_sink_by_turning_it() -> None:
+def test_gravity_torque_is_the_derivative_of_the_arms_height() -> None:
     weight = JOINTS[3].weight_nm
     # Raised forward, it weighs on flexion; raised sideways, on abduction.
     assert loads([15, 109, 20, 90, 0])[3] == pytest.approx(-weight * math.cos(math.radians(20)))
@@ -58,21 +58,21 @@ def test_the_arm_weighs_on_a_motor_as_far_as_it_would_sink_by_turning_it() -> No
     assert loads([15, 109, 90, 60, 0])[2] == pytest.approx(-weight / 2)
 
 
-def test_on_the_other_side_motors_3_and_4_carry_the_same_weight_the_other_way() -> None:
+def test_other_side_mirrors_the_weight_on_motors_3_and_4() -> None:
     here = loads([15, 109, 50, 70, -30])
     there = loads([15, 109, -50, -70, -30], turned=True)
     assert there[2:4] == pytest.approx([-here[2], -here[3]])
     assert there[4] == pytest.approx(here[4])
 
 
-def test_the_girdle_weighs_on_motors_1_and_2_by_the_side() -> None:
+def test_girdle_weight_loads_motors_1_and_2_at_the_side() -> None:
     rest = list(parameters.REST_DEG)
     here, there = loads(rest), loads(rest, turned=True)
     assert abs(here[0]) == pytest.approx(JOINTS[0].weight_nm)
     assert there[:2] == pytest.approx([-here[0], -here[1]])
 
 
-def test_the_capsule_resists_towards_the_end_of_the_rom_and_ever_more() -> None:
+def test_capsule_resistance_grows_towards_the_end_of_range() -> None:
     at = [loads([15, 109, 90, angle, 0])[3] for angle in (170.0, 180.0, 185.0, 190.0)]
     assert at[0] == pytest.approx(0.0, abs=1e-9)
     assert at[3] == pytest.approx(-JOINTS[3].stiffness_nm)
@@ -80,7 +80,7 @@ def test_the_capsule_resists_towards_the_end_of_the_rom_and_ever_more() -> None:
     assert loads([15, 109, 90, -20, 0])[3] == pytest.approx(JOINTS[3].stiffness_nm)
 
 
-def test_tone_resists_movement_comes_and_goes_and_never_helps() -> None:
+def test_tone_resists_movement_and_never_helps() -> None:
     plant = Plant(1)
     joint = plant.joints[2]
     resists = []
@@ -101,7 +101,7 @@ def test_tone_resists_movement_comes_and_goes_and_never_helps() -> None:
 # -- gear and friction -------------------------------------------------------------------------------------------------
 
 
-def test_the_arm_is_left_behind_by_the_play_when_a_motor_turns_back() -> None:
+def test_backlash_delays_the_arm_when_a_motor_reverses() -> None:
     """The encoder does not see it."""
     joint, drive = Joint(4, JOINTS[4], turned=False), a_drive(5)
     drive.switch(on=True)
@@ -121,7 +121,7 @@ def test_the_arm_is_left_behind_by_the_play_when_a_motor_turns_back() -> None:
     assert back == pytest.approx(-play / 2, abs=0.1)
 
 
-def test_friction_holds_what_pulls_less_than_it() -> None:
+def test_friction_holds_smaller_forces() -> None:
     joint, drive = Joint(2, JOINTS[2], turned=False), a_drive(3)
     began = joint.arm_angle
     joint.load_nm = 0.9 * JOINTS[2].arm_coulomb_nm
@@ -142,7 +142,7 @@ def test_the_mechanism_ends_at_its_stops() -> None:
     assert drive.torque_nm == pytest.approx(DRIVES[2].rated_nm)
 
 
-def test_a_jammed_shaft_stays_and_its_drive_pulls_as_hard_as_it_may() -> None:
+def test_jammed_shaft_stays_while_its_drive_pulls_at_full_torque() -> None:
     plant, drive = Plant(), a_drive(4)
     joint = plant.joints[3]
     drive.switch(on=True)
@@ -157,7 +157,7 @@ def test_a_jammed_shaft_stays_and_its_drive_pulls_as_hard_as_it_may() -> None:
 
 
 @pytest.mark.parametrize("seed", [None, 0, 1, 2, 3])
-def test_the_built_in_motions_take_half_of_the_rated_torque_at_most(seed: int | None) -> None:
+def test_built_in_motions_need_at_most_half_the_rated_torque(seed: int | None) -> None:
     """Above it, as the patient's load level sees it, somebody resists."""
     apparatus = Apparatus(seed, 0)
     for drive, own in zip(apparatus.drives, DRIVES, strict=True):
@@ -180,7 +180,7 @@ def test_the_built_in_motions_take_half_of_the_rated_torque_at_most(seed: int | 
 # -- drives ------------------------------------------------------------------------------------------------------------
 
 
-def test_a_station_sets_the_gains_that_the_drives_are_meant_to_have() -> None:
+def test_station_sets_the_specified_gains_of_the_drives() -> None:
     for axis, own in zip(StationConfig().axes, DRIVES, strict=True):
         assert axis.position_p_gain * P_NM_RAD == pytest.approx(own.p_nm_rad)
         assert axis.position_i_gain * I_NM_RAD_S == pytest.approx(own.i_nm_rad_s)
@@ -188,7 +188,7 @@ def test_a_station_sets_the_gains_that_the_drives_are_meant_to_have() -> None:
         assert axis.max_torque_nm == own.rated_nm
 
 
-def test_a_warm_winding_gives_its_rated_torque_and_a_cold_one_the_maximal() -> None:
+def test_warm_winding_gives_rated_torque_and_a_cold_one_maximal() -> None:
     drive = a_drive(1)
     drive.tune(200.0, 0.0, 8.0, 20.0)
     drive.torque_nm = 10.0
@@ -199,7 +199,7 @@ def test_a_warm_winding_gives_its_rated_torque_and_a_cold_one_the_maximal() -> N
     assert drive.limit_nm == DRIVES[0].rated_nm
 
 
-def test_at_the_highest_speed_the_voltage_just_drives_the_maximal_torque() -> None:
+def test_voltage_just_drives_maximal_torque_at_the_highest_speed() -> None:
     drive = a_drive(1)
     drive.tune(200.0, 0.0, 8.0, 20.0)
     drive.speed = 75 * math.tau / 60
@@ -210,7 +210,7 @@ def test_at_the_highest_speed_the_voltage_just_drives_the_maximal_torque() -> No
     assert drive.limit_nm < DRIVES[0].maximum_nm
 
 
-def test_two_motors_share_what_their_supply_has() -> None:
+def test_two_motors_share_the_current_of_their_supply() -> None:
     pair = [a_drive(1), a_drive(2)]
     for drive in pair:
         drive.tune(200.0, 0.0, 8.0, 20.0)
@@ -223,7 +223,7 @@ def test_two_motors_share_what_their_supply_has() -> None:
     assert pair[0].limit_nm > pair[1].limit_nm
 
 
-def test_whoever_brakes_takes_nothing_from_its_supply() -> None:
+def test_braking_motor_takes_nothing_from_its_supply() -> None:
     drive = a_drive(1)
     drive.torque_nm, drive.speed = -4.0, 5.0
     assert drive.power_w == 0.0
@@ -232,7 +232,7 @@ def test_whoever_brakes_takes_nothing_from_its_supply() -> None:
 # -- seeds -------------------------------------------------------------------------------------------------------------
 
 
-def test_a_seed_varies_every_parameter_within_thirty_percent_and_is_the_same_again() -> None:
+def test_seed_varies_every_parameter_within_thirty_percent_reproducibly() -> None:
     for name in VARIED:
         shares = [
             getattr(joint, name) / getattr(nominal, name)
@@ -246,7 +246,7 @@ def test_a_seed_varies_every_parameter_within_thirty_percent_and_is_the_same_aga
     assert parameters.joints(None) == JOINTS
 
 
-def test_what_the_maker_of_a_drive_has_set_does_not_vary() -> None:
+def test_factory_parameters_of_a_drive_do_not_vary() -> None:
     drives = [Apparatus(seed, 0).drives for seed in (None, 1)]
     assert [drive.limit_nm for drive in drives[0]] == [drive.limit_nm for drive in drives[1]]
 
@@ -261,12 +261,12 @@ def sunk_to_deg(seed: int | None) -> float:
     return math.degrees(plant.joints[3].arm_angle)
 
 
-def test_a_seed_makes_another_apparatus_and_the_same_one_again() -> None:
+def test_seed_gives_a_different_reproducible_apparatus() -> None:
     assert sunk_to_deg(1) == sunk_to_deg(1)
     assert len({sunk_to_deg(seed) for seed in (None, 1, 2)}) == 3
 
 
-def test_it_does_not_matter_in_which_pieces_time_passes() -> None:
+def test_step_size_does_not_change_the_result() -> None:
     def end(step_ms: int) -> list[float]:
         apparatus = Apparatus(3, 0)
         servos = ServoBus(apparatus).servos
@@ -299,7 +299,7 @@ def held_still(seed: int | None, seconds: float = 20.0) -> np.ndarray:
     return np.array(rows)
 
 
-def test_a_hand_trembles_at_8_to_12_hz_and_strays_slowly() -> None:
+def test_hand_trembles_at_8_to_12_hz_and_drifts_slowly() -> None:
     held = held_still(None)[:, 2]
     spectrum = np.abs(np.fft.rfft(held - held.mean())) ** 2
     hz = np.fft.rfftfreq(len(held), 0.01)
@@ -311,12 +311,12 @@ def test_a_hand_trembles_at_8_to_12_hz_and_strays_slowly() -> None:
     assert 0.1 < np.ptp(held) < 6 * HAND.wander_deg
 
 
-def test_a_seed_makes_another_hand_and_the_same_one_again() -> None:
+def test_seed_gives_a_different_reproducible_hand() -> None:
     assert np.array_equal(held_still(1, 2.0), held_still(1, 2.0))
     assert not np.array_equal(held_still(1, 2.0), held_still(2, 2.0))
 
 
-def test_the_hand_traces_the_mirrored_motion_on_the_other_side() -> None:
+def test_hand_traces_the_mirrored_motion_on_the_other_side() -> None:
     motion = built_in_motions()[6]
     ends = []
     for turned in (False, True):

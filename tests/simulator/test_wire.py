@@ -72,7 +72,7 @@ def test_all_five_answer_a_ping_with_their_model(port: Any) -> None:
     assert packets.ping(port, 6)[1] == COMM_RX_TIMEOUT
 
 
-def test_registers_keep_what_is_written(port: Any) -> None:
+def test_registers_keep_their_values(port: Any) -> None:
     assert packets.write2ByteTxRx(port, 3, 84, 1234) == (COMM_SUCCESS, 0)
     assert packets.read2ByteTxRx(port, 3, 84) == (1234, COMM_SUCCESS, 0)
     assert packets.read2ByteTxRx(port, 4, 84)[0] != 1234
@@ -85,7 +85,7 @@ def test_the_eeprom_is_locked_while_torque_is_on(port: Any) -> None:
     assert packets.write1ByteTxRx(port, 1, 11, 5) == (COMM_SUCCESS, 0)
 
 
-def test_sync_write_moves_and_sync_read_tells(port: Any) -> None:
+def test_sync_write_moves_and_sync_read_reports(port: Any) -> None:
     for drive_id in IDS:
         packets.write2ByteTxRx(port, drive_id, 84, 1600)
         packets.write2ByteTxRx(port, drive_id, 82, 400)
@@ -108,7 +108,7 @@ def test_sync_write_moves_and_sync_read_tells(port: Any) -> None:
         assert time.monotonic() < limit
 
 
-def test_a_silent_servo_silences_the_ones_after_it(port: Any) -> None:
+def test_silent_servo_silences_later_ones(port: Any) -> None:
     port.writePort(encode(protocol.BROADCAST, 0x82, struct.pack("<HH", PRESENT_POSITION, 4) + bytes([1, 9, 2])))
     port.writePort(encode(5, 0x01))
     parser = StatusParser()
@@ -120,14 +120,14 @@ def test_a_silent_servo_silences_the_ones_after_it(port: Any) -> None:
     assert answered == [1, 5]
 
 
-def test_at_another_baud_rate_nobody_hears(port: Any) -> None:
+def test_wrong_baud_rate_gets_no_answer(port: Any) -> None:
     port.setBaudRate(57_600)
     assert packets.ping(port, 1)[1] == COMM_RX_TIMEOUT
     port.setBaudRate(1_000_000)
     assert packets.ping(port, 1)[1] == COMM_SUCCESS
 
 
-def test_a_baud_rate_set_as_a_number_is_one(port: Any) -> None:
+def test_numeric_baud_rate_is_accepted(port: Any) -> None:
     # As libraries in Rust set it: BOTHER in the flags, the rate itself beside them.
     told = bytearray(fcntl.ioctl(port.ser.fileno(), TCGETS2, bytes(44)))
     flags, *_ = struct.unpack_from("@I", told, 8)
@@ -157,7 +157,7 @@ def test_a_packet_cut_short_is_given_up(port: Any) -> None:
     assert packets.ping(port, 1)[1] == COMM_SUCCESS
 
 
-def test_a_fast_sync_read_brings_all_in_one_packet(port: Any) -> None:
+def test_fast_sync_read_returns_everything_in_one_packet(port: Any) -> None:
     present = GroupSyncRead(port, packets, 126, 10)
     for drive_id in IDS:
         present.addParam(drive_id)
@@ -180,7 +180,7 @@ def test_bulk_instructions_reach_each_drive_at_its_own_address(port: Any) -> Non
     assert (read.getData(1, 84, 2), read.getData(2, 65, 1)) == (0x1234, 1)
 
 
-def test_what_a_drive_cannot_do_it_refuses(port: Any) -> None:
+def test_drive_refuses_unsupported_requests(port: Any) -> None:
     assert packets.write1ByteTxRx(port, 1, TORQUE_ENABLE, 2) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
     assert packets.write1ByteTxRx(port, 1, 11, 2) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
     assert packets.write1ByteTxRx(port, 1, 98, 200) == (COMM_SUCCESS, protocol.DATA_RANGE_ERROR)
@@ -192,14 +192,14 @@ def test_what_a_drive_cannot_do_it_refuses(port: Any) -> None:
     assert packets.factoryReset(port, 1, 1) == (COMM_SUCCESS, protocol.INSTRUCTION_ERROR)
 
 
-def test_the_drives_clock_goes_on(port: Any) -> None:
+def test_clock_of_the_drives_continues(port: Any) -> None:
     first = packets.read2ByteTxRx(port, 1, 120)[0]
     limit = time.monotonic() + 5
     while packets.read2ByteTxRx(port, 1, 120)[0] == first:
         assert time.monotonic() < limit
 
 
-def test_the_bus_watchdog_trips_and_refuses_goals_until_it_is_cleared(port: Any) -> None:
+def test_bus_watchdog_trips_and_refuses_goals_until_cleared(port: Any) -> None:
     packets.write1ByteTxRx(port, 2, TORQUE_ENABLE, 1)
     packets.write1ByteTxRx(port, 2, 98, 1)
     quiet_until = time.monotonic() + 0.1  # five times the watchdog's 20 ms
@@ -266,7 +266,7 @@ def test_for_benchmarks_nothing_moves_and_the_wire_works(tmp_path: Path) -> None
         opened.closePort()
 
 
-def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
+def test_simulator_ends_with_its_parent_process(tmp_path: Path) -> None:
     script = (
         "import sys, time; from pathlib import Path; from kata.simulator.process import SimulatorProcess\n"
         f"print(SimulatorProcess(Path({str(tmp_path)!r})).pid, flush=True); time.sleep(60)"
@@ -283,7 +283,7 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
         time.sleep(0.02)
 
 
-def test_one_that_cannot_start_says_why(tmp_path: Path) -> None:
+def test_failed_start_reports_its_reason(tmp_path: Path) -> None:
     with pytest.raises(SimulatorError, match=r"the simulated apparatus did not start: [\s\S]*invalid int value"):
         SimulatorProcess(tmp_path, seed="not a number")  # type: ignore[arg-type]
 
@@ -295,7 +295,7 @@ def test_its_folder_may_have_a_long_name(tmp_path: Path) -> None:
         assert hand.state().hand.phase == "away"
 
 
-def test_a_client_says_when_the_simulator_has_ended(tmp_path: Path) -> None:
+def test_client_reports_when_the_simulator_has_ended(tmp_path: Path) -> None:
     with closing(SimulatorProcess(tmp_path)) as running, closing(running.client()) as hand:
         os.kill(running.pid, signal.SIGKILL)
         with pytest.raises(ConnectionError, match=r"the simulated apparatus (has ended|does not answer)"):
@@ -308,7 +308,7 @@ def ask_without_end(deaf: socket.socket) -> None:
         deaf.sendall(b'{"do":"state"}\n' * 100)
 
 
-def test_whoever_does_not_listen_holds_nobody_up(simulator: SimulatorProcess, port: Any) -> None:
+def test_slow_client_delays_no_other(simulator: SimulatorProcess, port: Any) -> None:
     with closing(simulator.client()) as deaf, closing(simulator.client()) as hand:
         with pytest.raises(ConnectionError):
             ask_without_end(deaf._socket)
@@ -339,7 +339,7 @@ def test_a_long_motion_is_handed_over_in_short_lines(tmp_path: Path) -> None:
     assert [t for wish in given if isinstance(wish, Rows | Guide) for t in wish.times_s] == motion.times_s.tolist()
 
 
-def test_a_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProcess) -> None:
+def test_motion_given_in_several_lines_is_traced_as_one(simulator: SimulatorProcess) -> None:
     n = 1234
     motion = Taught("long", np.arange(n) / 100, np.zeros((n, 5)))
     with closing(simulator.client()) as hand:
@@ -423,7 +423,7 @@ def test_a_silent_drive_cuts_a_fast_sync_read_short() -> None:
     assert len(b"".join(blocks)) < promised
 
 
-def test_a_drive_told_to_answer_pings_only_does_so() -> None:
+def test_drive_set_to_answer_pings_only_does_so() -> None:
     bus = ServoBus(Apparatus())
     bus.servos[0].table[68] = 0
     assert len(answers_to(bus, protocol.PING)) == 1

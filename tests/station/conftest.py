@@ -5,12 +5,12 @@ from typing import Any
 import pytest
 
 from kata.station import station as module
-from tests.station.silent import Silent
+from tests.support.silent_device import Silent
 
 
 @pytest.fixture
 def silent(monkeypatch: pytest.MonkeyPatch) -> list[Silent]:
-    """The control programs of the stations that a test makes; nobody waits for their answers."""
+    """Return the control programs of the stations that a test makes. Stations do not wait for their answers."""
     made: list[Silent] = []
 
     def make(*args: Any, **kwargs: Any) -> Silent:
@@ -19,4 +19,5 @@ def silent(monkeypatch: pytest.MonkeyPatch) -> list[Silent]:
 
     monkeypatch.setattr(module, "DeviceProcess", make)
     monkeypatch.setattr(module, "_REPLY_LIMIT_S", 0.0)
+    monkeypatch.setattr(module, "_LOAD_LIMIT_S", 0.0)
     return made

@@ -6,7 +6,7 @@ from uuid import UUID
 from kata.device.messages import Load, Refusal, Reply, Teach
 from kata.station.schemas import PatientRef
 from kata.station.station import NO_ANSWER, Occupation
-from tests.station.silent import Silent, snapshot, station
+from tests.support.silent_device import Silent, snapshot, station
 
 PATIENT = PatientRef(id=UUID(int=1), name="Sato")
 REFUSED = Refusal(code="limits", message="It leaves the limits.", next_step="Choose another one.")
@@ -30,7 +30,7 @@ async def loaded_in_vain(silent: list[Silent]) -> tuple[Silent, list[str]]:
     return program, forgotten
 
 
-def test_what_is_refused_after_nobody_waits_any_more_is_forgotten_once(silent: list[Silent]) -> None:
+def test_late_refusal_discards_its_run_once(silent: list[Silent]) -> None:
     async def refused_late() -> None:
         program, forgotten = await loaded_in_vain(silent)
         answer = Reply(id=program.heard[-1].id, refusal=REFUSED)
@@ -43,7 +43,7 @@ def test_what_is_refused_after_nobody_waits_any_more_is_forgotten_once(silent: l
     asyncio.run(refused_late())
 
 
-def test_what_was_done_after_nobody_waits_any_more_stands(silent: list[Silent]) -> None:
+def test_late_acceptance_keeps_its_run(silent: list[Silent]) -> None:
     async def accepted_late() -> None:
         program, forgotten = await loaded_in_vain(silent)
 
@@ -54,7 +54,7 @@ def test_what_was_done_after_nobody_waits_any_more_stands(silent: list[Silent]) 
     asyncio.run(accepted_late())
 
 
-def test_an_answer_of_a_program_that_has_ended_counts_for_nothing(silent: list[Silent]) -> None:
+def test_answer_of_an_ended_program_is_ignored(silent: list[Silent]) -> None:
     async def ended_in_between() -> None:
         program, forgotten = await loaded_in_vain(silent)
 
@@ -69,7 +69,7 @@ def test_an_answer_of_a_program_that_has_ended_counts_for_nothing(silent: list[S
 PLAYING = Refusal(code="is_playing", message="The recording is playing.", next_step="Pause first, or stop.")
 
 
-def test_a_load_in_another_mode_never_reaches_the_device(silent: list[Silent]) -> None:
+def test_load_in_another_mode_never_reaches_the_device(silent: list[Silent]) -> None:
     at = station()
     (program,) = silent
     program.tell(snapshot(mode="playing", torque="on", refusals={"load": PLAYING, "teach": PLAYING}))
@@ -80,7 +80,7 @@ def test_a_load_in_another_mode_never_reaches_the_device(silent: list[Silent]) -
     assert program.heard == []
 
 
-def test_what_the_device_would_do_is_unknown_without_it(silent: list[Silent]) -> None:
+def test_refusals_are_unknown_without_the_device(silent: list[Silent]) -> None:
     at = station()
 
     refusal = at.refusal("load")

@@ -54,7 +54,7 @@ def with_device(play: Callable[[Device], Awaitable[None]]) -> None:
     asyncio.run(played())
 
 
-def test_a_stop_goes_between_the_parts_of_a_load() -> None:
+def test_stop_is_sent_between_the_parts_of_a_load() -> None:
     async def play(device: Device) -> None:
         device.process.send(Request(id=1, command=AN_HOUR))
         heard = await device.hear()

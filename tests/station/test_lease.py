@@ -37,7 +37,7 @@ def due(lease: Lease, s: float, mode: Mode, torque: TorqueState | None = None) -
 # -- who operates -----------------------------------------------------------------------------------------------------
 
 
-def test_a_free_lease_is_anybodys_and_the_first_to_command_holds_it() -> None:
+def test_first_to_command_takes_a_free_lease() -> None:
     lease = Lease()
     assert lease.told(SATO, NOON).holder is None
     assert lease.refusal(SATO) is None
@@ -52,14 +52,14 @@ def test_a_free_lease_is_anybodys_and_the_first_to_command_holds_it() -> None:
     assert refusal.message == "Sato operates the apparatus at another browser."
 
 
-def test_each_browser_is_told_whether_it_is_its_own(lease: Lease) -> None:
+def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:
     mine, watched, neutral = lease.told(SATO, at(5)), lease.told(KATO, at(5)), lease.told(None, at(5))
     assert (mine.holder, mine.mine, mine.since, mine.away_since) == ("Sato", True, NOON.at, None)
     assert (watched.holder, watched.mine) == ("Sato", False)
     assert (neutral.holder, neutral.mine) == ("Sato", False)
 
 
-def test_it_is_taken_over_only_by_saying_so_and_both_are_told(lease: Lease) -> None:
+def test_takeover_must_be_explicit_and_both_users_are_notified(lease: Lease) -> None:
     refusal = lease.take(KATO, at(1))
     assert refusal is not None
     assert refusal.code == "not_operating"
@@ -73,19 +73,19 @@ def test_it_is_taken_over_only_by_saying_so_and_both_are_told(lease: Lease) -> N
     assert lease.refusal(SATO) is not None
 
 
-def test_the_same_person_at_another_browser_is_another(lease: Lease) -> None:
+def test_same_person_in_another_browser_counts_as_another(lease: Lease) -> None:
     elsewhere = Browser(UUID(int=3), "Sato")
     assert lease.refusal(elsewhere) is not None
     assert lease.told(elsewhere, NOON).mine is False
 
 
-def test_taking_what_one_has_changes_nothing(lease: Lease) -> None:
+def test_taking_an_own_lease_changes_nothing(lease: Lease) -> None:
     assert lease.take(SATO, at(9), take_over=True) is None
     told = lease.told(SATO, at(9))
     assert (told.since, told.taken_from) == (NOON.at, None)
 
 
-def test_it_is_given_back_only_without_torque_and_only_by_its_holder(lease: Lease) -> None:
+def test_lease_is_returned_only_without_torque_and_by_its_holder(lease: Lease) -> None:
     refusal = lease.release(SATO, "on")
     assert refusal is not None
     assert refusal.code == "torque_on"
@@ -112,11 +112,11 @@ def test_unknown_torque_keeps_the_lease(lease: Lease) -> None:
 # -- without its browser ----------------------------------------------------------------------------------------------
 
 
-def test_with_its_page_open_a_browser_may_be_silent_for_hours(lease: Lease) -> None:
+def test_browser_with_its_page_open_may_be_silent_for_hours(lease: Lease) -> None:
     assert due(lease, 3 * 3600, "playing") is None
 
 
-def test_a_playback_without_its_browser_is_paused_after_two_seconds_and_let_go_after_thirty(lease: Lease) -> None:
+def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: Lease) -> None:
     lease.left(SATO, at(10))
     assert due(lease, 11.99, "playing") is None
     assert due(lease, 12.0, "playing") == "pause"
@@ -151,7 +151,7 @@ def test_unknown_torque_after_a_fault_is_stopped(lease: Lease) -> None:
     assert due(lease, 40.0, "stopped", "unknown") == "stop"
 
 
-def test_a_way_back_is_let_go_to_its_end_where_the_arm_lies(lease: Lease) -> None:
+def test_return_is_allowed_to_finish_where_the_arm_rests(lease: Lease) -> None:
     lease.left(SATO, at(0))
     assert due(lease, 3, "returning") is None
     assert due(lease, 60, "returning") is None
@@ -159,7 +159,7 @@ def test_a_way_back_is_let_go_to_its_end_where_the_arm_lies(lease: Lease) -> Non
 
 
 @pytest.mark.parametrize("mode", ["idle", "teaching", "ready", "stopped", "offline"])
-def test_without_torque_nothing_is_done_and_after_thirty_seconds_it_is_free(lease: Lease, mode: Mode) -> None:
+def test_without_torque_nothing_happens_and_the_lease_ends_after_30s(lease: Lease, mode: Mode) -> None:
     lease.left(SATO, at(0))
     assert due(lease, 29.9, mode) is None
     assert lease.refusal(KATO) is not None
@@ -169,14 +169,14 @@ def test_without_torque_nothing_is_done_and_after_thirty_seconds_it_is_free(leas
     assert lease.take(KATO, at(30.1)) is None
 
 
-def test_a_page_that_is_loaded_anew_within_the_grace_is_as_if_it_had_never_gone(lease: Lease) -> None:
+def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease) -> None:
     lease.left(SATO, at(10))
     lease.came(SATO)
     assert due(lease, 100, "playing") is None
     assert lease.told(SATO, at(100)).away_since is None
 
 
-def test_another_page_of_the_same_browser_is_enough(lease: Lease) -> None:
+def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease) -> None:
     lease.came(SATO)
     lease.left(SATO, at(10))
     assert due(lease, 20, "playing") is None
@@ -184,14 +184,14 @@ def test_another_page_of_the_same_browser_is_enough(lease: Lease) -> None:
     assert due(lease, 22, "playing") == "pause"
 
 
-def test_others_who_watch_do_not_count(lease: Lease) -> None:
+def test_other_watching_browsers_do_not_count(lease: Lease) -> None:
     lease.came(KATO)
     lease.left(SATO, at(10))
     assert due(lease, 12, "playing") == "pause"
     lease.left(KATO, at(12))
 
 
-def test_who_takes_over_has_to_be_there(lease: Lease) -> None:
+def test_request_keeps_a_takeover_present_for_two_seconds(lease: Lease) -> None:
     """Kato only ever asks: present for two seconds after each request, and then the same as everybody."""
     assert lease.take(KATO, at(10), take_over=True) is None
     assert due(lease, 13.5, "playing") is None
@@ -208,13 +208,13 @@ def test_who_takes_over_has_to_be_there(lease: Lease) -> None:
     assert due(lease, 53, "playing") == "pause"
 
 
-def test_asking_takes_nothing_from_who_holds_it(lease: Lease) -> None:
+def test_request_alone_takes_nothing_from_the_holder(lease: Lease) -> None:
     lease.left(SATO, at(10))
     lease.asked(KATO, at(11.9))
     assert due(lease, 12, "playing") == "pause"
 
 
-def test_that_it_was_paused_is_told_until_the_holder_commands_again(lease: Lease) -> None:
+def test_pause_is_reported_until_the_holder_commands_again(lease: Lease) -> None:
     lease.left(SATO, at(0))
     lease.note_pause()
     lease.came(SATO)
@@ -223,7 +223,7 @@ def test_that_it_was_paused_is_told_until_the_holder_commands_again(lease: Lease
     assert lease.told(SATO, at(6)).paused is False
 
 
-def test_what_the_station_does_by_itself_with_nobody_operating_is_left_alone() -> None:
+def test_unattended_station_actions_are_left_alone() -> None:
     """`kata demo` and `kata evaluate` have no browser."""
     lease = Lease()
     assert due(lease, 100, "playing") is None

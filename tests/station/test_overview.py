@@ -27,7 +27,7 @@ def one(roster: Roster, now: Moment, name: str = "Station 2") -> StationShown:
     return next(shown for shown in roster.shown(now) if shown.name == name)
 
 
-def test_a_station_that_falls_silent_is_silent_since_it_was_heard_and_not_in_its_last_state() -> None:
+def test_silent_station_is_shown_as_silent_since_its_last_message() -> None:
     roster = Roster("Station 1")
     roster.take(state(mode="playing", torque="on"), BEGIN)
     shown = one(roster, BEGIN.later(SILENT_AFTER_S))
@@ -41,7 +41,7 @@ def test_a_station_that_falls_silent_is_silent_since_it_was_heard_and_not_in_its
     assert one(roster, BEGIN.later(60)).silent is False
 
 
-def test_a_station_that_is_registered_and_was_never_heard_is_silent() -> None:
+def test_registered_station_never_heard_is_silent() -> None:
     roster = Roster("Station 2")
     roster.register(["Station 1", "Station 2", "Station 3"])
     shown = roster.shown(BEGIN)
@@ -52,14 +52,14 @@ def test_a_station_that_is_registered_and_was_never_heard_is_silent() -> None:
     ]
 
 
-def test_whoever_is_registered_again_is_still_heard() -> None:
+def test_reregistered_station_is_still_received() -> None:
     roster = Roster("Station 1")
     roster.take(state(), BEGIN)
     roster.register(["Station 2"])
     assert one(roster, BEGIN).silent is False
 
 
-def test_two_services_of_one_name_are_told_and_one_that_was_started_anew_is_none() -> None:
+def test_duplicate_service_names_are_reported_but_restarts_are_not() -> None:
     roster = Roster("Station 1")
     roster.take(state(service=1), BEGIN)
     roster.take(state(service=2), BEGIN.later(0.5))
@@ -85,7 +85,7 @@ def test_progress_alone_is_no_news_and_everything_else_is() -> None:
 
 
 @pytest.mark.parametrize("length", [10, 100, 1500, 30_000])
-def test_what_a_station_says_is_never_too_long_for_the_database(length: int) -> None:
+def test_station_messages_never_exceed_the_database_column(length: int) -> None:
     cause = StopCauseLive(code="bus_lost", category=0, message="線" * length, next_step="n", axis=None, cleared=False)
     patient = PatientRef(id=ID, name="長" * min(length, 200))
     told = state(mode="stopped", causes=[cause] * 5, patient=patient, recording_name="曲" * length)
@@ -96,6 +96,6 @@ def test_what_a_station_says_is_never_too_long_for_the_database(length: int) -> 
     assert length > 100 or read == told
 
 
-def test_what_a_newer_version_says_besides_is_left_out() -> None:
+def test_unknown_fields_of_a_newer_version_are_ignored() -> None:
     told = json.loads(encoded(state())) | {"something_new": [1, 2]}
     assert StationTold.model_validate_json(json.dumps(told)) == state()

@@ -23,7 +23,7 @@ from kata.motion.axes import Side
 from kata.station.lease import Browser
 from kata.station.schemas import Live
 from kata.station.station import Station
-from tests.station.silent import Silent, snapshot, station
+from tests.support.silent_device import Silent, snapshot, station
 
 AXES = tuple(
     AxisState(motor=n, setpoint_deg=0.0, measured_deg=0.0, speed_deg_s=0.0, torque_nm=0.0, torque="off", age_ms=1.0)
@@ -173,7 +173,7 @@ def test_an_arm_under_torque_occupies_the_computer(
 
 
 @pytest.mark.parametrize(("torque", "at_the_arm"), [("off", False), ("on", True), ("unknown", True)])
-def test_whoever_operates_is_at_the_arm_while_there_may_be_torque(
+def test_operator_counts_as_present_while_torque_is_possible(
     silent: list[Silent], torque: TorqueState, at_the_arm: bool
 ) -> None:
     at, browser = station(), Browser(uuid4(), "Sato")

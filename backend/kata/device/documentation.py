@@ -45,7 +45,7 @@ def faults() -> str:
 
 Drawn from the fault table in `backend/kata/device/faults.py`, most telling first. Each row is a pure function of what is
 known at the beginning of one cycle; what it leads to for each kind of fault of each signal in each mode is the table in
-`tests/device/matrix.py`, of which every cell is run.
+`tests/support/fault_matrix.py`, of which every cell is run.
 
 | Code | Stop | What the therapist reads | What to do |
 |---|---|---|---|

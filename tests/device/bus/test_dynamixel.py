@@ -11,8 +11,8 @@ from kata.device.bus.serial_transport import Line
 from kata.device.config import Inputs
 from kata.simulator import protocol
 from kata.simulator.protocol import Instruction
-from tests.device.bus.conformance import Conformance
-from tests.device.world import World
+from tests.support.driver_conformance import Conformance
+from tests.support.simulated_world import World
 
 _INSTRUCTION_AT = 7
 
@@ -62,7 +62,7 @@ class TestSlowDynamixel(Conformance):
 
 
 @pytest.mark.parametrize("cycles", [1, 3])
-def test_an_answer_that_is_late_by_whole_cycles_is_known_by_its_length(cycles: int) -> None:
+def test_answer_late_by_whole_cycles_is_recognized_by_its_length(cycles: int) -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()
@@ -107,14 +107,14 @@ class _Twice:
         self._line.close()
 
 
-def test_an_answer_to_whoever_asked_before_is_no_second_drive() -> None:
+def test_late_duplicate_ping_answer_is_no_second_drive() -> None:
     world = World()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=1))
     bus.open()
     bus.configure([0])
 
 
-def test_two_drives_that_answer_one_after_the_other_are_found() -> None:
+def test_two_drives_that_answer_one_after_another_are_found() -> None:
     world = World()
     bus = make_bus(world.config, lambda port, baud: _Twice(world.open_line(port, baud), times=2))
     bus.open()
@@ -126,7 +126,7 @@ _ANSWER = st.tuples(st.integers(0, 252), st.integers(0, 255), st.binary(max_size
 
 
 @given(st.lists(_ANSWER, max_size=5), st.binary(max_size=8), st.data())
-def test_every_sound_packet_is_found_however_it_is_cut(
+def test_every_valid_packet_is_found_in_any_pieces(
     answers: list[tuple[int, int, bytes]], noise: bytes, data: st.DataObject
 ) -> None:
     stream = noise + b"".join(protocol.status(*answer) for answer in answers)
@@ -142,7 +142,7 @@ def test_every_sound_packet_is_found_however_it_is_cut(
 
 
 @given(_ANSWER, st.data())
-def test_a_packet_with_one_wrong_byte_is_never_taken(answer: tuple[int, int, bytes], data: st.DataObject) -> None:
+def test_packet_with_one_wrong_byte_is_never_accepted(answer: tuple[int, int, bytes], data: st.DataObject) -> None:
     packet = bytearray(protocol.status(*answer))
     at = data.draw(st.integers(0, len(packet) - 1))
     packet[at] ^= data.draw(st.integers(1, 255))
@@ -150,7 +150,7 @@ def test_a_packet_with_one_wrong_byte_is_never_taken(answer: tuple[int, int, byt
 
 
 @given(st.integers(0, 5), st.data())
-def test_of_a_fast_packet_the_parts_before_a_damaged_one_are_taken(count: int, data: st.DataObject) -> None:
+def test_parts_before_a_damaged_part_of_a_packet_are_accepted(count: int, data: st.DataObject) -> None:
     answers = [(n, 0, bytes([n] * 10)) for n in range(1, count + 1)]
     blocks = protocol.fast_blocks(answers, 5, 10)
     good = data.draw(st.integers(0, count))
@@ -163,19 +163,19 @@ def test_of_a_fast_packet_the_parts_before_a_damaged_one_are_taken(count: int, d
     assert found == answers[: good if good < count else count]
 
 
-def test_an_echo_of_our_own_instruction_is_no_answer_and_no_noise() -> None:
+def test_echo_of_our_instruction_is_neither_answer_nor_noise() -> None:
     parser = StatusParser()
     assert list(parser.feed(encode(1, 0x02, b"\x84\x00\x04\x00"))) == []
     assert (parser.skipped, parser.pending) == (0, 0)
 
 
-def test_both_readings_of_the_specification_have_the_checksum_of_its_example() -> None:
+def test_both_implementations_reproduce_the_checksum_of_the_specification() -> None:
     ping = encode(1, 0x01)
     assert ping == bytes.fromhex("ff ff fd 00 01 03 00 01 19 4e")
     assert [one.sound for one in protocol.InstructionParser().feed(ping)] == [True]
 
 
-def test_the_drives_know_fast_sync_read_and_it_is_used() -> None:
+def test_drives_support_fast_sync_read_and_it_is_used() -> None:
     world = World()
     heard: list[int] = []
     carry_out = world.line._bus.carry_out  # type: ignore[attr-defined]
@@ -211,14 +211,14 @@ def mismatches(world: World, bus: Bus, cycles: int) -> set[tuple[int, str]]:
     return found
 
 
-def test_a_marker_that_has_gone_out_is_found_though_every_register_is_right() -> None:
+def test_missing_marker_is_found_although_every_register_is_right() -> None:
     world = World()
     bus = ready(world)
     world.set_registers(3, 65, b"\0")
     assert mismatches(world, bus, 8) == {(3, "configured marker (LED)")}
 
 
-def test_ports_that_are_not_known_to_be_inputs_tell_nothing_of_the_switch() -> None:
+def test_ports_not_known_as_inputs_say_nothing_about_the_switch() -> None:
     """A factory-default drive's ports read 0: with one contact that is "closed", with two it is "pressed"."""
     world = World()
     bus = ready(world)
@@ -234,7 +234,7 @@ def test_ports_that_are_not_known_to_be_inputs_tell_nothing_of_the_switch() -> N
     assert any(bus.read().inputs for _ in range(3))
 
 
-def test_the_one_drive_whose_watchdog_is_not_armed_is_found() -> None:
+def test_single_drive_without_an_armed_watchdog_is_found() -> None:
     world = World()
     bus = ready(world)
     bus.torque_on([15.0, 109.0, 8.0, 0.0, 0.0])
@@ -262,7 +262,7 @@ def test_the_contacts_may_be_at_any_port(estop: int, second: int | None, pedal: 
         assert (inputs.estop_open, inputs.pedal_down, inputs.contacts_disagree) == (pressed, pressed, False)
 
 
-def test_a_silent_drive_is_no_noise_and_the_quicker_request_stays() -> None:
+def test_silent_drive_is_no_noise_and_fast_reads_remain() -> None:
     world = World()
     bus = make_bus(world.config, world.open_line)
     bus.open()

@@ -45,7 +45,7 @@ def test_bytes_go_out_and_come_in_again_and_again(terminal: tuple[int, str], lin
         assert received(line) == bytes([n]) * 30
 
 
-def test_what_came_too_late_is_forgotten_and_hides_no_answer(terminal: tuple[int, str], line: SerialLine) -> None:
+def test_late_bytes_are_discarded_and_hide_no_answer(terminal: tuple[int, str], line: SerialLine) -> None:
     for _ in range(5):
         os.write(terminal[0], b"too late")
         select.select([line._fd], [], [])
@@ -61,7 +61,7 @@ def test_nothing_comes_until_the_deadline(line: SerialLine) -> None:
         assert time.monotonic_ns() - began_ns >= _SOON_NS
 
 
-def test_a_port_that_was_hung_up_is_gone() -> None:
+def test_port_that_was_hung_up_is_lost() -> None:
     drives, port = os.openpty()
     tty.setraw(port)
     line = SerialLine(os.ttyname(port), 1_000_000)

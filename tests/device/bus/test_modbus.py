@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kata.device.bus.modbus import encode, find_answer
 from kata.device.config import ModbusMap
-from tests.device.bus.conformance import Conformance
+from tests.support.driver_conformance import Conformance
 
 
 class TestModbus(Conformance):
@@ -50,9 +50,7 @@ def test_the_checksum_is_the_specifications_example() -> None:
 
 
 @given(st.binary(max_size=60), st.integers(0, 255), st.sampled_from([0x02, 0x03, 0x10, 0x17]), st.integers(5, 40))
-def test_whatever_comes_nothing_is_raised_and_nothing_unsound_taken(
-    received: bytes, slave: int, function: int, size: int
-) -> None:
+def test_random_bytes_raise_nothing_and_are_rejected(received: bytes, slave: int, function: int, size: int) -> None:
     found = find_answer(received, slave, function, size)
     assert found is None or any(
         received[n : n + len(found) + 3] == encode(slave, found[0], found[1:]) for n in range(len(received))
@@ -60,7 +58,7 @@ def test_whatever_comes_nothing_is_raised_and_nothing_unsound_taken(
 
 
 @given(st.binary(min_size=12, max_size=12), st.binary(max_size=10), st.data())
-def test_an_answer_with_one_wrong_byte_is_never_taken(block: bytes, noise: bytes, data: st.DataObject) -> None:
+def test_answer_with_one_wrong_byte_is_never_accepted(block: bytes, noise: bytes, data: st.DataObject) -> None:
     frame = bytearray(encode(3, 0x03, b"\x0c" + block))
     assert find_answer(noise + bytes(frame), 3, 0x03, 17) is not None
     frame[data.draw(st.integers(0, 16))] ^= data.draw(st.integers(1, 255))
@@ -71,7 +69,7 @@ def test_an_exception_is_an_answer() -> None:
     assert find_answer(encode(2, 0x90, b"\x02"), 2, 0x10, 8) == b"\x90\x02"
 
 
-def test_an_echo_of_the_request_is_none() -> None:
+def test_echo_of_the_request_is_rejected() -> None:
     request = encode(1, 0x10, struct.pack(">HHB", 0x10, 2, 4) + b"\0\0\0\0")
     answer = encode(1, 0x10, struct.pack(">HH", 0x10, 2))
     assert find_answer(request + answer, 1, 0x10, 8) == answer[1:-2]

@@ -44,7 +44,7 @@ def test_every_block_is_read_within_the_round(cycle_hz: int) -> None:
     assert reads.count(None) >= cycles / 2, "statuses come less often"
 
 
-def test_a_lost_answer_is_asked_for_again_at_the_next_turn() -> None:
+def test_lost_answer_is_requested_again_at_the_next_turn() -> None:
     verification = verified()
     first = next(due for due in iter(verification.next_read, ()) if due)
     again = next(due for due in iter(verification.next_read, ()) if due)
@@ -53,7 +53,7 @@ def test_a_lost_answer_is_asked_for_again_at_the_next_turn() -> None:
     assert next(due for due in iter(verification.next_read, ()) if due) != first
 
 
-def test_a_block_that_is_never_answered_keeps_no_other_waiting() -> None:
+def test_unanswered_block_delays_no_other() -> None:
     lost = frozenset({(0, 1)})
     verification = verified()
     asked(verification, 400, lost=lost)
@@ -73,7 +73,7 @@ def test_a_block_that_is_never_answered_keeps_no_other_waiting() -> None:
     lost=st.frozensets(st.sampled_from(sorted(ROTATION)), max_size=4),
     forgotten=st.frozensets(st.integers(0, DRIVES - 1)),
 )
-def test_a_status_comes_at_least_every_other_cycle(
+def test_status_is_read_at_least_every_other_cycle(
     cycle_hz: int, lost: frozenset[tuple[int, int]], forgotten: frozenset[int]
 ) -> None:
     verification = verified(cycle_hz)
@@ -84,7 +84,7 @@ def test_a_status_comes_at_least_every_other_cycle(
     assert all(before is None or after is None for before, after in itertools.pairwise(reads))
 
 
-def test_an_urgent_block_is_read_first_and_keeps_no_other_waiting() -> None:
+def test_urgent_block_is_read_first_and_delays_no_other() -> None:
     urgent = (0, 2)
     for lost in (frozenset[tuple[int, int]](), frozenset({urgent})):
         verification = Verification(DRIVES, BLOCKS, 100, urgent=urgent)
@@ -97,7 +97,7 @@ def test_nothing_is_read_of_drives_that_have_only_a_status() -> None:
     assert asked(Verification(DRIVES, 1, 100), 50) == [None] * 50
 
 
-def test_what_was_wrong_stays_wrong_until_it_is_read_again() -> None:
+def test_wrong_register_stays_wrong_until_read_again() -> None:
     verification = verified()
     verification.found(2, 1, "return delay time")
     for _ in range(3):

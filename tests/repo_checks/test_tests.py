@@ -1,0 +1,61 @@
+"""Rules for the tests themselves: where helpers live and how tests are named."""
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.paths import ROOT
+
+TREES = {path.relative_to(ROOT): ast.parse(path.read_text()) for path in sorted((ROOT / "tests").rglob("*.py"))}
+MOST_WORDS = 10
+
+
+def _imports(tree: ast.Module) -> Iterator[str]:
+    """Each imported module and each imported name with its module."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield "." * node.level + (node.module or "")
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def _is_test_module(module: str) -> bool:
+    first, _, rest = module.partition(".")
+    return first in ("conftest", "") or (
+        first == "tests" and any(part.startswith("test_") or part == "conftest" for part in rest.split("."))
+    )
+
+
+@pytest.mark.parametrize(
+    ("module", "refused"),
+    [
+        ("tests.device.test_load", True),
+        ("tests.device.conftest", True),
+        (".test_load", True),
+        ("tests.support.stepped", False),
+        ("kata.device.modes", False),
+    ],
+)
+def test_imported_test_modules_are_recognized(module: str, refused: bool) -> None:
+    assert _is_test_module(module) is refused
+
+
+def test_no_module_imports_a_test_module() -> None:
+    wrong = [
+        f"{path}: {module}" for path, tree in TREES.items() for module in _imports(tree) if _is_test_module(module)
+    ]
+    assert wrong == [], "Shared helpers belong in tests/support."
+
+
+def test_test_names_have_at_most_ten_words() -> None:
+    wrong = [
+        f"{path}: {node.name}"
+        for path, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.name.startswith("test_")
+        and len(node.name.split("_")) - 1 > MOST_WORDS
+    ]
+    assert wrong == []

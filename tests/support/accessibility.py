@@ -1,0 +1,67 @@
+"""Addresses of every page and its accessibility errors."""
+
+from typing import Any
+
+from playwright.sync_api import Page
+
+from tests.support.browser_clinic import Clinic
+from tests.support.paths import ROOT
+
+AXE = ROOT / "tests/fhir_validators/node_modules/axe-core/axe.min.js"
+
+
+TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+
+
+RULES = ["landmark-no-duplicate-main", "landmark-one-main", "page-has-heading-one", "region"]
+"""Besides: what a screen reader finds its way by."""
+
+
+def addresses(page: Page, clinic: Clinic) -> dict[str, str]:
+    """Of every page, by name."""
+
+    def ask(path: str) -> Any:
+        return page.request.get(f"{clinic.url}/api{path}").json()
+
+    patient = next(one for one in ask("/patients")["items"] if one["clinic_number"] == "DEMO-001")["id"]
+    visit = ask(f"/patients/{patient}/sessions")["items"][0]["id"]
+    recording = ask(f"/patients/{patient}/recordings")["items"][0]["id"]
+    episode = ask(f"/patients/{patient}/episodes")["items"][0]["id"]
+    programme = ask(f"/patients/{patient}/programmes")["items"][0]["id"]
+    return {
+        "station": "/",
+        "station-patient": f"/?patient={patient}",
+        "stations": "/stations",
+        "patients": "/patients",
+        "patient": f"/patients/{patient}",
+        "progress": f"/episodes/{episode}/progress?patient={patient}",
+        "programme": f"/programmes/{programme}",
+        "new-programme": f"/patients/{patient}/programmes/new",
+        "recording": f"/recordings/{recording}",
+        "sessions": "/sessions",
+        "session": f"/sessions/{visit}",
+        "account": "/account",
+        "accounts": "/administration/accounts",
+        "audit": "/administration/audit",
+        "emergency-access": "/administration/emergency-access",
+        "backups": "/administration/backups",
+        "nowhere": "/nowhere",
+    }
+
+
+def wrong(page: Page) -> list[str]:
+    """What axe-core finds."""
+    page.evaluate(AXE.read_text())
+    found = page.evaluate(
+        """async ([tags, rules]) => {
+            const kinds = Object.fromEntries(axe.getRules(tags).map((one) => [one.ruleId, {enabled: true}]));
+            for (const rule of rules) kinds[rule] = {enabled: true};
+            const told = await axe.run(document, {
+                runOnly: {type: 'rule', values: Object.keys(kinds)}, resultTypes: ['violations'],
+            });
+            return told.violations.flatMap((one) => one.nodes.map(
+                (node) => `${one.id}: ${node.html.slice(0, 200)} ${node.failureSummary.slice(0, 300)}`));
+        }""",
+        [TAGS, RULES],
+    )
+    return [str(one) for one in found]

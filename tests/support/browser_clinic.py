@@ -1,0 +1,70 @@
+"""A whole clinic as `make run` starts it, for a real browser."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+from tests.support.login import signed_in_at
+from tests.support.ports import free_port
+
+START_LIMIT_S = 60.0
+
+
+LONG_MS = 60_000
+"""For what takes its time on a busy computer; never how long it should take."""
+
+
+class Clinic:
+    """``kata serve --simulate`` in a process of its own."""
+
+    def __init__(self, folder: Path, *, database_url: str = "") -> None:
+        """``database_url``: of its database, unless that is a file in ``folder``."""
+        self.cookie = signed_in_at(folder, database_url=database_url)
+        self._environment = os.environ | ({"KATA_DATABASE_URL": database_url} if database_url else {})
+        self.port = free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
+        self._folder = folder
+        self._log = folder / "service.log"
+        self.start()
+
+    def start(self) -> None:
+        """Returns once it answers; also after it was killed, on the same folder and port."""
+        folder = str(self._folder)
+        with self._log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "kata", "serve", "--simulate", "--data", folder, "--port", str(self.port)],
+                stderr=log,
+                env=self._environment,
+                start_new_session=True,
+            )
+        self._wait()
+
+    def kill(self) -> None:
+        """As when the power fails: nothing is said to anybody."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def _wait(self) -> None:
+        limit = time.monotonic() + START_LIMIT_S
+        while True:
+            try:
+                with urllib.request.urlopen(f"{self.url}/health/live", timeout=2):
+                    return
+            except (urllib.error.URLError, OSError):
+                told = self._log.read_text(errors="replace")
+                assert self.process.poll() is None, told
+                assert time.monotonic() < limit, told
+                time.sleep(0.1)
+
+    def close(self) -> None:
+        self.process.terminate()
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()

@@ -1,0 +1,231 @@
+"""The fault matrix: the required effect, cause and time limit of each fault kind of each signal in each mode.
+
+Seven kinds, thirty signals, nine modes. This table is the requirement; test_matrix.py runs every cell of it.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from kata.device.messages import Mode
+
+Kind = Literal["off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent"]
+KINDS: Final[tuple[Kind, ...]] = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
+"""off: nothing at all, or zero. stuck: the last value for ever. garbage: values that cannot be, or bytes that are not
+sound. wrong: sound, plausible, and not true. slow: one in five cycles. delayed: true, and late (angles and currents
+by 100 ms, replies by 150 ms, heartbeats by 600 ms). intermittent: every other cycle. What comes with a drive's status, its registers
+and its word on its torque, is slow, late or intermittent status by status."""
+
+SIGNALS: Final = (
+    *(f"position {motor}" for motor in range(1, 6)),
+    *(f"current {motor}" for motor in range(1, 6)),
+    *(f"reply {motor}" for motor in range(1, 6)),
+    *(f"registers {motor}" for motor in range(1, 6)),
+    *(f"torque {motor}" for motor in range(1, 6)),
+    "e-stop",
+    "second contact",
+    "pedal",
+    "bus",
+    "service",
+)
+
+MODES: Final[tuple[Mode, ...]] = (
+    "offline",
+    "idle",
+    "teaching",
+    "ready",
+    "approaching",
+    "playing",
+    "paused",
+    "returning",
+    "stopped",
+)
+_RESTING: Final[tuple[Mode, ...]] = ("idle", "ready", "teaching")
+_MOVING: Final[tuple[Mode, ...]] = ("approaching", "playing", "returning")
+_ENERGISED: Final[tuple[Mode, ...]] = (*_MOVING, "paused")
+
+
+@dataclass(frozen=True)
+class Stops:
+    """The apparatus stops for this cause, and torque is off (or the mode stopped, where it was off) this soon."""
+
+    cause: str
+    within_ms: int
+
+
+@dataclass(frozen=True)
+class GoesOn:
+    """Nothing stops: the fault is harmless here, or cannot be known from this signal."""
+
+
+@dataclass(frozen=True)
+class StaysOffline:
+    """Nothing starts before it is gone."""
+
+
+@dataclass(frozen=True)
+class Ends:
+    """The device process comes to its end, without torque."""
+
+
+Expected = Stops | GoesOn | StaysOffline | Ends
+Row = dict[Mode, Expected]
+
+_CYCLE = 10
+_RAMP = 200
+
+
+def _row(
+    *,
+    offline: Expected | None = None,
+    resting: Expected | None = None,
+    moving: Expected | None = None,
+    paused: Expected | None = None,
+    stopped: Expected | None = None,
+) -> Row:
+    """What is not given goes on."""
+    row: Row = dict.fromkeys(MODES, GoesOn())
+    row["offline"] = offline or GoesOn()
+    row.update(dict.fromkeys(_RESTING, resting or GoesOn()))
+    row.update(dict.fromkeys(_MOVING, moving or GoesOn()))
+    row["paused"] = paused or GoesOn()
+    row["stopped"] = stopped or GoesOn()
+    return row
+
+
+def _always(cause: str, within_ms: int, *, offline: Expected) -> Row:
+    """In every mode, a stopped one included: there it becomes a further cause."""
+    stops = Stops(cause, within_ms)
+    return _row(offline=offline, resting=stops, moving=stops, paused=stops, stopped=stops)
+
+
+def _energised(cause: str, within_ms: int, *, paused: bool = True, resting: Expected | None = None) -> Row:
+    """Wherever there is torque; standing still shows some faults only on the next movement."""
+    stops = Stops(cause, within_ms)
+    return _row(resting=resting, moving=stops, paused=stops if paused else None)
+
+
+_HARMLESS: Final = _row()
+_WAITS: Final = StaysOffline()
+
+_POSITION: Final[dict[Kind, Row]] = {
+    "off": _energised("position_jump", 2 * _CYCLE),
+    # Only a setpoint that goes away shows that an angle stands still.
+    "stuck": _energised("position_frozen", 3000, paused=False),
+    "garbage": _energised("position_jump", 3 * _CYCLE),
+    "wrong": _energised("position_jump", 2 * _CYCLE),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _energised("position_jump", 2 * _CYCLE),
+}
+_CURRENT: Final[dict[Kind, Row]] = {
+    # No current where there should be some is a weak motor: the following error shows it, if it matters.
+    "off": _HARMLESS,
+    "stuck": _HARMLESS,
+    "garbage": _energised("overtorque", 100 + 3 * _CYCLE),
+    "wrong": _energised("overtorque", 100 + 3 * _CYCLE),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    # A good cycle clears the count.
+    "intermittent": _HARMLESS,
+}
+_REPLY: Final[dict[Kind, Row]] = {
+    "off": _always("drive_silent", 100 + 3 * _CYCLE, offline=_WAITS),
+    # The same sound answer again and again: its angle stands still.
+    "stuck": _energised("position_frozen", 3000, paused=False),
+    "garbage": _always("drive_garbled", 100 + 3 * _CYCLE, offline=_WAITS),
+    "wrong": _always("drive_silent", 100 + 3 * _CYCLE, offline=_WAITS),
+    "slow": _HARMLESS,
+    "delayed": _always("drive_silent", 100 + 3 * _CYCLE, offline=_WAITS),
+    "intermittent": _HARMLESS,
+}
+_ESTOP: Final[dict[Kind, Row]] = {
+    "off": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    # A switch that sticks closed is a closed switch. Pressing it before a session is what finds it.
+    "stuck": _HARMLESS,
+    "garbage": _always("estop_pressed", 10 * _CYCLE, offline=Stops("estop_pressed", 300)),
+    "wrong": _always("estop_pressed", _CYCLE, offline=Stops("estop_pressed", 300)),
+    # Now and then it is known, so that the apparatus comes up, and stops.
+    "slow": _always("estop_unknown", 6 * _CYCLE, offline=Stops("estop_unknown", 300)),
+    "delayed": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    "intermittent": _HARMLESS,
+}
+_STATUS: Final = 6 * _CYCLE
+"""Each drive says how it is every fifth cycle."""
+# What a drive has in its registers, compared with what it is to have.
+_REGISTERS: Final[dict[Kind, Row]] = {
+    # Not read yet: nothing is known to be wrong, but nothing begins.
+    "off": _row(offline=_WAITS),
+    "stuck": _HARMLESS,
+    "garbage": _always("drive_reset", _STATUS, offline=_WAITS),
+    # Offline nothing has begun: the drive is configured, and the apparatus comes up.
+    "wrong": _always("drive_reset", _STATUS, offline=GoesOn()),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _always("drive_reset", 2 * _STATUS, offline=Stops("drive_reset", 300)),
+}
+# A drive's own word on its torque. Whatever it says, torque that is on is never shown off.
+_FOUND: Final = Stops("torque_found", 300)
+_TORQUE_WORD: Final[dict[Kind, Row]] = {
+    "off": _always("drive_silent", 1000 + 3 * _CYCLE, offline=_WAITS),
+    "stuck": _HARMLESS,
+    "garbage": _energised("torque_lost", 400, resting=Stops("torque_remains", 400))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", 400)},
+    "wrong": _energised("torque_lost", _STATUS, resting=Stops("torque_remains", _STATUS))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", _STATUS)},
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _energised("torque_lost", 2 * _STATUS, resting=Stops("torque_remains", 2 * _STATUS))
+    | {"offline": _FOUND, "stopped": Stops("torque_remains", 2 * _STATUS)},
+}
+_SECOND_CONTACT: Final[dict[Kind, Row]] = {
+    # A wire that is broken reads as the switch that is not pressed. Pressing it before a session is what finds it.
+    "off": _HARMLESS,
+    "stuck": _HARMLESS,
+    # A reading in which the contacts differ clears the count.
+    "garbage": _HARMLESS,
+    "wrong": _always("contacts_disagree", 100 + 3 * _CYCLE, offline=Stops("contacts_disagree", 300)),
+    "slow": _HARMLESS,
+    "delayed": _HARMLESS,
+    "intermittent": _HARMLESS,
+}
+# The pedal stops nothing: it lets samples be recorded. What it must never do is tested beside the cells.
+_PEDAL: Final[dict[Kind, Row]] = dict.fromkeys(KINDS, _HARMLESS)
+_BUS: Final[dict[Kind, Row]] = {
+    "off": _always("bus_lost", _CYCLE, offline=_WAITS),
+    # Old answers keep their old time.
+    "stuck": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    "garbage": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    "wrong": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    "slow": _always("estop_unknown", 6 * _CYCLE, offline=_WAITS),
+    "delayed": _always("estop_unknown", 4 * _CYCLE, offline=_WAITS),
+    "intermittent": _HARMLESS,
+}
+_GONE: Final = _energised("service_silent", _RAMP + 3 * _CYCLE, resting=Ends())
+_GONE_EVERYWHERE: Final = _GONE | {"offline": Ends(), "stopped": Ends()}
+_SERVICE: Final[dict[Kind, Row]] = {
+    "off": _GONE_EVERYWHERE,
+    "stuck": _energised("service_silent", 500 + _RAMP + 3 * _CYCLE),
+    # What cannot be understood is not listened to any further.
+    "garbage": _GONE_EVERYWHERE,
+    "wrong": _energised("other_run", _RAMP + 6 * _CYCLE),
+    "slow": _HARMLESS,
+    "delayed": _energised("service_silent", 500 + _RAMP + 3 * _CYCLE),
+    "intermittent": _HARMLESS,
+}
+_TABLES: Final = {
+    "position": _POSITION,
+    "current": _CURRENT,
+    "reply": _REPLY,
+    "registers": _REGISTERS,
+    "torque": _TORQUE_WORD,
+    "e-stop": _ESTOP,
+    "second": _SECOND_CONTACT,
+    "pedal": _PEDAL,
+    "bus": _BUS,
+    "service": _SERVICE,
+}
+
+
+def expected(kind: Kind, signal: str, mode: Mode) -> Expected:
+    """The cell. A cell that nobody has thought about does not exist, and is an error."""
+    return _TABLES[signal.split()[0]][kind][mode]

@@ -1,0 +1,115 @@
+"""A service without an apparatus, with cheap password hashing and a clock that the test moves."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+from uuid import UUID
+
+from argon2 import PasswordHasher
+from fastapi.testclient import TestClient
+
+from kata.access import accounts, sign_in
+from kata.access.actor import Role
+from kata.access.passwords import Passwords
+from kata.access.sign_in import COOKIE
+from kata.access.tables import AccountRow
+from kata.access.throttle import Throttle
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from tests.support.login import signed_in
+from tests.support.service import running
+
+PASSWORD = "seven slow swans at dawn"
+OTHER = "a kettle under the bridge"
+
+
+class Clock:
+    """Stands until it is moved."""
+
+    def __init__(self) -> None:
+        self.at = utc_now()
+
+    def now(self) -> datetime:
+        return self.at
+
+    def seconds(self) -> float:
+        return self.at.timestamp()
+
+    def forward(self, seconds: float) -> None:
+        self.at += timedelta(seconds=seconds)
+
+
+class Clinic:
+    """The service, and browsers that come to it."""
+
+    def __init__(self, first: TestClient) -> None:
+        self._first = first
+        app: Any = first.app
+        self.app = app
+        self.database: Database = app.state.database
+        self.clock = Clock()
+        app.state.access = replace(
+            app.state.access,
+            passwords=Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1)),
+            throttle=Throttle(self.clock.seconds),
+            now=self.clock.now,
+        )
+
+    @property
+    def administrator(self) -> TestClient:
+        """A new browser that the first administrator is signed in at, just now."""
+        browser = self.browser()
+        with self.database.write() as session:
+            actor = sign_in.actor_of(session, self._first.cookies[COOKIE], utc_now())
+            assert actor
+            account = session.get_one(AccountRow, actor.account_id)
+            browser.cookies.set(COOKIE, sign_in.begin(session, account, "totp", self.clock.now(), "", ""))
+        return browser
+
+    def browser(self, address: str = "127.0.0.1") -> TestClient:
+        """A new one."""
+        browser = TestClient(self.app, client=(address, 50_001))
+        # In the event loop that the service runs in.
+        browser.portal = self._first.portal
+        return browser
+
+    def account(self, role: Role = "therapist") -> str:
+        """A new one, with PASSWORD and without a second factor: its user name."""
+        cookie = signed_in(self.database, role)
+        with self.database.write() as session:
+            actor = sign_in.actor_of(session, cookie, utc_now())
+            assert actor
+            row = session.get_one(AccountRow, actor.account_id)
+            row.password_hash = self.app.state.access.passwords.hash(PASSWORD)
+            row.totp_confirmed_at = None
+            return row.username
+
+    def id_of(self, username: str) -> UUID:
+        with self.database.read() as session:
+            row = accounts.named(session, username)
+            assert row
+            return row.id
+
+    def sign_in(self, username: str, password: str = PASSWORD, **more: Any) -> TestClient:
+        """A new browser, at which it worked."""
+        browser = self.browser()
+        answer = browser.post("/api/sign-in", json={"username": username, "password": password, **more})
+        assert answer.status_code == 200, answer.text
+        return browser
+
+
+@contextmanager
+def clinic(folder: Path) -> Iterator[Clinic]:
+    """From start to end."""
+    with running(folder, simulate=False) as client:
+        yield Clinic(client)
+
+
+def code(answer: Any, status: int) -> str:
+    """Of a problem."""
+    assert answer.status_code == status, answer.text
+    told: str = answer.json()["code"]
+    return told

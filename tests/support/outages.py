@@ -1,0 +1,291 @@
+"""Stations that share one database and continue treatment during outages, and a comparison of their record with the database."""
+
+import logging
+import random
+import re
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any, Final
+from urllib.error import URLError
+from uuid import UUID, uuid4
+
+import httpx2
+import numpy as np
+from sqlalchemy import delete, inspect, select, update
+from sqlalchemy.orm import Session
+
+from kata.access.verify import verify
+from kata.bench.clinic import BenchError, Clinic, prepared
+from kata.bench.load import loading
+from kata.bench.prepared import Prepared
+from kata.clinic.events.observer import ESTOP_TESTED
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.tables import RunRow, RunSampleBlockRow
+from kata.database.arrays import UnreadableError
+from kata.database.engine import Database
+from kata.device import journal
+from kata.station.schemas import LoopLive
+
+log = logging.getLogger(__name__)
+
+_RATE_HZ: Final = 100
+_PLAY_S: Final = 20.0
+_LIMIT_S: Final = 120.0
+_PREPARED: Final = 3
+"""Journals that are there before anything is played."""
+_ACTIVE: Final = {"X-Kata-Active": "1"}
+_ESTOP: Final = "estop_pressed"
+
+
+class _Hand:
+    """The simulator's, which counts how often its emergency stop is pressed."""
+
+    def __init__(self, hand: Any) -> None:
+        self._hand, self.presses = hand, 0
+
+    def estop(self, pressed: bool) -> None:
+        self.presses += pressed
+        self._hand.estop(pressed)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._hand, name)
+
+
+class TreatingStation:
+    """Plays over and over, presses its emergency stop now and then, and writes notes; whatever the database does."""
+
+    def __init__(self, stack: ExitStack, folder: Path, name: str, database_url: str, over: Event) -> None:
+        self.name, self.data, self._over = name, folder / name, over
+        self.records: Prepared = prepared(self.data, play_s=_PLAY_S, plot_s=1.0, database_url=database_url)
+        self.clinic = stack.enter_context(
+            Clinic(self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=database_url)
+        )
+        self.hand = _Hand(self.clinic.hand)
+        self.clinic.hand = self.hand  # type: ignore[assignment]
+        # A page is open, or the apparatus would be paused for want of one.
+        stack.enter_context(loading(self.clinic, None, pages=1))
+        self.notes: dict[str, int] = {}
+        """By clinic number: which change of its notes was the last that the service has acknowledged."""
+        self.runs: set[UUID] = set()
+        """That were seen going on."""
+        self._threads = [Thread(target=self._treat), Thread(target=self._write)]
+
+    def begin(self) -> None:
+        self._before = self._loop()
+        for thread in self._threads:
+            thread.start()
+
+    def wait_for_a_run(self) -> None:
+        """Until one has been played and brought into the database: what is loaded for the first is no growth."""
+        limit = time.monotonic() + _LIMIT_S
+        while len(_journals(self.data)) <= _PREPARED:
+            assert time.monotonic() < limit, self.clinic.live()
+            time.sleep(0.1)
+
+    def end(self) -> None:
+        """Wait until nothing is going on and all that was kept is delivered."""
+        for thread in self._threads:
+            thread.join()
+        limit = time.monotonic() + _LIMIT_S
+        while (
+            (live := self.clinic.live()).mode != "idle"
+            or live.kept.waiting
+            or live.kept.away_since
+            # One that has ended just now is on its way.
+            or list((self.data / "journal").glob("*.journal"))
+        ):
+            assert time.monotonic() < limit, live
+            self._stop_what_goes_on(live.mode)
+            time.sleep(0.1)
+
+    @property
+    def missed(self) -> str:
+        """Cycles of the control loop since the beginning, in words."""
+        before, now = self._before, self._loop()
+        return f"{now.overruns - before.overruns} of {now.cycles - before.cycles} cycles"
+
+    def _loop(self) -> LoopLive:
+        loop = self.clinic.live().loop
+        assert loop
+        return loop
+
+    def _stop_what_goes_on(self, mode: str) -> None:
+        if mode == "stopped":
+            self.clinic.command("acknowledge")
+        elif mode != "idle":
+            self.clinic.command("stop")
+
+    def _treat(self) -> None:
+        chance = random.Random(self.name)
+        while not self._over.is_set():
+            try:
+                self._once(chance)
+            except (BenchError, URLError, TimeoutError) as error:
+                log.info("%s: %s", self.name, error)
+                self._over.wait(0.5)
+
+    def _once(self, chance: random.Random) -> None:
+        live = self.clinic.live()
+        if live.run:
+            self.runs.add(live.run.run_id)
+        if live.mode == "stopped":
+            self.clinic.insist("acknowledge")
+        elif live.mode == "idle":
+            self.clinic.play(self.records)
+        elif live.mode == "ready":
+            self.clinic.insist("approach")
+        elif live.mode == "paused":
+            self.clinic.insist("play")
+        elif live.mode == "playing" and chance.random() < 0.1:
+            self.clinic.hand.estop(True)
+            try:
+                self.clinic.until(lambda now: now.estop == "pressed", 10.0)
+            finally:
+                self.clinic.hand.estop(False)
+            self.clinic.until(lambda now: now.estop == "released", 10.0)
+        else:
+            self._over.wait(0.5)
+
+    def _write(self) -> None:
+        cookie = dict([self.records.cookie.split("=", 1)])
+        with httpx2.Client(base_url=self.clinic.url, cookies=cookie, headers=_ACTIVE, timeout=30) as client:
+            while not self._over.is_set():
+                number = uuid4().hex
+                body = {"clinic_number": number, "name": "N", "affected_side": "left", "notes": "1"}
+                made = self._acknowledged(client, "POST", "/api/patients", body, 201)
+                if made is None:
+                    continue
+                self.notes[number] = 1
+                for change in range(2, 5):
+                    path = f"/api/patients/{made['id']}"
+                    if self._acknowledged(client, "PATCH", path, {"notes": str(change)}, 200) is None:
+                        break
+                    self.notes[number] = change
+                self._over.wait(0.2)
+
+    def _acknowledged(
+        self, client: httpx2.Client, method: str, path: str, body: dict[str, str], status: int
+    ) -> dict[str, Any] | None:
+        """The answer; None where the database was away, and it may have been done or not."""
+        answer = client.request(method, path, json=body)
+        if answer.status_code == 503:
+            self._over.wait(0.5)
+            return None
+        assert answer.status_code == status, answer.text
+        found: dict[str, Any] = answer.json()
+        return found
+
+
+def judge(stations: list[TreatingStation], database_url: str) -> str:
+    """Nothing of what happened is missing, nothing is there twice; raises what is. Says how much it was.
+
+    Of what is taken out or put in, it is tried whether it shows.
+    """
+    with closing(Database(database_url)) as database:
+        with database.read() as session:
+            told = _judged(stations, session)
+            log.info("%s", told)
+        harms = _harms(stations[0])
+        for what, harm in harms.items():
+            with database.read() as session:
+                harm(session)
+                session.flush()
+                assert not _is_whole(stations, session), f"nobody sees that {what}"
+                session.rollback()
+        return f"{told}; seen was that {', '.join(harms)}"
+
+
+def _is_whole(stations: list[TreatingStation], session: Session) -> bool:
+    try:
+        _judged(stations, session)
+    except (AssertionError, UnreadableError):
+        return False
+    return True
+
+
+def _judged(stations: list[TreatingStation], session: Session) -> str:
+    counted: Counter[str] = Counter()
+    for one in stations:
+        events = select(DeviceEventRow).where(DeviceEventRow.station == one.name)
+        rows = session.scalars(events).all()
+        assert sum(row.code == _ESTOP for row in rows) == one.hand.presses, f"{one.name}: presses of the emergency stop"
+        told = Counter(_told(one.data / "device.log"))
+        found = Counter((row.code, row.message) for row in rows if row.kind == "event" and row.code != ESTOP_TESTED)
+        assert found == told, f"{one.name}: events: {told - found} lost, {found - told} doubled"
+        assert list((one.data / "journal").glob("unreadable/*")) == []
+        assert list((one.data / "journal").glob("*.journal")) == []
+        measured = {UUID(kept.id): kept for kept in map(journal.read, _journals(one.data)) if kept.kind == "run"}
+        written = {row.id: row for row in session.scalars(_runs(one.records))}
+        written.pop(one.records.run_id)
+        measured.pop(one.records.run_id)
+        assert set(measured) == set(written), f"{one.name}: runs without a journal, or journals without a run"
+        assert one.runs <= set(written), f"{one.name}: runs that were seen"
+        assert [row.id for row in written.values() if not row.ended_at] == [], f"{one.name}: runs that never end"
+        for key, kept in measured.items():
+            # One that was loaded and never moved has none.
+            if len(kept.t_ns):
+                times_s = runs.samples(session, key)["time_s"]
+                np.testing.assert_allclose(times_s, (kept.t_ns - kept.t_ns[0]) / 1e9, atol=1e-6, err_msg=str(key))
+            counted["samples"] += len(kept.t_ns)
+        query = select(PatientRow.clinic_number, PatientRow.notes).where(PatientRow.clinic_number.in_(list(one.notes)))
+        notes = {number: int(last) for number, last in session.execute(query).all()}
+        assert set(notes) == set(one.notes), f"{one.name}: patients"
+        # What was refused for want of the database may have been done.
+        assert all(0 <= notes[number] - change <= 1 for number, change in one.notes.items()), f"{one.name}: notes"
+        counted.update(presses=one.hand.presses, events=found.total(), runs=len(written), notes=sum(one.notes.values()))
+    verdict = verify(session, [one.data / "audit.anchor" for one in stations])
+    assert verdict.findings == []
+    return f"{dict(counted)}, {verdict.rows} rows of the audit trail"
+
+
+def _harms(one: TreatingStation) -> dict[str, Callable[[Session], object]]:
+    """What could have happened to a station's records."""
+    pressed = DeviceEventRow.station == one.name, DeviceEventRow.code == _ESTOP
+    shown = DeviceEventRow.station == one.name, DeviceEventRow.kind == "event", DeviceEventRow.code != ESTOP_TESTED
+
+    def doubled(session: Session) -> None:
+        row = session.scalars(select(DeviceEventRow).where(*shown)).first()
+        assert row
+        copied = {one.key: getattr(row, one.key) for one in inspect(DeviceEventRow).column_attrs if one.key != "id"}
+        session.add(DeviceEventRow(id=uuid4(), **copied))
+
+    def a_run(session: Session) -> UUID:
+        played = session.scalars(_runs(one.records).where(RunRow.samples > 0, RunRow.id != one.records.run_id)).first()
+        assert isinstance(played, RunRow)
+        return played.id
+
+    number = next(iter(one.notes))
+    return {
+        "a press is missing": lambda session: session.execute(delete(DeviceEventRow).where(*pressed)),
+        "an event is missing": lambda session: session.execute(delete(DeviceEventRow).where(*shown)),
+        "an event is there twice": doubled,
+        "samples are missing": lambda session: session.execute(
+            delete(RunSampleBlockRow).where(RunSampleBlockRow.run_id == a_run(session))
+        ),
+        "a run has not ended": lambda session: session.execute(
+            update(RunRow).where(RunRow.id == a_run(session)).values(ended_at=None)
+        ),
+        "a note is missing": lambda session: session.execute(
+            update(PatientRow).where(PatientRow.clinic_number == number).values(notes="0")
+        ),
+    }
+
+
+def _told(log_file: Path) -> list[tuple[str, str]]:
+    """The events that the device process says it has told, but for those that are alarms."""
+    found = re.findall(r"device INFO (\w+): (.*)", log_file.read_text())
+    return [(code, message) for code, message in found if code != "fault"]
+
+
+def _journals(data: Path) -> list[Path]:
+    return sorted((data / "journal/imported").iterdir())
+
+
+def _runs(records: Prepared) -> Any:
+    return select(RunRow).where(RunRow.session_id == records.session_id)

@@ -1,0 +1,37 @@
+"""Accounts and a second browser on the page."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page
+
+PASSWORD = "seven slow swans at dawn"
+
+
+@pytest.fixture
+def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
+    """A second browser, at which nobody is signed in."""
+    context = browser.new_context(**browser_context_args)
+    yield context
+    context.close()
+
+
+def made(page: Page, name: str, username: str, role: str) -> str:
+    """A new account, by the administrator's page: its one-time code."""
+    page.get_by_role("link", name="Administration").click()
+    page.get_by_role("button", name="New account").click()
+    dialog = page.get_by_role("dialog", name="New account")
+    dialog.get_by_role("textbox", name="Name", exact=True).fill(name)
+    dialog.get_by_label("User name").fill(username)
+    dialog.get_by_role("radio", name=role).check()
+    dialog.get_by_role("button", name="Make the account").click()
+    code = page.get_by_test_id("code").inner_text()
+    page.get_by_role("button", name="I have handed it over").click()
+    return code
+
+
+def menu(page: Page, item: str) -> None:
+    page.get_by_role("button", name=re.compile("^Signed in as")).click()
+    page.get_by_role("menuitem", name=item).click()

@@ -1,0 +1,260 @@
+"""A clinic with hostile texts in every text column: one text per row, one row per text."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import timedelta
+from itertools import count
+from typing import Any, Final, cast
+from uuid import UUID, uuid4
+
+from sqlalchemy import JSON, Column, String, Table, Text, bindparam, insert, select, update
+from sqlalchemy.orm import Session
+
+from kata.access import audit
+from kata.access.actor import Actor
+from kata.access.tables import AccountRow, AccountStationRow, BackupRow, BrokenGlassRow, SignInRow
+from kata.clinic import tables
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.sessions.tables import AddendumRow, SessionStopRow
+from kata.clinic.stations.tables import StationRow
+from kata.database.base import Base, utc_now
+from tests.support.treatment import treat
+
+TOGETHER: Final = 50
+"""So many share a note of a place: each must be found on the page as it was written, or one has been taken for more."""
+
+NOT_WRITTEN: Final = frozenset(
+    {
+        # Which of a few words holds; another one cannot be read.
+        "accounts.role", "accounts.language", "backups.kind", "device_events.kind", "episodes.side", "erasures.decision",
+        "patients.dominant_side", "patients.sex", "programme_items.method", "recordings.side", "rom_measurements.side",
+        "rom_measurements.motion", "rom_measurements.kind", "rom_measurements.position", "runs.method", "runs.outcome",
+        "sessions.end_reason", "sign_ins.end_reason", "sign_ins.method", "stages.stage", "teachings.side",
+        # Secrets, or what is left of them.
+        "accounts.code_hash", "accounts.password_hash", "accounts.totp_sealed", "recovery_codes.code_hash",
+        "sign_ins.before_hash", "sign_ins.secret_hash", "accounts.oidc_subject",
+        # Made by the program, of what stands elsewhere.
+        "patients.search_text", "stations.config", "run_corrections.station", "spools.station", "schemas.oldest", "schemas.revision",
+        "station_versions.software", "station_versions.station", "station_versions.config",
+        "session_stops.therapist", "session_stops.station",
+        # Only ever added to, each row at its beginning: fill() does.
+        *(f"audit.{name}" for name in ("who", "role", "address", "action", "outcome", "subject", "station", "detail", "anchor")),
+    }
+)  # fmt: skip
+"""Columns of text that nobody writes into; any other one is hostile, a new one too."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """The record of one patient, for the pages that show one thing at a time."""
+
+    patients: UUID
+    episodes: UUID
+    recordings: UUID
+    sessions: UUID
+    programmes: UUID
+
+
+@dataclass
+class Poison:
+    """What was put where."""
+
+    places: list[Place] = field(default_factory=list)
+    together: list[str] = field(default_factory=list)
+    """The note of each place: many texts in one."""
+    planted: dict[str, list[str]] = field(default_factory=dict)
+    """By ``table.column``, one text a row."""
+    ids: dict[str, str] = field(default_factory=dict)
+    """Of the first place and of what has no place, as the API calls them."""
+
+
+def poison(session: Session, texts: list[str]) -> Poison:
+    """Fill the database: ``session`` is one of :meth:`Database.write`."""
+    made = Poison(together=[" | ".join(texts[at : at + TOGETHER]) for at in range(0, len(texts), TOGETHER)])
+    for _ in made.together:
+        made.places.append(_place(session))
+        for row in _of_a_place(session, made.places[-1]):
+            _copy(session, row, TOGETHER)
+    for row in _of_the_clinic(session, made.places[0]):
+        _copy(session, row, len(texts))
+    made.ids = _ids(session, made.places[0])
+    _give_versions(session)
+    session.expire_all()
+    for table in Base.metadata.sorted_tables:
+        _spoil(session, table, texts, made)
+    for place, together in zip(made.places, made.together, strict=True):
+        _write_notes(session, place, together)
+    for text in texts:
+        actor = Actor(uuid4(), uuid4(), text, "therapist", frozenset())
+        audit.note(
+            session, text, patient_id=made.places[0].patients, subject=text, detail={"reason": text}, actor=actor
+        )
+    return made
+
+
+def _place(session: Session) -> Place:
+    treated = treat(session, runs=2)
+    episode = session.get_one(tables.EpisodeRow, treated.episode_id)
+    recording = session.scalars(select(tables.RecordingRow).filter_by(patient_id=episode.patient_id)).one()
+    programme = session.scalars(select(tables.ProgrammeRow).filter_by(episode_id=episode.id)).one()
+    return Place(episode.patient_id, episode.id, recording.id, treated.session_ids[0], programme.id)
+
+
+def _of_a_place(session: Session, place: Place) -> list[Base]:
+    """A row of each kind that its pages list; each behind what it needs."""
+    now = utc_now()
+    run = session.scalars(select(tables.RunRow).filter_by(session_id=place.sessions)).first()
+    assert run
+    erasure = ErasureRow(
+        id=uuid4(), patient_id=place.patients, asked_at=now, reason="", noted_by="", decided_by="", explanation=""
+    )
+    alarm = DeviceEventRow(
+        id=uuid4(), station="", at=now, kind="alarm", code="", message="", patient_id=place.patients,
+        session_id=place.sessions, run_id=run.id,
+    )  # fmt: skip
+    teaching = TeachingRow(id=uuid4(), patient_id=place.patients, name="", side="left", started_at=now)
+    stop = SessionStopRow(session_id=place.sessions, code="", started_at=now)
+    session.add_all([erasure, alarm, teaching, stop])
+    session.flush()
+    return [
+        session.get_one(tables.EpisodeRow, place.episodes),
+        session.get_one(tables.RecordingRow, place.recordings),
+        session.get_one(tables.ProgrammeRow, place.programmes),
+        session.scalars(select(tables.ProgrammeVersionRow).filter_by(programme_id=place.programmes)).one(),
+        session.get_one(tables.SessionRow, place.sessions),
+        session.scalars(select(AddendumRow).filter_by(session_id=place.sessions)).one(),
+        session.scalars(select(tables.AssessmentRow).filter_by(episode_id=place.episodes)).all()[0],
+        erasure,
+        alarm,
+    ]
+
+
+def _of_the_clinic(session: Session, first: Place) -> list[Base]:
+    """A row of each kind that is listed for all patients together, or is of none."""
+    now = utc_now()
+    account = session.scalars(select(AccountRow)).one()
+    glass = BrokenGlassRow(
+        id=uuid4(), patient_id=first.patients, account_id=account.id, reason="", at=now, until=now, reviewed_at=now
+    )
+    backup = BackupRow(id=uuid4(), at=now, kind="asked", file="", bytes=1, tested_at=now)
+    station = AccountStationRow(account_id=account.id, station="")
+    known = StationRow(name="", config="", registered_at=now, started_at=now)
+    session.add_all([glass, backup, station, known])
+    session.flush()
+    patient = session.get_one(PatientRow, first.patients)
+    return [account, session.scalars(select(SignInRow)).one(), patient, glass, backup, station, known]
+
+
+def _ids(session: Session, place: Place) -> dict[str, str]:
+    version = session.scalars(select(tables.ProgrammeVersionRow.id).filter_by(programme_id=place.programmes)).first()
+    run = session.scalars(select(tables.RunRow.id).filter_by(session_id=place.sessions)).first()
+    assessment = session.scalars(select(tables.AssessmentRow.id).filter_by(episode_id=place.episodes)).first()
+    return {
+        "patient_id": str(place.patients), "episode_id": str(place.episodes), "recording_id": str(place.recordings),
+        "session_id": str(place.sessions), "programme_id": str(place.programmes), "run_id": str(run),
+        "assessment_id": str(assessment), "programme_version_id": str(version),
+    }  # fmt: skip
+
+
+def _copy(session: Session, row: Base, times: int) -> None:
+    """So many more, each with an id and unique values of its own."""
+    table, number = cast(Table, row.__table__), count(1_000)
+    values = {column.name: getattr(row, column.name) for column in table.columns}
+    own = {"accounts": "username", "sign_ins": "secret_hash", "patients": "clinic_number", "account_stations": "station", "stations": "name"}  # fmt: skip
+    copies: list[dict[str, Any]] = []
+    for _ in range(times):
+        n = next(number)
+        changed: dict[str, Any] = {"id": uuid4()} if "id" in values else {}
+        if table.name in own:
+            changed[own[table.name]] = f"{n}"
+        if table.name == "programme_versions":
+            changed["number"] = n
+        for name in ("at", "started_at", "opened_at", "taught_at", "assessed_at"):
+            if name in values:
+                changed[name] = values[name] - timedelta(seconds=n)
+        copies.append(values | changed)
+    session.execute(insert(table), copies)
+
+
+def _give_versions(session: Session) -> None:
+    """To each programme that has none: it would be in no list."""
+    programmes, versions = tables.ProgrammeRow, tables.ProgrammeVersionRow
+    without = session.scalars(select(programmes.id).where(programmes.id.not_in(select(versions.programme_id))))
+    given = {"number": 1, "made_at": utc_now(), "made_by": "", "note": ""}
+    session.execute(insert(versions), [{"id": uuid4(), "programme_id": id_, **given} for id_ in without])
+
+
+def _spoil(session: Session, table: Table, texts: list[str], made: Poison) -> None:
+    """In every row another text; where a column is short, as much as it takes. Behind it a mark that tells the columns apart."""
+    columns = [one for one in table.columns if _is_written(one)]
+    lists = [one for one in table.columns if isinstance(one.type, JSON)]
+    keys = list(table.primary_key.columns)
+    if not columns and not lists:
+        return
+    # White space that stands around a text is nobody's, and a service that takes it away is right.
+    marks = {one.name: f"~{len(made.planted) + n:02}" for n, one in enumerate(columns)}
+    changes = []
+    for n, row in enumerate(session.execute(select(*keys, *lists)).mappings().all()):
+        text = texts[n % len(texts)]
+        change: dict[str, Any] = {f"key_{key.name}": row[key.name] for key in keys}
+        change |= {f"new_{one.name}": _fitted(one, text, marks[one.name], n) for one in columns}
+        change |= {f"new_{one.name}": _written_in(row[one.name], text) for one in lists}
+        changes.append(change)
+    if not changes:
+        return
+    statement = update(table).values(
+        {one.name: bindparam(f"new_{one.name}", type_=one.type) for one in (*columns, *lists)}
+    )
+    for key in keys:
+        statement = statement.where(key == bindparam(f"key_{key.name}", type_=key.type))
+    session.connection().execute(statement, changes)
+    for one in columns:
+        made.planted[f"{table.name}.{one.name}"] = [change[f"new_{one.name}"] for change in changes]
+
+
+def _is_written(column: Column[Any]) -> bool:
+    return isinstance(column.type, String) and f"{column.table.name}.{column.name}" not in NOT_WRITTEN
+
+
+def _fitted(column: Column[Any], text: str, mark: str, n: int) -> str:
+    if column.unique or column.primary_key:
+        mark = f"{n:03x}{mark}"
+    longest = cast(String, column.type).length
+    return text[: longest - len(mark)] + mark if longest else text + mark
+
+
+def _written_in(value: Any, text: str) -> Any:
+    """The names within: who has ticked, what was done."""
+    if isinstance(value, list):
+        return [text if isinstance(one, str) and not _is_word(one) else _written_in(one, text) for one in value]
+    if isinstance(value, dict):
+        return {name: text if name == "by" and one else one for name, one in value.items()}
+    return value
+
+
+def _is_word(value: str) -> bool:
+    return value.startswith(("arm_fixer", "elbow_fixer"))
+
+
+def _write_notes(session: Session, place: Place, together: str) -> None:
+    """As much as a note takes: so a page that shows one note shows many texts."""
+    for table, column, id_ in (
+        (PatientRow, "notes", place.patients),
+        (tables.EpisodeRow, "contraindications", place.episodes),
+        (tables.EpisodeRow, "closing_note", place.episodes),
+        (tables.RecordingRow, "note", place.recordings),
+        (tables.SessionRow, "note", place.sessions),
+    ):
+        setattr(session.get_one(table, id_), column, together)
+    for run in session.scalars(select(tables.RunRow).filter_by(session_id=place.sessions)):
+        run.stop_message = together
+
+
+def text_columns() -> Iterator[str]:
+    """Every column that holds text, ``table.column``."""
+    for table in Base.metadata.sorted_tables:
+        for column in table.columns:
+            if isinstance(column.type, String | Text):
+                yield f"{table.name}.{column.name}"

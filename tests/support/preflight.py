@@ -1,0 +1,79 @@
+"""The checks that a therapist completes before teaching and playback."""
+
+import time
+from typing import Any
+
+from fastapi.testclient import TestClient
+
+from tests.support.station_commands import operate
+
+LIMIT_S = 30.0
+WHO = "Ito Mai"
+LOOKED_AT = ("side", "fixtures", "belt")
+"""What nobody but somebody who stands there can tell."""
+
+
+def still_open(client: TestClient, session_id: str, recording_id: str) -> list[str]:
+    """Names of the checks that nobody has given yet."""
+    asked = client.get(f"/api/sessions/{session_id}/checklist", params={"recording_id": recording_id})
+    assert asked.status_code == 200, asked.text
+    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+
+
+def until_estop(client: TestClient, state: str) -> None:
+    """Wait until the device has seen the switch."""
+    limit = time.monotonic() + LIMIT_S
+    with client.websocket_connect("/api/live") as socket:
+        while socket.receive_json()["estop"] != state:
+            assert time.monotonic() < limit
+
+
+def try_estop(client: TestClient) -> None:
+    """Press the switch, release it, acknowledge."""
+    for pressed, state in ((True, "pressed"), (False, "released")):
+        assert client.post("/api/simulator/estop", json={"pressed": pressed}).status_code == 200
+        until_estop(client, state)
+    limit = time.monotonic() + LIMIT_S
+    with client.websocket_connect("/api/live") as socket:
+        refusals: dict[str, Any] = {"acknowledge": {}}
+        while "acknowledge" in refusals:
+            refusals = socket.receive_json().get("live", {}).get("refusals", refusals)
+            assert time.monotonic() < limit
+    assert operate(client, "acknowledge").status_code == 200
+    until_estop(client, "closed")
+
+
+def open_before_teaching(
+    client: TestClient, patient_id: str, fixtures: tuple[str, ...] = ("arm_fixer_1",), side: str | None = None
+) -> list[str]:
+    """Names of the checks that are not in order yet for teaching."""
+    params: dict[str, Any] = {"fixtures": fixtures} | ({"side": side} if side else {})
+    asked = client.get(f"/api/patients/{patient_id}/teaching-checklist", params=params)
+    assert asked.status_code == 200, asked.text
+    return [one["check"] for one in asked.json()["checks"] if not one["given"]]
+
+
+def teaching(client: TestClient, patient_id: str, **more: Any) -> dict[str, Any]:
+    """What is asked of the station to teach this patient a motion, with everything in order."""
+    if "estop" in open_before_teaching(client, patient_id):
+        try_estop(client)
+        limit = time.monotonic() + LIMIT_S
+        while "estop" in open_before_teaching(client, patient_id):
+            # That it was tried is written down by a thread of its own.
+            assert time.monotonic() < limit
+    return {"patient_id": patient_id, "fixtures": ["arm_fixer_1"], "looked_at": list(LOOKED_AT)} | more
+
+
+def go_through_checklist(client: TestClient, session_id: str, recording_id: str) -> None:
+    """Everything is in order: the emergency stop is tried if it has not been today, and somebody has looked at the rest."""
+    body = {"checked_by": WHO, "recording_id": recording_id}
+    for check in still_open(client, session_id, recording_id):
+        if check == "estop":
+            try_estop(client)
+        else:
+            answer = client.put(f"/api/sessions/{session_id}/checklist/{check}", json=body)
+            assert answer.status_code == 200, answer.text
+    limit = time.monotonic() + LIMIT_S
+    while still_open(client, session_id, recording_id):
+        # That it was tried is written down by a thread of its own.
+        assert time.monotonic() < limit, still_open(client, session_id, recording_id)

@@ -1,0 +1,28 @@
+"""Report contents of a treated patient."""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from kata.clinic.reports import episode, session
+from kata.clinic.reports.content import EpisodeContent, SessionContent
+from kata.clinic.reports.letterhead import Letterhead
+from kata.clinic.reports.paper import Print
+from kata.clinic.reports.words import Language
+from kata.database.engine import Database
+from tests.support.treatment import PLAIN, Texts, treat
+
+CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")
+
+
+AT = datetime(2026, 11, 30, 3, 4, tzinfo=UTC)
+
+
+def how(language: Language = "en") -> Print:
+    return Print(CLINIC, language, "Asia/Tokyo", AT)
+
+
+def contents(database: Database, texts: Texts = PLAIN, **kinds: Any) -> tuple[SessionContent, EpisodeContent]:
+    with database.write() as writing:
+        treated = treat(writing, texts, **kinds)
+    with database.read() as reading:
+        return session.content(reading, treated.session_ids[0]), episode.content(reading, treated.episode_id)

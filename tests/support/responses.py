@@ -1,0 +1,18 @@
+"""Checks of error responses."""
+
+from typing import Any
+
+from httpx2 import Response
+
+
+def problem(answer: Response, status: int, code: str) -> dict[str, Any]:
+    """It must be a problem document (RFC 9457) with this code."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    told: dict[str, Any] = answer.json()
+    assert told["status"] == status
+    assert told["code"] == code
+    assert told["title"]
+    assert told["detail"].endswith(".")
+    assert "Traceback" not in answer.text
+    return told

@@ -1,0 +1,59 @@
+"""A replacement for the device process that sends only what the test sends."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from kata.device.config import StationConfig
+from kata.device.messages import FromDevice, LoopState, Request, Snapshot
+from kata.station.station import Station
+
+
+class Silent:
+    """Hears everything and says nothing by itself."""
+
+    def __init__(
+        self,
+        station_file: Path,
+        journal_folder: Path,
+        on_message: Callable[[FromDevice], None],
+        on_end: Callable[[], None],
+        occupation: Callable[[], str],
+        *,
+        real_time: bool,
+    ) -> None:
+        self.tell, self.end = on_message, on_end
+        self.heard: list[Request] = []
+        self.running = True
+        self.starts = 0
+
+    def start(self) -> None:
+        self.starts += 1
+
+    async def close(self) -> None:
+        """Nothing has to come to its end."""
+
+    def send(self, message: Any) -> None:
+        self.heard.append(message)
+
+    def beat(self) -> None:
+        """Nobody listens for it."""
+
+
+def station(folder: Path = Path("/nowhere")) -> Station:
+    return Station(
+        StationConfig(), folder / "station.toml", folder, simulated=True, real_time=False, on_journal=lambda path: None
+    )
+
+
+def snapshot(**given: Any) -> Snapshot:
+    """Idle, but for what is given."""
+    loop = LoopState(
+        cycle_hz=100, rate_hz=100, cycles=0, overruns=0, lateness_p50_ms=0.0, lateness_p99_ms=0.0, lateness_p999_ms=0.0,
+        lateness_max_ms=0.0, bus_errors=0, drive_errors=(0,) * 5, telemetry_dropped=0, real_time=False, memory_locked=False,
+    )  # fmt: skip
+    idle: dict[str, Any] = {
+        "t_ns": 0, "mode": "idle", "torque": "off", "stops": 0, "verified_since_ns": 0, "estop": "closed", "pedal": "up",
+        "axes": (), "stop": None, "run": None, "teaching": None, "refusals": {}, "loop": loop,
+    }  # fmt: skip
+    return Snapshot(**idle | given)

@@ -1,0 +1,137 @@
+"""The simulated apparatus under a stepped clock, with a record of what its drives accepted."""
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from kata.device.config import Inputs, StationConfig, simulated
+from kata.evaluate import world
+from kata.simulator.script import Fault, Kind
+from kata.simulator.servos import Servo
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a drive has accepted: a goal in degrees, or torque 1 or 0."""
+
+    t_ns: int
+    motor: int
+    what: Literal["goal", "torque"]
+    value: float
+
+
+class _LossyLine(world.MemoryLine):
+    """A line on which requests can be lost."""
+
+    def __init__(self, lossy: "World", baud: int) -> None:
+        super().__init__(lossy, baud)
+        self._lossy = lossy
+
+    def send(self, data: bytes) -> None:
+        """See :class:`~kata.device.bus.serial_transport.Line`."""
+        if not self._lossy.loses_this():
+            super().send(data)
+
+
+class World(world.World):
+    """Everything beyond the serial port, and everything seen there."""
+
+    def __init__(
+        self,
+        protocol: Literal["dynamixel", "modbus"] = "dynamixel",
+        *,
+        seed: int | None = None,
+        **settings: object,
+    ) -> None:
+        # No kernel stands between, and the patience that a pseudo-terminal needs would hide what is silent.
+        cycle_hz = settings.get("cycle_hz", 100)
+        assert isinstance(cycle_hz, int)
+        age_cycles = min(10, 3 * cycle_hz // 10)
+        patience = {"silence_ms": 100, "inputs": Inputs(max_age_cycles=age_cycles, estop_second_port=3)}
+        config = msgspec.structs.replace(simulated("memory"), protocol=protocol, **{**patience, **settings})
+        self._begin(config, seed)
+
+    @classmethod
+    def of(cls, config: StationConfig, seed: int | None = None) -> "World":
+        """Return an apparatus that stands for a configuration, its encoders mounted as that says."""
+        made = cls.__new__(cls)
+        made._begin(config, seed)
+        return made
+
+    def _begin(self, config: StationConfig, seed: int | None) -> None:
+        super().__init__(config, seed, self._saw)
+        for face, axis in zip(self.faces, config.axes, strict=True):
+            if isinstance(face, Servo) and axis.zero_count is not None:
+                face.mount(axis.zero_count)
+        self.seen: list[Seen] = []
+        self._lost = [0, 0]
+        """How many requests still pass, and how many of those behind them are lost."""
+
+    def open_line(self, port: str, baud: int) -> world.MemoryLine:
+        """Open the port; requests that :meth:`lose_requests` names do not reach the drives."""
+        super().open_line(port, baud)
+        self.opened = _LossyLine(self, baud)
+        return self.opened
+
+    def lose_requests(self, count: int, after: int) -> None:
+        """Let no drive hear ``count`` requests, from the one after the next ``after`` on."""
+        self._lost = [after, count]
+
+    def loses_this(self) -> bool:
+        """Return whether the request that is being sent is lost."""
+        passing, losing = self._lost
+        if passing:
+            self._lost[0] -= 1
+        elif losing:
+            self._lost[1] -= 1
+            return True
+        return False
+
+    def registers(self, motor: int, address: int, length: int) -> bytes:
+        """Return what a drive has in its registers: little-endian bytes (Dynamixel) or big-endian registers (Modbus)."""
+        face = self.faces[motor - 1]
+        if isinstance(face, Servo):
+            return bytes(face.table[address : address + length])
+        return struct.pack(f">{length // 2}H", *face.read(address, length // 2))
+
+    def set_registers(self, motor: int, address: int, data: bytes) -> None:
+        """Change a drive's registers behind the driver's back."""
+        face = self.faces[motor - 1]
+        if isinstance(face, Servo):
+            face.table[address : address + len(data)] = data
+        else:
+            face.write(address, struct.unpack(f">{len(data) // 2}H", data))
+
+    def place(self, motor: int, angle_deg: float) -> None:
+        """Put a shaft and the arm behind it to an angle, at rest: somebody has led it there. Torque is off."""
+        self.apparatus.place(motor, math.radians(angle_deg))
+
+    def speaks_untruth(self, motor: int) -> bool:
+        """Return whether a fault makes a drive report another angle than its shaft's."""
+        return any(self.script.has(kind, motor) for kind in ("off", "silent", "frozen", "garbage", "exchanged_id"))
+
+    def fault(self, kind: Kind, motor: int | None = None, value: float | None = None) -> None:
+        """Break something."""
+        self.script.fault(Fault(kind, motor, value))
+
+    def goals(self, motor: int, since_ns: int = 0) -> list[float]:
+        """Goals that a drive has accepted, degrees."""
+        return [
+            seen.value for seen in self.seen if seen.what == "goal" and seen.motor == motor and seen.t_ns > since_ns
+        ]
+
+    @property
+    def torque(self) -> list[bool]:
+        """Of each drive, as it really is."""
+        return [drive.torque_on for drive in self.apparatus.drives]
+
+    @property
+    def angles_deg(self) -> list[float]:
+        """Of each shaft, as it really is."""
+        return [axis.angle_deg for axis in self.apparatus.state().axes]
+
+    def _saw(self, t_ns: int, motor: int, what: Literal["goal", "torque"], value: float) -> None:
+        self.seen.append(Seen(t_ns, motor, what, value))

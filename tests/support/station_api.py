@@ -1,0 +1,70 @@
+"""Station requests through the API: wait for a state, teach, load."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from fastapi.testclient import TestClient
+
+from tests.support.preflight import go_through_checklist, teaching
+from tests.support.station_commands import operate
+
+
+def until(client: TestClient, condition: Callable[[dict[str, Any]], object], within_s: float = 30.0) -> dict[str, Any]:
+    """Listen on the WebSocket until the live state fulfils the condition; returns that state."""
+    limit = time.monotonic() + within_s
+    live: dict[str, Any] = {}
+    with client.websocket_connect("/api/live") as socket:
+        while True:
+            live |= socket.receive_json().get("live", {})
+            if condition(live):
+                return live
+            assert time.monotonic() < limit, (live["mode"], live["stop"], live["refusals"].get("teach"))
+
+
+def until_mode(client: TestClient, mode: str, within_s: float = 30.0) -> dict[str, Any]:
+    return until(client, lambda live: live["mode"] == mode, within_s)
+
+
+def accepted(client: TestClient, command: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Send a command. While the drives' settings are being checked it waits a moment, as the refusal asks for."""
+    limit = time.monotonic() + 30.0
+    answer = operate(client, command, body)
+    while answer.status_code == 409 and answer.json()["code"] == "not_verified" and time.monotonic() < limit:
+        until(client, lambda live: all(one["code"] != "not_verified" for one in live["refusals"].values()))
+        answer = operate(client, command, body)
+    assert answer.status_code == 200, answer.text
+    told: dict[str, Any] = answer.json()
+    return told
+
+
+def teach(
+    client: TestClient,
+    patient: dict[str, Any],
+    motion_id: str = "built-in-1",
+    side: str = "right",
+    fixtures: tuple[str, ...] = ("arm_fixer_1",),
+) -> dict[str, Any]:
+    """Teach by the simulated hand; the recording that came of it."""
+    until_mode(client, "idle")
+    told = {"name": "Shrug", "side": side, "taught_by": "Sato", "fixtures": list(fixtures)}
+    accepted(client, "teach", teaching(client, patient["id"], **told))
+    assert client.post("/api/simulator/guide", json={"motion_id": motion_id}).status_code == 200
+    until(client, lambda live: live["teaching"] and live["teaching"]["takes"] == 1)
+    until(client, lambda live: not live["teaching"]["recording"])
+    with client.websocket_connect("/api/live") as socket:
+        accepted(client, "finish-teaching")
+        while (message := socket.receive_json())["kind"] != "saved":
+            pass
+    assert message["what"] == "recording"
+    client.post("/api/simulator/release")
+    recording: dict[str, Any] = client.get(f"/api/recordings/{message['id']}").json()
+    return recording
+
+
+def load(client: TestClient, patient: dict[str, Any], recording: dict[str, Any], **settings: Any) -> dict[str, Any]:
+    session = client.post("/api/sessions", json={"patient_id": patient["id"]}).json()
+    go_through_checklist(client, session["id"], recording["id"])
+    return accepted(
+        client, "load", {"session_id": session["id"], "load_level": 25, "recording_id": recording["id"], **settings}
+    )

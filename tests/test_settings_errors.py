@@ -1,0 +1,110 @@
+"""What is wrong with the settings is said in a sentence for each, by every command alike."""
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from typer.main import get_command
+
+from kata.__main__ import main
+from kata.cli import app
+from kata.settings import Settings
+from tests.support.paths import ROOT
+
+GIVEN: Final[dict[str, tuple[str, ...]]] = {
+    "accounts link": (),
+    "audit verify": (),
+    "backup": (),
+    "demo": ("--taught", "motion.csv"),
+    "doctor": (),
+    "openapi": (),
+    "restore": ("clinic.age",),
+    "seed": (),
+    "serve": ("--simulate",),
+}
+OF_THEIR_OWN: Final = ("bench ", "evaluate")
+"""What measures clears the settings away, or has nothing but its own."""
+WRONG: Final = {
+    "KATA_DATABASE_URL": (
+        "nonsense",
+        "must be the address of a database, such as postgresql+psycopg://kata@server/kata",
+    ),
+    "KATA_PORT": ("x", "must be a whole number"),
+    "KATA_IDLE_MINUTES": ("0", "must be more than 0"),
+    "KATA_SIGN_IN_HOURS": ("long", "must be a number"),
+    "KATA_PLAIN_HTTP": ("perhaps", "must be true or false"),
+    "KATA_LOG_FORMAT": ("xml", "must be 'plain' or 'json'"),
+    "KATA_BACKUP_AT": ("noon", "must be a time of day such as 02:30, or never"),
+    "KATA_TRUSTED_PROXIES": ("mine", "must be addresses or networks, separated by commas"),
+    "KATA_OPENID_NAME": ("n" * 61, "must have 60 characters at most"),
+}
+
+
+def commands(command: Any, name: str = "") -> Iterator[str]:
+    """The full names of all there are."""
+    inner = getattr(command, "commands", None)
+    if inner is None:
+        yield name
+    else:
+        for one in inner:
+            yield from commands(inner[one], f"{name} {one}".strip())
+
+
+def ended_with(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
+    monkeypatch.setattr(sys, "argv", ["kata", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return ended.value.code
+
+
+@pytest.mark.parametrize("command", [one for one in commands(get_command(app)) if not one.startswith(OF_THEIR_OWN)])
+def test_every_command_names_the_setting_and_its_values(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for file in ("motion.csv", "clinic.age"):
+        (tmp_path / file).touch()
+    monkeypatch.setenv("KATA_PORT", "x")
+    before = os.nice(0), signal.getsignal(signal.SIGTERM)
+    assert ended_with(monkeypatch, *command.split(), *GIVEN[command]) == 2
+    said = capsys.readouterr()
+    assert (said.out, said.err) == ("", "KATA_PORT must be a whole number.\n")
+    assert (os.nice(0), signal.getsignal(signal.SIGTERM)) == before, "it had begun before it looked"
+
+
+@pytest.mark.parametrize(("setting", "given", "takes"), [(name, *told) for name, told in WRONG.items()])
+def test_each_setting_documents_its_values_and_reveals_none(
+    setting: str, given: str, takes: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(setting, given)
+    assert ended_with(monkeypatch, "backup") == 2
+    assert capsys.readouterr().err == f"{setting} {takes}.\n"
+
+
+def test_conflicting_and_multiple_wrong_settings_are_all_reported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("KATA_TLS_KEY", "key.pem")
+    assert ended_with(monkeypatch, "backup") == 2
+    assert capsys.readouterr().err.startswith("A certificate needs its key, and a key its certificate")
+    monkeypatch.setenv("KATA_PORT", "x")
+    monkeypatch.setenv("KATA_DATABASE_URL", "secret-of-the-clinic")
+    assert ended_with(monkeypatch, "doctor") == 2
+    told = capsys.readouterr().err
+    assert told.count("must be") == 2
+    assert "secret" not in told
+
+
+def test_every_setting_named_by_program_pages_and_documents_exists() -> None:
+    known = {f"KATA_{name.upper()}" for name in Settings.model_fields}
+    files = [ROOT / "README.md"]
+    for folder, kind in (("backend/kata", "*.py"), ("frontend/src", "*.ts*"), ("docs", "*.md")):
+        files += (ROOT / folder).rglob(kind)
+    named = {name: file.name for file in files for name in re.findall("KATA_[A-Z0-9_]+", file.read_text())}
+    assert len(named) > 20
+    assert {name: file for name, file in named.items() if name not in known} == {}
