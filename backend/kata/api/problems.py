@@ -10,18 +10,20 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from kata.access.actor import REQUEST_CONTEXT
-from kata.api import authorization, i18n
+from kata.api import authorization, i18n, texts
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
+from kata.messages import with_key
+from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
 
-DATABASE_AWAY: Final = Refusal(
+DATABASE_AWAY: Final = Refusal.of(
     code="database_away",
-    message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
-    next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
+    message=texts.DATABASE_AWAY(),
+    next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
 _AGAIN_IN_S: Final = 5
 
@@ -29,7 +31,12 @@ _AGAIN_IN_S: Final = 5
 def refused(refusal: Refusal) -> ProblemError:
     """A command that the apparatus did not accept: 409, or 503 when there is nobody to accept it."""
     status = 503 if refusal.code in ("device_offline", "no_answer") else 409
-    return ProblemError(status, refusal.code, refusal.message, refusal.next_step)
+    return ProblemError(
+        status,
+        refusal.code,
+        with_key(refusal.message, refusal.message_key),
+        with_key(refusal.next_step, refusal.next_step_key),
+    )
 
 
 def install(app: FastAPI) -> None:
@@ -42,6 +49,7 @@ def install(app: FastAPI) -> None:
                 pointer=where,
                 field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
                 detail=what,
+                detail_key=TextKey.of(what),
             )
             for where, what in error.places
         ]
@@ -53,7 +61,7 @@ def install(app: FastAPI) -> None:
             if refusal := await _not_allowed(request):
                 return problem(request, refusal)
             # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
-            return document(422, "invalid", "What was sent is no JSON in UTF-8.")
+            return document(422, "invalid", texts.NOT_JSON())
         # Python 3.13 has given this status another name.
         code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
         return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
@@ -74,15 +82,13 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(DatabaseAwayError)
     def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
-        told = (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        told = (texts.DATABASE_AWAY(), texts.TRY_AGAIN_STOP_WORKS())
         return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:
         log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-        return document(
-            500, "unexpected", "Something went wrong in the service.", "Try again; if it stays, report it with the log."
-        )
+        return document(500, "unexpected", texts.INTERNAL_ERROR(), texts.REPORT_WITH_LOG())
 
 
 async def _not_allowed(request: Request) -> ProblemError | None:
@@ -111,6 +117,8 @@ def document(
         detail=detail,
         code=code,
         next_step=next_step,
+        detail_key=TextKey.of(detail),
+        next_step_key=TextKey.of(next_step),
         errors=errors or [],
     )
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")

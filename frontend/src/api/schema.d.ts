@@ -3297,6 +3297,8 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Output"] | null;
             /**
              * Category
              * @description Of the stop, where it is an alarm.
@@ -3677,6 +3679,8 @@ export interface components {
              * @example Take 1 is being recorded.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Input"] | null;
             /**
              * At
              * Format: date-time
@@ -3730,6 +3734,12 @@ export interface components {
             layout: {
                 [key: string]: unknown;
             };
+            /**
+             * Texts
+             * @description For the translation of its English texts.
+             * @default []
+             */
+            texts: components["schemas"]["PlacedText"][];
         };
         /**
          * GuideRequest
@@ -3941,6 +3951,8 @@ export interface components {
              * @description Why not, in a sentence.
              */
             problem: string | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            problem_key?: components["schemas"]["TextKey-Output"] | null;
         };
         /**
          * ItemWanted
@@ -4077,7 +4089,7 @@ export interface components {
          * Live
          * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
          */
-        Live: {
+        "Live-Input": {
             /**
              * Device
              * @enum {string}
@@ -4133,15 +4145,94 @@ export interface components {
             pedal: "up" | "down" | "stuck" | "unknown";
             /** Axes */
             axes: components["schemas"]["AxisLive"][];
-            stop: components["schemas"]["StopLive"] | null;
-            run: components["schemas"]["RunLive"] | null;
+            stop: components["schemas"]["StopLive-Input"] | null;
+            run: components["schemas"]["RunLive-Input"] | null;
             teaching: components["schemas"]["TeachingLive"] | null;
             /**
              * Refusals
              * @description Commands not allowed now, and why; others are allowed.
              */
             refusals: {
-                [key: string]: components["schemas"]["RefusalLive"];
+                [key: string]: components["schemas"]["RefusalLive-Input"];
+            };
+            lease: components["schemas"]["LeaseLive"];
+            loop: components["schemas"]["LoopLive"] | null;
+            /**
+             * @default {
+             *       "waiting": 0
+             *     }
+             */
+            kept: components["schemas"]["Kept"];
+        };
+        /**
+         * Live
+         * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
+         */
+        "Live-Output": {
+            /**
+             * Device
+             * @enum {string}
+             */
+            device: "starting" | "running" | "restarting";
+            /**
+             * At
+             * Format: date-time
+             * @description When the service made this state, UTC. Commands that can start motion carry it as `seen_at`.
+             */
+            at: string;
+            /**
+             * Age Ms
+             * @description Since the device process last said anything; null when it never has.
+             */
+            age_ms: number | null;
+            /**
+             * Side
+             * @description The shoulder that the apparatus stands for.
+             * @enum {string}
+             */
+            side: "left" | "right";
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
+            /**
+             * Torque
+             * @description Of all drives together: on if one has torque, else unknown if one may have.
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
+            /**
+             * Stops
+             * @description Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.
+             */
+            stops: number;
+            /**
+             * Verified Since
+             * @description Since then the apparatus has been connected, and every drive configured, without a break; null while it is not so. An emergency stop test from before does not count.
+             */
+            verified_since: string | null;
+            /**
+             * Estop
+             * @enum {string}
+             */
+            estop: "closed" | "pressed" | "released" | "unknown";
+            /**
+             * Pedal
+             * @enum {string}
+             */
+            pedal: "up" | "down" | "stuck" | "unknown";
+            /** Axes */
+            axes: components["schemas"]["AxisLive"][];
+            stop: components["schemas"]["StopLive-Output"] | null;
+            run: components["schemas"]["RunLive-Output"] | null;
+            teaching: components["schemas"]["TeachingLive"] | null;
+            /**
+             * Refusals
+             * @description Commands not allowed now, and why; others are allowed.
+             */
+            refusals: {
+                [key: string]: components["schemas"]["RefusalLive-Output"];
             };
             lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
@@ -4391,6 +4482,8 @@ export interface components {
             id: string;
             /** Name */
             name: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            name_key?: components["schemas"]["TextKey-Output"] | null;
             /**
              * Source
              * @enum {string}
@@ -4529,6 +4622,8 @@ export interface components {
              * @example Abduction / adduction of the shoulder
              */
             name: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            name_key?: components["schemas"]["TextKey-Output"] | null;
             /**
              * Apparatus Min Deg
              * @description Lower end of the apparatus' range, degrees.
@@ -4664,6 +4759,46 @@ export interface components {
              * @example 2.1
              */
             torque_peak_nm: number | null;
+        };
+        /**
+         * NestedText
+         * @description A text within another one.
+         */
+        "NestedText-Input": {
+            /**
+             * Code
+             * @description Empty: the text has no code, and is not translated.
+             */
+            code: string;
+            /** Params */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText-Input"] | components["schemas"]["NestedText-Input"][];
+            };
+            /**
+             * Text
+             * @description In English.
+             */
+            text: string;
+        };
+        /**
+         * NestedText
+         * @description A text within another one.
+         */
+        "NestedText-Output": {
+            /**
+             * Code
+             * @description Empty: the text has no code, and is not translated.
+             */
+            code: string;
+            /** Params */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+            };
+            /**
+             * Text
+             * @description In English.
+             */
+            text: string;
         };
         /**
          * OidcCallback
@@ -4941,6 +5076,35 @@ export interface components {
         PedalRequest: {
             /** Down */
             down: boolean;
+        };
+        /**
+         * PlacedText
+         * @description Code and parameters of an English text, and where it stands.
+         */
+        PlacedText: {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+            };
+            /**
+             * Places
+             * @description JSON pointers.
+             * @example [
+             *       "/layout/xaxis/title/text"
+             *     ]
+             */
+            places: string[];
         };
         /**
          * PlanTimer
@@ -5445,6 +5609,12 @@ export interface components {
              * @description A value a column; null where there is none.
              */
             rows: (string | number | null)[][];
+            /**
+             * Texts
+             * @description For the translation of its English texts.
+             * @default []
+             */
+            texts: components["schemas"]["PlacedText"][];
         };
         /**
          * Ready
@@ -5791,7 +5961,7 @@ export interface components {
          * RefusalLive
          * @description Why a command would not be accepted now.
          */
-        RefusalLive: {
+        "RefusalLive-Input": {
             /**
              * Code
              * @example is_idle
@@ -5807,6 +5977,35 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Input"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey-Input"] | null;
+        };
+        /**
+         * RefusalLive
+         * @description Why a command would not be accepted now.
+         */
+        "RefusalLive-Output": {
+            /**
+             * Code
+             * @example is_idle
+             */
+            code: string;
+            /**
+             * Message
+             * @example No recording is loaded.
+             */
+            message: string;
+            /**
+             * Next Step
+             * @example Load a recording first.
+             */
+            next_step: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Output"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey-Output"] | null;
         };
         /**
          * Reset
@@ -6024,7 +6223,7 @@ export interface components {
          * RunLive
          * @description The loaded recording and how far along it the arm is.
          */
-        RunLive: {
+        "RunLive-Input": {
             /**
              * Run Id
              * Format: uuid
@@ -6047,6 +6246,12 @@ export interface components {
              *     ]
              */
             changes: string[];
+            /**
+             * Changes Keys
+             * @description Code and parameters of each of `changes`.
+             * @default []
+             */
+            changes_keys: (components["schemas"]["TextKey-Input"] | null)[];
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Position S
@@ -6095,6 +6300,92 @@ export interface components {
              * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
              */
             resistance: string | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            resistance_key?: components["schemas"]["TextKey-Input"] | null;
+        };
+        /**
+         * RunLive
+         * @description The loaded recording and how far along it the arm is.
+         */
+        "RunLive-Output": {
+            /**
+             * Run Id
+             * Format: uuid
+             */
+            run_id: string;
+            /**
+             * Recording Id
+             * Format: uuid
+             */
+            recording_id: string;
+            /** Session Id */
+            session_id: string | null;
+            /** Recording Name */
+            recording_name: string | null;
+            /**
+             * Changes
+             * @description What was done to the recording for this run, in words.
+             * @example [
+             *       "at 50 % speed"
+             *     ]
+             */
+            changes: string[];
+            /**
+             * Changes Keys
+             * @description Code and parameters of each of `changes`.
+             * @default []
+             */
+            changes_keys: (components["schemas"]["TextKey-Output"] | null)[];
+            patient: components["schemas"]["PatientRef"] | null;
+            /**
+             * Position S
+             * @description Place on the recording, seconds.
+             */
+            position_s: number;
+            /**
+             * Duration S
+             * @description Length of the recording as it is played in this run, seconds.
+             */
+            duration_s: number;
+            /**
+             * Left S
+             * @description Seconds left of the approach or return while those go on, else of the recording.
+             */
+            left_s: number;
+            /**
+             * At Start
+             * @description Held at the recording's start: ready to play.
+             */
+            at_start: boolean;
+            /**
+             * Load Level
+             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
+             * @example 8
+             */
+            load_level: number;
+            /**
+             * Reversals
+             * @description How often the arm met resistance and was taken back.
+             */
+            reversals: number;
+            /**
+             * Reversing
+             * @description It is being taken back just now, or waits where it was taken.
+             */
+            reversing: boolean;
+            /**
+             * Range Percent
+             * @description How much of its range is played: below 100 after somebody has asked for less.
+             */
+            range_percent: number;
+            /**
+             * Resistance
+             * @description What was met when the arm was last taken back; null when it never was.
+             * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
+             */
+            resistance: string | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            resistance_key?: components["schemas"]["TextKey-Output"] | null;
         };
         /**
          * RunStop
@@ -6111,6 +6402,8 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Output"] | null;
         };
         /**
          * SavedMessage
@@ -6317,6 +6610,8 @@ export interface components {
              * @example The belt holds the patient in the seat.
              */
             sentence: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            sentence_key?: components["schemas"]["TextKey-Output"] | null;
             /**
              * Detected
              * @description The apparatus itself tells; it cannot be ticked.
@@ -6741,7 +7036,7 @@ export interface components {
              */
             kind: "snapshot";
             station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live"];
+            live: components["schemas"]["Live-Input"];
         };
         /**
          * SpadiItem
@@ -6843,7 +7138,7 @@ export interface components {
          * @description One that is registered, or was heard.
          */
         Station: {
-            shown: components["schemas"]["StationShown"];
+            shown: components["schemas"]["StationShown-Output"];
             /** Registered At */
             registered_at: string | null;
             /**
@@ -6902,7 +7197,7 @@ export interface components {
          * StationShown
          * @description One station, as far as it is known here.
          */
-        StationShown: {
+        "StationShown-Input": {
             /** Name */
             name: string;
             /**
@@ -6926,7 +7221,37 @@ export interface components {
              */
             doubled: boolean;
             /** @description Null while it is silent. */
-            state: components["schemas"]["StationTold"] | null;
+            state: components["schemas"]["StationTold-Input"] | null;
+        };
+        /**
+         * StationShown
+         * @description One station, as far as it is known here.
+         */
+        "StationShown-Output": {
+            /** Name */
+            name: string;
+            /**
+             * Here
+             * @description It is the one that this service belongs to.
+             */
+            here: boolean;
+            /**
+             * Heard At
+             * @description When it last said anything; null: not since this service began.
+             */
+            heard_at: string | null;
+            /**
+             * Silent
+             * @description It has said nothing for seconds: what it does is not known.
+             */
+            silent: boolean;
+            /**
+             * Doubled
+             * @description Two services call themselves so: one of them has to be given another name.
+             */
+            doubled: boolean;
+            /** @description Null while it is silent. */
+            state: components["schemas"]["StationTold-Output"] | null;
         };
         /**
          * StationState
@@ -6934,13 +7259,13 @@ export interface components {
          */
         StationState: {
             station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live"];
+            live: components["schemas"]["Live-Output"];
         };
         /**
          * StationTold
          * @description What a station says of itself to all the others.
          */
-        StationTold: {
+        "StationTold-Input": {
             /**
              * Station
              * @example Station 1
@@ -6978,7 +7303,68 @@ export interface components {
              * Causes
              * @description Of the stop that is latched, the first one first.
              */
-            causes: components["schemas"]["StopCauseLive"][];
+            causes: components["schemas"]["StopCauseLive-Input"][];
+            /** Arm Held */
+            arm_held: boolean;
+            /**
+             * Operator
+             * @description Who operates it.
+             */
+            operator: string | null;
+            /** @description Null too where the record is not for whoever asks. */
+            patient: components["schemas"]["PatientRef"] | null;
+            /** Recording Name */
+            recording_name: string | null;
+            progress: components["schemas"]["PlaybackProgress"] | null;
+            /**
+             * Take S
+             * @description While teaching: length of the present or last take, seconds.
+             */
+            take_s: number | null;
+        };
+        /**
+         * StationTold
+         * @description What a station says of itself to all the others.
+         */
+        "StationTold-Output": {
+            /**
+             * Station
+             * @example Station 1
+             */
+            station: string;
+            /**
+             * Service
+             * Format: uuid
+             * @description Of this start of its service.
+             */
+            service: string;
+            /** Simulated */
+            simulated: boolean;
+            /**
+             * Device
+             * @enum {string}
+             */
+            device: "starting" | "running" | "restarting";
+            /**
+             * Mode
+             * @enum {string}
+             */
+            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
+            /**
+             * Torque
+             * @enum {string}
+             */
+            torque: "on" | "off" | "unknown";
+            /**
+             * Estop
+             * @enum {string}
+             */
+            estop: "closed" | "pressed" | "released" | "unknown";
+            /**
+             * Causes
+             * @description Of the stop that is latched, the first one first.
+             */
+            causes: components["schemas"]["StopCauseLive-Output"][];
             /** Arm Held */
             arm_held: boolean;
             /**
@@ -7045,7 +7431,7 @@ export interface components {
              */
             sent_at: string;
             /** Stations */
-            stations: components["schemas"]["StationShown"][];
+            stations: components["schemas"]["StationShown-Input"][];
         };
         /**
          * StopAnswerMessage
@@ -7085,13 +7471,13 @@ export interface components {
              */
             number: number;
             /** @description Null: the device has confirmed it. */
-            refusal: components["schemas"]["RefusalLive"] | null;
+            refusal: components["schemas"]["RefusalLive-Input"] | null;
         };
         /**
          * StopCauseLive
          * @description Why the apparatus has stopped.
          */
-        StopCauseLive: {
+        "StopCauseLive-Input": {
             /**
              * Code
              * @example estop_pressed
@@ -7123,14 +7509,72 @@ export interface components {
              * @description Its condition no longer holds; acknowledging needs every cause cleared.
              */
             cleared: boolean;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Input"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey-Input"] | null;
+        };
+        /**
+         * StopCauseLive
+         * @description Why the apparatus has stopped.
+         */
+        "StopCauseLive-Output": {
+            /**
+             * Code
+             * @example estop_pressed
+             */
+            code: string;
+            /**
+             * Category
+             * @description 0: torque off at once. 1: ramped down, then torque off. 2: held.
+             * @enum {integer}
+             */
+            category: 0 | 1 | 2;
+            /**
+             * Message
+             * @example The emergency stop was pressed.
+             */
+            message: string;
+            /**
+             * Next Step
+             * @example Look after the patient, release the switch, then acknowledge.
+             */
+            next_step: string;
+            /**
+             * Axis
+             * @description Motor number, where it belongs to one.
+             */
+            axis: number | null;
+            /**
+             * Cleared
+             * @description Its condition no longer holds; acknowledging needs every cause cleared.
+             */
+            cleared: boolean;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey-Output"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey-Output"] | null;
         };
         /**
          * StopLive
          * @description A latched stop, first cause first.
          */
-        StopLive: {
+        "StopLive-Input": {
             /** Causes */
-            causes: components["schemas"]["StopCauseLive"][];
+            causes: components["schemas"]["StopCauseLive-Input"][];
+            /**
+             * Arm Held
+             * @description The motors hold the arm, or may hold it because their torque is unknown: support the arm.
+             */
+            arm_held: boolean;
+        };
+        /**
+         * StopLive
+         * @description A latched stop, first cause first.
+         */
+        "StopLive-Output": {
+            /** Causes */
+            causes: components["schemas"]["StopCauseLive-Output"][];
             /**
              * Arm Held
              * @description The motors hold the arm, or may hold it because their torque is unknown: support the arm.
@@ -7297,6 +7741,48 @@ export interface components {
              * @example Sato Ken
              */
             name: string;
+        };
+        /**
+         * TextKey
+         * @description Stable code and parameters of a text, for its translation.
+         */
+        "TextKey-Input": {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText-Input"] | components["schemas"]["NestedText-Input"][];
+            };
+        };
+        /**
+         * TextKey
+         * @description Stable code and parameters of a text, for its translation.
+         */
+        "TextKey-Output": {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+            };
         };
         /**
          * Trim
@@ -7476,6 +7962,26 @@ export interface components {
             openid: string | null;
         };
         /**
+         * NestedText
+         * @description A text within another one.
+         */
+        NestedText: {
+            /**
+             * Code
+             * @description Empty: the text has no code, and is not translated.
+             */
+            code: string;
+            /** Params */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
+            };
+            /**
+             * Text
+             * @description In English.
+             */
+            text: string;
+        };
+        /**
          * ProblemField
          * @description One field that is wrong.
          */
@@ -7498,6 +8004,32 @@ export interface components {
              * @example must be between 1900 and today
              */
             detail: string;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            detail_key: components["schemas"]["TextKey"] | null;
+        };
+        /**
+         * TextKey
+         * @description Stable code and parameters of a text, for its translation.
+         */
+        TextKey: {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
+            };
         };
         /**
          * Problem
@@ -7529,7 +8061,7 @@ export interface components {
             detail: string;
             /**
              * Code
-             * @description Stable name of the cause.
+             * @description Stable name of the kind of problem, for programs.
              * @example is_idle
              */
             code: string;
@@ -7540,6 +8072,16 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            detail_key: components["schemas"]["TextKey"] | null;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            next_step_key: components["schemas"]["TextKey"] | null;
             /**
              * Errors
              * @description Which fields, where the request itself is wrong.

@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Final, Literal
 from uuid import UUID, uuid4
 
+from kata.clinic import texts
 from kata.database.base import utc_now
 from kata.station.schemas import EventLive, Live
 from kata.station.station import Occupation
@@ -99,7 +100,7 @@ class Observer:
             self._pressed = True
         elif live.estop == "released" and self._pressed:
             self._pressed = False
-            message = "The emergency stop was pressed and released."
+            message = str(texts.ESTOP_TESTED())
             return [self._happening(utc_now(), "event", ESTOP_TESTED, message)]
         elif live.estop == "closed":
             self._pressed = False

@@ -6,6 +6,7 @@ from uuid import UUID
 from pydantic import Field, StrictBool
 
 from kata.clinic.types import Fixture, Moment, Motor, Name, Note, Schema, Side
+from kata.station.schemas import TextKey
 
 Fixtures = Annotated[
     set[Fixture],
@@ -77,8 +78,15 @@ class RecordingUpdate(Schema):
     updated_at: Moment | None = None
 
 
+class PlacedText(TextKey):
+    """Code and parameters of an English text, and where it stands."""
+
+    places: list[str] = Field(description="JSON pointers.", examples=[["/layout/xaxis/title/text"]])
+
+
 class Figure(Schema):
     """A Plotly figure, to be drawn as it is."""
 
     data: list[dict[str, Any]]
     layout: dict[str, Any]
+    texts: list[PlacedText] = Field([], description="For the translation of its English texts.")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
 from kata.clinic.figures import RecordingParts, Window
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
@@ -50,7 +50,7 @@ def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> Rec
     """
     row = session.get(RecordingRow, recording_id, with_for_update=to_change or None)
     if row is None:
-        raise not_found("recording")
+        raise not_found(texts.RECORDING_NOT_FOUND)
     return row
 
 
@@ -65,8 +65,8 @@ def samples(session: Session, recording_id: UUID) -> Samples:
         raise ProblemError(
             410,
             "unreadable_samples",
-            "This recording's samples are damaged and cannot be read.",
-            "Restore them from a backup, or teach the motion again.",
+            texts.RECORDING_SAMPLES_DAMAGED(),
+            texts.RESTORE_OR_TEACH_AGAIN(),
         ) from error
     return Samples(columns["time_s"], columns["angle_deg"])
 

@@ -7,6 +7,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.assessments import rom
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
@@ -43,7 +44,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
     """
     row = session.get(EpisodeRow, episode_id)
     if row is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     found = session.scalars(
         select(AssessmentRow)
         .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))

@@ -14,6 +14,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import Column
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
+from kata.messages import MessageKey
 from kata.motion.axes import BASIC_MOTIONS
 
 SAMPLE_COLUMNS = (
@@ -193,6 +194,11 @@ class MotionTrackingRow(_TrackingColumns, Base):
     def name(self) -> str:
         """As Table 2 calls it."""
         return BASIC_MOTIONS[self.motion - 1].name
+
+    @property
+    def name_key(self) -> MessageKey:
+        """Code of the name."""
+        return BASIC_MOTIONS[self.motion - 1].name.key
 
     @property
     def apparatus_min_deg(self) -> float:

@@ -1,0 +1,83 @@
+"""Every message of the service has a Japanese translation with the same parameters."""
+
+import ast
+import json
+import re
+import string
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+import kata.api.app  # noqa: F401 - with it every package declares its messages
+from kata.messages import CATALOGUE, message
+from tests.conftest import ROOT
+
+BACKEND: Final = ROOT / "backend/kata"
+ENGLISH: Final[dict[str, str]] = json.loads((ROOT / "frontend/server-messages.json").read_text("utf-8"))
+JAPANESE: Final[dict[str, str]] = json.loads((ROOT / "frontend/src/locales/ja/server.json").read_text("utf-8"))
+
+
+def parameters(template: str) -> set[tuple[str, str]]:
+    """Name and type of every placeholder."""
+    return {(name, spec or "") for _, name, spec, _ in string.Formatter().parse(template) if name is not None}
+
+
+def test_the_list_of_messages_is_current() -> None:
+    declared = {code: template.english for code, template in CATALOGUE.items()}
+    assert declared == ENGLISH, "stale: kata messages --out frontend/server-messages.json"
+
+
+def test_every_message_is_translated_and_no_other_one() -> None:
+    assert sorted(CATALOGUE.keys() - JAPANESE.keys()) == [], "not translated"
+    assert sorted(JAPANESE.keys() - CATALOGUE.keys()) == [], "no such message"
+
+
+@pytest.mark.parametrize("code", sorted(CATALOGUE.keys() & JAPANESE.keys()))
+def test_a_translation_has_declared_parameters_only(code: str) -> None:
+    assert parameters(JAPANESE[code]) <= parameters(CATALOGUE[code].english)
+
+
+def test_every_type_of_a_parameter_is_known() -> None:
+    known = {"d", "g", ".0f", ".1f", ".3g", "name", "text", "texts"}
+    assert {spec for template in CATALOGUE.values() for spec in template.params.values()} <= known
+
+
+def calls() -> Iterator[tuple[str, str, set[str]]]:
+    """File and line, constant, and names of the arguments of every call of a message."""
+    constants = {code.upper() for code in CATALOGUE}
+    for file in sorted(BACKEND.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if not (
+                isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in constants
+            ):
+                continue
+            names = [keyword.arg for keyword in node.keywords]
+            # What is unpacked, **those, is checked when it is called.
+            if None not in names:
+                yield f"{file.relative_to(BACKEND)}:{node.lineno}", node.func.attr, {str(name) for name in names}
+
+
+def test_messages_are_called_with_their_parameters() -> None:
+    found = list(calls())
+    assert len(found) > 300
+    assert [one for one in found if one[2] != set(CATALOGUE[one[1].lower()].params)] == []
+
+
+def test_every_message_is_used() -> None:
+    sources = " ".join(
+        file.read_text("utf-8") for file in BACKEND.rglob("*.py") if Path(file).name != "texts.py"
+    ) + "".join(file.read_text("utf-8").partition("SIDES:")[2] for file in BACKEND.rglob("texts.py"))
+    used = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", sources))
+    assert [code for code in sorted(CATALOGUE) if code.upper() not in used] == []
+
+
+def test_a_code_is_declared_once() -> None:
+    with pytest.raises(ValueError, match="two messages have the code estop_pressed"):
+        message("estop_pressed", "Again.")
+
+
+def test_a_message_refuses_other_parameters_than_its_own() -> None:
+    with pytest.raises(TypeError, match="drive_silent needs"):
+        CATALOGUE["drive_silent"](motors=3)
