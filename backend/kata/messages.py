@@ -8,6 +8,7 @@ What follows the colon of a placeholder is the type of its parameter:
 - ``d``: an integer. ``.1f``, ``.3g``, ``g``: a number, shown like this.
 - ``name``: typed by a person, or by another system. It is never translated.
 - ``text``: another Text. It is translated by its own code, and loses its full stop.
+- ``sentence``: another Text that keeps its full stop.
 - ``texts``: several of them, joined by semicolons.
 """
 
@@ -116,6 +117,8 @@ def _shown(value: Any, spec: str) -> str:
             return str(value)
         case "text":
             return str(value).removesuffix(".")
+        case "sentence":
+            return str(value)
         case "texts":
             return "; ".join(str(one).removesuffix(".") for one in value)
         case "d":
@@ -128,7 +131,7 @@ def _sent(value: Any, spec: str) -> Param:
     match spec:
         case "name":
             return str(value)
-        case "text":
+        case "text" | "sentence":
             return _nested(value)
         case "texts":
             return [_nested(one) for one in value]
@@ -141,6 +144,12 @@ def _sent(value: Any, spec: str) -> Param:
 
 def _nested(value: str) -> dict[str, Any]:
     return value.nested if isinstance(value, Text) else {"code": "", "params": {}, "text": str(value)}
+
+
+def sent_key(text: str | None) -> dict[str, Any] | None:
+    """Return the code and parameters of a text as JSON; None for a string without."""
+    key = key_of(text)
+    return None if key is None else {"code": key.code, "params": key.params}
 
 
 def with_key(english: str, key: MessageKey | None) -> Text:

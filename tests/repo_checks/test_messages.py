@@ -40,7 +40,7 @@ def test_a_translation_has_declared_parameters_only(code: str) -> None:
 
 
 def test_every_type_of_a_parameter_is_known() -> None:
-    known = {"d", "g", ".0f", ".1f", ".3g", "name", "text", "texts"}
+    known = {"d", "g", ".0f", ".1f", ".3g", "name", "sentence", "text", "texts"}
     assert {spec for template in CATALOGUE.values() for spec in template.params.values()} <= known
 
 

@@ -544,7 +544,11 @@ class StateMachine:
     def _end_stopped_run(self) -> None:
         if self._run and self.stop:
             first = self.stop.causes()[0]
-            self._end_run(JournalEnd(reason="stopped", cause_code=first.code, cause_message=first.message))
+            self._end_run(
+                JournalEnd(
+                    reason="stopped", cause_code=first.code, cause_message=first.message, cause_key=first.message_key
+                )
+            )
 
     def _end_run(self, end: JournalEnd) -> None:
         assert self._run is not None

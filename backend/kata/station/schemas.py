@@ -1,7 +1,7 @@
 """Live state as it goes to the browser: the device's snapshot, and how far it can be believed."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -31,7 +31,7 @@ class NestedText(_Schema):
     """A text within another one."""
 
     code: str = Field(description="Empty: the text has no code, and is not translated.")
-    params: "dict[str, Param]"
+    params: dict[str, Any] = Field(description="As those of the text around it.")
     text: str = Field(description="In English.")
 
 

@@ -3298,7 +3298,7 @@ export interface components {
              */
             message: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Output"] | null;
+            message_key?: components["schemas"]["TextKey"] | null;
             /**
              * Category
              * @description Of the stop, where it is an alarm.
@@ -3680,7 +3680,7 @@ export interface components {
              */
             message: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Input"] | null;
+            message_key?: components["schemas"]["TextKey"] | null;
             /**
              * At
              * Format: date-time
@@ -3952,7 +3952,7 @@ export interface components {
              */
             problem: string | null;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            problem_key?: components["schemas"]["TextKey-Output"] | null;
+            problem_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * ItemWanted
@@ -4089,7 +4089,7 @@ export interface components {
          * Live
          * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
          */
-        "Live-Input": {
+        Live: {
             /**
              * Device
              * @enum {string}
@@ -4145,94 +4145,15 @@ export interface components {
             pedal: "up" | "down" | "stuck" | "unknown";
             /** Axes */
             axes: components["schemas"]["AxisLive"][];
-            stop: components["schemas"]["StopLive-Input"] | null;
-            run: components["schemas"]["RunLive-Input"] | null;
+            stop: components["schemas"]["StopLive"] | null;
+            run: components["schemas"]["RunLive"] | null;
             teaching: components["schemas"]["TeachingLive"] | null;
             /**
              * Refusals
              * @description Commands not allowed now, and why; others are allowed.
              */
             refusals: {
-                [key: string]: components["schemas"]["RefusalLive-Input"];
-            };
-            lease: components["schemas"]["LeaseLive"];
-            loop: components["schemas"]["LoopLive"] | null;
-            /**
-             * @default {
-             *       "waiting": 0
-             *     }
-             */
-            kept: components["schemas"]["Kept"];
-        };
-        /**
-         * Live
-         * @description The newest state of the station. Without a running device process, everything in it is old: see ``age_ms``.
-         */
-        "Live-Output": {
-            /**
-             * Device
-             * @enum {string}
-             */
-            device: "starting" | "running" | "restarting";
-            /**
-             * At
-             * Format: date-time
-             * @description When the service made this state, UTC. Commands that can start motion carry it as `seen_at`.
-             */
-            at: string;
-            /**
-             * Age Ms
-             * @description Since the device process last said anything; null when it never has.
-             */
-            age_ms: number | null;
-            /**
-             * Side
-             * @description The shoulder that the apparatus stands for.
-             * @enum {string}
-             */
-            side: "left" | "right";
-            /**
-             * Mode
-             * @enum {string}
-             */
-            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /**
-             * Torque
-             * @description Of all drives together: on if one has torque, else unknown if one may have.
-             * @enum {string}
-             */
-            torque: "on" | "off" | "unknown";
-            /**
-             * Stops
-             * @description Stops so far: each Stop command and each latched stop counts one. Commands that can start motion carry it.
-             */
-            stops: number;
-            /**
-             * Verified Since
-             * @description Since then the apparatus has been connected, and every drive configured, without a break; null while it is not so. An emergency stop test from before does not count.
-             */
-            verified_since: string | null;
-            /**
-             * Estop
-             * @enum {string}
-             */
-            estop: "closed" | "pressed" | "released" | "unknown";
-            /**
-             * Pedal
-             * @enum {string}
-             */
-            pedal: "up" | "down" | "stuck" | "unknown";
-            /** Axes */
-            axes: components["schemas"]["AxisLive"][];
-            stop: components["schemas"]["StopLive-Output"] | null;
-            run: components["schemas"]["RunLive-Output"] | null;
-            teaching: components["schemas"]["TeachingLive"] | null;
-            /**
-             * Refusals
-             * @description Commands not allowed now, and why; others are allowed.
-             */
-            refusals: {
-                [key: string]: components["schemas"]["RefusalLive-Output"];
+                [key: string]: components["schemas"]["RefusalLive"];
             };
             lease: components["schemas"]["LeaseLive"];
             loop: components["schemas"]["LoopLive"] | null;
@@ -4483,7 +4404,7 @@ export interface components {
             /** Name */
             name: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            name_key?: components["schemas"]["TextKey-Output"] | null;
+            name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Source
              * @enum {string}
@@ -4623,7 +4544,7 @@ export interface components {
              */
             name: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            name_key?: components["schemas"]["TextKey-Output"] | null;
+            name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Apparatus Min Deg
              * @description Lower end of the apparatus' range, degrees.
@@ -4764,35 +4685,18 @@ export interface components {
          * NestedText
          * @description A text within another one.
          */
-        "NestedText-Input": {
+        NestedText: {
             /**
              * Code
              * @description Empty: the text has no code, and is not translated.
              */
             code: string;
-            /** Params */
-            params: {
-                [key: string]: number | string | components["schemas"]["NestedText-Input"] | components["schemas"]["NestedText-Input"][];
-            };
             /**
-             * Text
-             * @description In English.
+             * Params
+             * @description As those of the text around it.
              */
-            text: string;
-        };
-        /**
-         * NestedText
-         * @description A text within another one.
-         */
-        "NestedText-Output": {
-            /**
-             * Code
-             * @description Empty: the text has no code, and is not translated.
-             */
-            code: string;
-            /** Params */
             params: {
-                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+                [key: string]: unknown;
             };
             /**
              * Text
@@ -5095,7 +4999,7 @@ export interface components {
              *     }
              */
             params: {
-                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
             };
             /**
              * Places
@@ -5744,6 +5648,12 @@ export interface components {
              */
             done: string[];
             /**
+             * Done Keys
+             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @default []
+             */
+            done_keys: (components["schemas"]["TextKey"] | null)[];
+            /**
              * Name
              * @example Flexion, take 1
              */
@@ -5848,6 +5758,12 @@ export interface components {
              *     ]
              */
             done: string[];
+            /**
+             * Done Keys
+             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @default []
+             */
+            done_keys: (components["schemas"]["TextKey"] | null)[];
             /**
              * Name
              * @example Flexion, take 1
@@ -5961,7 +5877,7 @@ export interface components {
          * RefusalLive
          * @description Why a command would not be accepted now.
          */
-        "RefusalLive-Input": {
+        RefusalLive: {
             /**
              * Code
              * @example is_idle
@@ -5978,34 +5894,9 @@ export interface components {
              */
             next_step: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Input"] | null;
+            message_key?: components["schemas"]["TextKey"] | null;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            next_step_key?: components["schemas"]["TextKey-Input"] | null;
-        };
-        /**
-         * RefusalLive
-         * @description Why a command would not be accepted now.
-         */
-        "RefusalLive-Output": {
-            /**
-             * Code
-             * @example is_idle
-             */
-            code: string;
-            /**
-             * Message
-             * @example No recording is loaded.
-             */
-            message: string;
-            /**
-             * Next Step
-             * @example Load a recording first.
-             */
-            next_step: string;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Output"] | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            next_step_key?: components["schemas"]["TextKey-Output"] | null;
+            next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * Reset
@@ -6223,7 +6114,7 @@ export interface components {
          * RunLive
          * @description The loaded recording and how far along it the arm is.
          */
-        "RunLive-Input": {
+        RunLive: {
             /**
              * Run Id
              * Format: uuid
@@ -6251,7 +6142,7 @@ export interface components {
              * @description Code and parameters of each of `changes`.
              * @default []
              */
-            changes_keys: (components["schemas"]["TextKey-Input"] | null)[];
+            changes_keys: (components["schemas"]["TextKey"] | null)[];
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Position S
@@ -6301,91 +6192,7 @@ export interface components {
              */
             resistance: string | null;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            resistance_key?: components["schemas"]["TextKey-Input"] | null;
-        };
-        /**
-         * RunLive
-         * @description The loaded recording and how far along it the arm is.
-         */
-        "RunLive-Output": {
-            /**
-             * Run Id
-             * Format: uuid
-             */
-            run_id: string;
-            /**
-             * Recording Id
-             * Format: uuid
-             */
-            recording_id: string;
-            /** Session Id */
-            session_id: string | null;
-            /** Recording Name */
-            recording_name: string | null;
-            /**
-             * Changes
-             * @description What was done to the recording for this run, in words.
-             * @example [
-             *       "at 50 % speed"
-             *     ]
-             */
-            changes: string[];
-            /**
-             * Changes Keys
-             * @description Code and parameters of each of `changes`.
-             * @default []
-             */
-            changes_keys: (components["schemas"]["TextKey-Output"] | null)[];
-            patient: components["schemas"]["PatientRef"] | null;
-            /**
-             * Position S
-             * @description Place on the recording, seconds.
-             */
-            position_s: number;
-            /**
-             * Duration S
-             * @description Length of the recording as it is played in this run, seconds.
-             */
-            duration_s: number;
-            /**
-             * Left S
-             * @description Seconds left of the approach or return while those go on, else of the recording.
-             */
-            left_s: number;
-            /**
-             * At Start
-             * @description Held at the recording's start: ready to play.
-             */
-            at_start: boolean;
-            /**
-             * Load Level
-             * @description Resistance at which the arm is taken back: 1 the lightest touch, 25 the motors' rated torque.
-             * @example 8
-             */
-            load_level: number;
-            /**
-             * Reversals
-             * @description How often the arm met resistance and was taken back.
-             */
-            reversals: number;
-            /**
-             * Reversing
-             * @description It is being taken back just now, or waits where it was taken.
-             */
-            reversing: boolean;
-            /**
-             * Range Percent
-             * @description How much of its range is played: below 100 after somebody has asked for less.
-             */
-            range_percent: number;
-            /**
-             * Resistance
-             * @description What was met when the arm was last taken back; null when it never was.
-             * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
-             */
-            resistance: string | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            resistance_key?: components["schemas"]["TextKey-Output"] | null;
+            resistance_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * RunStop
@@ -6403,7 +6210,7 @@ export interface components {
              */
             message: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Output"] | null;
+            message_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * SavedMessage
@@ -6611,7 +6418,7 @@ export interface components {
              */
             sentence: string;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            sentence_key?: components["schemas"]["TextKey-Output"] | null;
+            sentence_key?: components["schemas"]["TextKey"] | null;
             /**
              * Detected
              * @description The apparatus itself tells; it cannot be ticked.
@@ -7036,7 +6843,7 @@ export interface components {
              */
             kind: "snapshot";
             station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live-Input"];
+            live: components["schemas"]["Live"];
         };
         /**
          * SpadiItem
@@ -7138,7 +6945,7 @@ export interface components {
          * @description One that is registered, or was heard.
          */
         Station: {
-            shown: components["schemas"]["StationShown-Output"];
+            shown: components["schemas"]["StationShown"];
             /** Registered At */
             registered_at: string | null;
             /**
@@ -7197,7 +7004,7 @@ export interface components {
          * StationShown
          * @description One station, as far as it is known here.
          */
-        "StationShown-Input": {
+        StationShown: {
             /** Name */
             name: string;
             /**
@@ -7221,37 +7028,7 @@ export interface components {
              */
             doubled: boolean;
             /** @description Null while it is silent. */
-            state: components["schemas"]["StationTold-Input"] | null;
-        };
-        /**
-         * StationShown
-         * @description One station, as far as it is known here.
-         */
-        "StationShown-Output": {
-            /** Name */
-            name: string;
-            /**
-             * Here
-             * @description It is the one that this service belongs to.
-             */
-            here: boolean;
-            /**
-             * Heard At
-             * @description When it last said anything; null: not since this service began.
-             */
-            heard_at: string | null;
-            /**
-             * Silent
-             * @description It has said nothing for seconds: what it does is not known.
-             */
-            silent: boolean;
-            /**
-             * Doubled
-             * @description Two services call themselves so: one of them has to be given another name.
-             */
-            doubled: boolean;
-            /** @description Null while it is silent. */
-            state: components["schemas"]["StationTold-Output"] | null;
+            state: components["schemas"]["StationTold"] | null;
         };
         /**
          * StationState
@@ -7259,13 +7036,13 @@ export interface components {
          */
         StationState: {
             station: components["schemas"]["StationInfo"];
-            live: components["schemas"]["Live-Output"];
+            live: components["schemas"]["Live"];
         };
         /**
          * StationTold
          * @description What a station says of itself to all the others.
          */
-        "StationTold-Input": {
+        StationTold: {
             /**
              * Station
              * @example Station 1
@@ -7303,68 +7080,7 @@ export interface components {
              * Causes
              * @description Of the stop that is latched, the first one first.
              */
-            causes: components["schemas"]["StopCauseLive-Input"][];
-            /** Arm Held */
-            arm_held: boolean;
-            /**
-             * Operator
-             * @description Who operates it.
-             */
-            operator: string | null;
-            /** @description Null too where the record is not for whoever asks. */
-            patient: components["schemas"]["PatientRef"] | null;
-            /** Recording Name */
-            recording_name: string | null;
-            progress: components["schemas"]["PlaybackProgress"] | null;
-            /**
-             * Take S
-             * @description While teaching: length of the present or last take, seconds.
-             */
-            take_s: number | null;
-        };
-        /**
-         * StationTold
-         * @description What a station says of itself to all the others.
-         */
-        "StationTold-Output": {
-            /**
-             * Station
-             * @example Station 1
-             */
-            station: string;
-            /**
-             * Service
-             * Format: uuid
-             * @description Of this start of its service.
-             */
-            service: string;
-            /** Simulated */
-            simulated: boolean;
-            /**
-             * Device
-             * @enum {string}
-             */
-            device: "starting" | "running" | "restarting";
-            /**
-             * Mode
-             * @enum {string}
-             */
-            mode: "offline" | "idle" | "teaching" | "ready" | "approaching" | "playing" | "paused" | "returning" | "stopped";
-            /**
-             * Torque
-             * @enum {string}
-             */
-            torque: "on" | "off" | "unknown";
-            /**
-             * Estop
-             * @enum {string}
-             */
-            estop: "closed" | "pressed" | "released" | "unknown";
-            /**
-             * Causes
-             * @description Of the stop that is latched, the first one first.
-             */
-            causes: components["schemas"]["StopCauseLive-Output"][];
+            causes: components["schemas"]["StopCauseLive"][];
             /** Arm Held */
             arm_held: boolean;
             /**
@@ -7431,7 +7147,7 @@ export interface components {
              */
             sent_at: string;
             /** Stations */
-            stations: components["schemas"]["StationShown-Input"][];
+            stations: components["schemas"]["StationShown"][];
         };
         /**
          * StopAnswerMessage
@@ -7471,13 +7187,13 @@ export interface components {
              */
             number: number;
             /** @description Null: the device has confirmed it. */
-            refusal: components["schemas"]["RefusalLive-Input"] | null;
+            refusal: components["schemas"]["RefusalLive"] | null;
         };
         /**
          * StopCauseLive
          * @description Why the apparatus has stopped.
          */
-        "StopCauseLive-Input": {
+        StopCauseLive: {
             /**
              * Code
              * @example estop_pressed
@@ -7510,71 +7226,17 @@ export interface components {
              */
             cleared: boolean;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Input"] | null;
+            message_key?: components["schemas"]["TextKey"] | null;
             /** @description Code and parameters of the English text beside it; null: it has none. */
-            next_step_key?: components["schemas"]["TextKey-Input"] | null;
-        };
-        /**
-         * StopCauseLive
-         * @description Why the apparatus has stopped.
-         */
-        "StopCauseLive-Output": {
-            /**
-             * Code
-             * @example estop_pressed
-             */
-            code: string;
-            /**
-             * Category
-             * @description 0: torque off at once. 1: ramped down, then torque off. 2: held.
-             * @enum {integer}
-             */
-            category: 0 | 1 | 2;
-            /**
-             * Message
-             * @example The emergency stop was pressed.
-             */
-            message: string;
-            /**
-             * Next Step
-             * @example Look after the patient, release the switch, then acknowledge.
-             */
-            next_step: string;
-            /**
-             * Axis
-             * @description Motor number, where it belongs to one.
-             */
-            axis: number | null;
-            /**
-             * Cleared
-             * @description Its condition no longer holds; acknowledging needs every cause cleared.
-             */
-            cleared: boolean;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            message_key?: components["schemas"]["TextKey-Output"] | null;
-            /** @description Code and parameters of the English text beside it; null: it has none. */
-            next_step_key?: components["schemas"]["TextKey-Output"] | null;
+            next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * StopLive
          * @description A latched stop, first cause first.
          */
-        "StopLive-Input": {
+        StopLive: {
             /** Causes */
-            causes: components["schemas"]["StopCauseLive-Input"][];
-            /**
-             * Arm Held
-             * @description The motors hold the arm, or may hold it because their torque is unknown: support the arm.
-             */
-            arm_held: boolean;
-        };
-        /**
-         * StopLive
-         * @description A latched stop, first cause first.
-         */
-        "StopLive-Output": {
-            /** Causes */
-            causes: components["schemas"]["StopCauseLive-Output"][];
+            causes: components["schemas"]["StopCauseLive"][];
             /**
              * Arm Held
              * @description The motors hold the arm, or may hold it because their torque is unknown: support the arm.
@@ -7746,7 +7408,7 @@ export interface components {
          * TextKey
          * @description Stable code and parameters of a text, for its translation.
          */
-        "TextKey-Input": {
+        TextKey: {
             /**
              * Code
              * @description Of `frontend/server-messages.json`.
@@ -7760,28 +7422,7 @@ export interface components {
              *     }
              */
             params: {
-                [key: string]: number | string | components["schemas"]["NestedText-Input"] | components["schemas"]["NestedText-Input"][];
-            };
-        };
-        /**
-         * TextKey
-         * @description Stable code and parameters of a text, for its translation.
-         */
-        "TextKey-Output": {
-            /**
-             * Code
-             * @description Of `frontend/server-messages.json`.
-             * @example motor_out_of_range
-             */
-            code: string;
-            /**
-             * Params
-             * @example {
-             *       "motor": 3
-             *     }
-             */
-            params: {
-                [key: string]: number | string | components["schemas"]["NestedText-Output"] | components["schemas"]["NestedText-Output"][];
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
             };
         };
         /**
@@ -7962,26 +7603,6 @@ export interface components {
             openid: string | null;
         };
         /**
-         * NestedText
-         * @description A text within another one.
-         */
-        NestedText: {
-            /**
-             * Code
-             * @description Empty: the text has no code, and is not translated.
-             */
-            code: string;
-            /** Params */
-            params: {
-                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
-            };
-            /**
-             * Text
-             * @description In English.
-             */
-            text: string;
-        };
-        /**
          * ProblemField
          * @description One field that is wrong.
          */
@@ -8009,27 +7630,6 @@ export interface components {
              * @default null
              */
             detail_key: components["schemas"]["TextKey"] | null;
-        };
-        /**
-         * TextKey
-         * @description Stable code and parameters of a text, for its translation.
-         */
-        TextKey: {
-            /**
-             * Code
-             * @description Of `frontend/server-messages.json`.
-             * @example motor_out_of_range
-             */
-            code: string;
-            /**
-             * Params
-             * @example {
-             *       "motor": 3
-             *     }
-             */
-            params: {
-                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
-            };
         };
         /**
          * Problem

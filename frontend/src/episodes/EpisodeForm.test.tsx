@@ -112,7 +112,14 @@ describe("changing an episode", () => {
     update.mockRejectedValue(
       new ProblemError({
         ...problem,
-        errors: [{ pointer: "#/max_speed_deg_s", field: "max_speed_deg_s", detail: "At most 150." }],
+        errors: [
+          {
+            pointer: "#/max_speed_deg_s",
+            field: "max_speed_deg_s",
+            detail: "At most 150.",
+            detail_key: null,
+          },
+        ],
       }),
     );
     show(edit());

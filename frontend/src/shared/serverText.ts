@@ -3,8 +3,7 @@ import type { components } from "../api/schema";
 import { LANGUAGE } from "./language";
 
 type Schemas = components["schemas"];
-type Key = Schemas["TextKey"];
-type Param = Key["params"][string];
+type Key = Schemas["TextKey"] | Schemas["NestedText"];
 type Nested = Schemas["NestedText"];
 
 /** The code of a message of the service. */
@@ -42,7 +41,9 @@ export function translateServerText(text: string, key: Key | null | undefined): 
 }
 
 /** Translate each text of a figure or a table at its place. */
-export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][] }>(content: Content): Content {
+export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][] }>(
+  content: Content,
+): Content {
   if (LANGUAGE === "en" || !content.texts?.length) return content;
   const translated = structuredClone(content);
   for (const key of content.texts) for (const place of key.places) replaceAt(translated, place, key);
@@ -60,8 +61,9 @@ function replaceAt(content: object, pointer: string, key: Key) {
 }
 
 /** A parameter as its type says: see `backend/kata/messages.py`. */
-function shown(value: Param, type: string): string {
+function shown(value: unknown, type: string): string {
   if (type === "text") return nested(value as Nested);
+  if (type === "sentence") return translateServerText((value as Nested).text, value as Nested);
   if (type === "texts") return (value as Nested[]).map(nested).join("、");
   if (typeof value !== "number") return String(value);
   const digits = Number(type.slice(1, -1));

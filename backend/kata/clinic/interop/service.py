@@ -19,6 +19,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.database.series import Series
 from kata.errors import ProblemError
+from kata.messages import sent_key
 from kata.motion.axes import Side
 
 
@@ -112,7 +113,8 @@ def keep_motion(
         teaching_id=None,
         take=None,
         parent_id=None,
-        done=[DONE],
+        done=[str(DONE)],
+        done_keys=[sent_key(DONE)],
         name=name,
         side=side,
         station=station,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final
+from typing import Any, Final
 from uuid import UUID, uuid4, uuid5
 
 import numpy as np
@@ -22,6 +22,7 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
+from kata.messages import sent_key
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""
@@ -133,7 +134,8 @@ def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | N
         teaching_id=None,
         take=None,
         parent_id=parent.id,
-        done=list(made.done),
+        done=[str(one) for one in made.done],
+        done_keys=[*_known_keys(parent), *(sent_key(one) for one in made.done[len(parent.done) :])],
         name=name or f"{parent.name[: LONGEST_NAME - len(what) - 2]}, {what}",
         side=made.side,
         station=station,
@@ -214,3 +216,8 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
 def _wall_time(journal: Journal, t_ns: int) -> datetime:
     """UTC of a sample: the journal was begun at a known time, a little before its first sample."""
     return journal.started_at + timedelta(seconds=(t_ns - journal.started_ns) / 1e9)
+
+
+def _known_keys(row: RecordingRow) -> list[dict[str, Any] | None]:
+    """Return the codes of what was done to a recording; None for each of one from before they were stored."""
+    return list(row.done_keys) if row.done_keys is not None else [None] * len(row.done)

@@ -29,7 +29,7 @@ from kata.clinic.sessions.schemas import EndReason, PainWhen
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.clinic.types import side_of
 from kata.errors import ProblemError
-from kata.messages import Template, Text
+from kata.messages import Template, Text, sent_key
 from kata.motion import edit
 from kata.motion.method import Method
 
@@ -259,6 +259,7 @@ def _add_alarm(
             kind="alarm",
             code=CHANGED_MEANWHILE,
             message=str(message),
+            message_key=sent_key(message),
             patient_id=visit.patient_id,
             session_id=visit.id,
             run_id=run_id,

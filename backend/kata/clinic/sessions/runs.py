@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from functools import cached_property
 from uuid import UUID, uuid4
 
+import msgspec
 import numpy as np
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
@@ -235,6 +236,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
     row.outcome = outcome_of(journal)
     row.stop_code = journal.end.cause_code if journal.end else None
     row.stop_message = journal.end.cause_message if journal.end else None
+    row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
     made = Made(session, row)
     counting.keep(row, journal, lambda: (made.taught, made.motion))
@@ -397,7 +399,9 @@ def as_run(row: RunRow, recording_name: str | None = None) -> Run:
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
-        stop=RunStop(code=row.stop_code, message=row.stop_message or "") if row.stop_code else None,
+        stop=RunStop(code=row.stop_code, message=row.stop_message or "", message_key=row.stop_key)
+        if row.stop_code
+        else None,
         rate_hz=row.rate_hz,
         method=row.method,
         load_level=row.load_level,

@@ -118,6 +118,8 @@ class RunRow(Base):
     outcome: Mapped[str] = mapped_column(String(16))
     stop_code: Mapped[str | None] = mapped_column(String(32))
     stop_message: Mapped[str | None] = mapped_column(Text)
+    stop_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """Code and parameters of the message; None in rows from before 0009."""
     rate_hz: Mapped[int | None]
     load_level: Mapped[int | None]
     """None where it was played before there were levels."""
