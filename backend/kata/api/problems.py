@@ -15,7 +15,7 @@ from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
-from kata.messages import with_key
+from kata.messages import Text, with_key
 from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
@@ -70,15 +70,10 @@ def install(app: FastAPI) -> None:
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         if refusal := await _not_allowed(request):
             return problem(request, refusal)
-        language = i18n.preferred(request.headers.get("accept-language", ""))
-        fields = [_field(one, error.body, language) for one in error.errors()]
-        if language == "ja":
-            what = "、".join(f"{field.field}: {field.detail}" for field in fields)
-            sentence = f"入力内容を確認してください。{what}。"
-        else:
-            what = "; ".join(f"{field.field} {field.detail}" for field in fields)
-            sentence = f"Please check what was entered: {what}."
-        return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
+        wrong = [_wrong(one, error.body) for one in error.errors()]
+        problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in wrong]
+        fields = [_field(*one) for one in wrong]
+        return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
     @app.exception_handler(DatabaseAwayError)
     def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
@@ -124,16 +119,19 @@ def document(
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
 
 
-def _field(error: Any, body: Any, language: i18n.Language) -> ProblemField:
+def _wrong(error: Any, body: Any) -> tuple[str, Text, Text]:
+    """Return the pointer to a field, its name, and what is wrong with it."""
     where, *rest = error["loc"]
     # Where JSON cannot be read, its place is a character's, and no field's.
     path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
-    told = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
+    problem = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}))
     pointer = "/".join(str(part) for part in path)
+    return f"#/{pointer}" if where == "body" else f"{where}/{pointer}", i18n.name(path), problem
+
+
+def _field(pointer: str, field: Text, detail: Text) -> ProblemField:
     return ProblemField(
-        pointer=f"#/{pointer}" if where == "body" else f"{where}/{pointer}",
-        field=i18n.name(path, language),
-        detail=told,
+        pointer=pointer, field=field, field_key=TextKey.of(field), detail=detail, detail_key=TextKey.of(detail)
     )
 
 

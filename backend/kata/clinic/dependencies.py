@@ -23,10 +23,9 @@ class ProblemField(BaseModel):
     pointer: str = Field(
         description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
     )
-    field: str = Field(description="What the field is called, in the user's language.", examples=["birth date"])
-    detail: str = Field(
-        description="What is wrong with it, in the user's language.", examples=["must be between 1900 and today"]
-    )
+    field: str = Field(description="What the field is called.", examples=["birth date"])
+    detail: str = Field(description="What is wrong with it.", examples=["must be between 1900 and today"])
+    field_key: OptionalKey = None
     detail_key: OptionalKey = None
 
 

@@ -346,7 +346,7 @@ ROM_SCAPULAR_EXTENSION: Final = message("rom_scapular_extension", "Scapular exte
 ROM_SCAPULAR_ELEVATION: Final = message("rom_scapular_elevation", "Scapular elevation")
 ROM_SCAPULAR_DEPRESSION: Final = message("rom_scapular_depression", "Scapular depression")
 PLACE_PROBLEM: Final = message("place_problem", "{place:name} {problem:text}")
-IMPORTED_PLACE: Final = message("imported_place", "{place:name}: {problem:text}")
+IMPORTED_PLACE: Final = message("imported_place", "{place:name}: {problem:sentence}")
 FHIR_MAY_CHANGE_MEANING: Final = message(
     "fhir_may_change_meaning", "may change the meaning of all the rest, and is not understood here"
 )

@@ -1,5 +1,5 @@
 import createClient from "openapi-fetch";
-import { LANGUAGE, type Language, say } from "../shared/language";
+import { type Language, say } from "../shared/language";
 import { translateServerText } from "../shared/serverText";
 import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
@@ -85,8 +85,6 @@ export class ProblemError extends Error {
 /** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
 export const client = createClient<paths>({
   baseUrl: location.origin,
-  // What is wrong with a field the service says in the page's language.
-  headers: { "Accept-Language": LANGUAGE },
   fetch: (request) => fetch(request),
 });
 

@@ -7615,16 +7615,21 @@ export interface components {
             pointer: string;
             /**
              * Field
-             * @description What the field is called, in the user's language.
+             * @description What the field is called.
              * @example birth date
              */
             field: string;
             /**
              * Detail
-             * @description What is wrong with it, in the user's language.
+             * @description What is wrong with it.
              * @example must be between 1900 and today
              */
             detail: string;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            field_key: components["schemas"]["TextKey"] | null;
             /**
              * @description Code and parameters of the English text beside it; null: it has none.
              * @default null

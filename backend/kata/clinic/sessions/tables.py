@@ -14,7 +14,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import Column
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
-from kata.messages import MessageKey
+from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
 SAMPLE_COLUMNS = (
@@ -198,9 +198,9 @@ class MotionTrackingRow(_TrackingColumns, Base):
         return BASIC_MOTIONS[self.motion - 1].name
 
     @property
-    def name_key(self) -> MessageKey:
+    def name_key(self) -> dict[str, Any] | None:
         """Code of the name."""
-        return BASIC_MOTIONS[self.motion - 1].name.key
+        return sent_key(BASIC_MOTIONS[self.motion - 1].name)
 
     @property
     def apparatus_min_deg(self) -> float:
