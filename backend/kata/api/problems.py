@@ -15,7 +15,7 @@ from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
-from kata.messages import Text, with_key
+from kata.messages import NO_TEXT, Text, with_key
 from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
@@ -26,6 +26,8 @@ DATABASE_AWAY: Final = Refusal.of(
     next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
 _AGAIN_IN_S: Final = 5
+_OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
+"""What Starlette itself answers."""
 
 
 def refused(refusal: Refusal) -> ProblemError:
@@ -64,7 +66,11 @@ def install(app: FastAPI) -> None:
             return document(422, "invalid", texts.NOT_JSON())
         # Python 3.13 has given this status another name.
         code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
-        return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
+        if isinstance(error.detail, Text):
+            detail = error.detail
+        else:
+            detail = _OF_STATUS.get(error.status_code) or with_key(f"{error.detail}.", None)
+        return document(error.status_code, code, detail, headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
@@ -97,8 +103,8 @@ async def _not_allowed(request: Request) -> ProblemError | None:
 def document(
     status: int,
     code: str,
-    detail: str,
-    next_step: str = "",
+    detail: Text,
+    next_step: Text = NO_TEXT,
     errors: list[ProblemField] | None = None,
     headers: Any = None,
 ) -> JSONResponse:

@@ -93,3 +93,14 @@ FIELD_WITH_UNIT: Final = message("field_with_unit", "{field:text} ({unit:text})"
 WHOLE_REQUEST: Final = message("whole_request", "the request")
 FIELD_PROBLEM: Final = message("field_problem", "{field:text} {problem:text}")
 INVALID_INPUT: Final = message("invalid_input", "Please check what was entered: {fields:texts}.")
+UNKNOWN_HOST: Final = message("unknown_host", "This service is not known by the name that the request addresses.")
+USE_PRINTED_ADDRESS: Final = message(
+    "use_printed_address", "Use the address that Kata prints when it starts, or name this one in KATA_ALLOWED_HOSTS."
+)
+FOREIGN_ORIGIN: Final = message("foreign_origin", "The request came from another site's page.")
+OPEN_OWN_PAGE: Final = message("open_own_page", "Open Kata's own page.")
+TOO_MUCH_SENT: Final = message("too_much_sent", "More was sent than the {limit:d} bytes that are taken.")
+ADDRESS_NOT_FOUND: Final = message("address_not_found", "There is no such address.")
+FILE_NOT_FOUND: Final = message("file_not_found", "There is no such file.")
+PATH_NOT_FOUND: Final = message("path_not_found", "Not Found.")
+METHOD_NOT_ALLOWED: Final = message("method_not_allowed", "Method Not Allowed.")
