@@ -327,7 +327,7 @@ def test_every_word_is_there_in_both_languages_and_used() -> None:
 def test_every_stop_and_every_outcome_has_its_words() -> None:
     assert set(STOPS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
-        assert ("{motor}" in STOPS_JA[fault.code]) == ("{motor}" in fault.message), fault.code
+        assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
     assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
     assert Speaker("ja", "").stop("unheard_of", "As it was told.") == "As it was told."
 
