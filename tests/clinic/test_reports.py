@@ -329,7 +329,8 @@ def test_every_stop_and_every_outcome_has_its_words() -> None:
     for fault in FAULTS:
         assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
     assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
-    assert Speaker("ja", "").stop("unheard_of", "As it was told.") == "As it was told."
+    assert Speaker("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
+    assert Speaker("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
 
 
 @pytest.mark.parametrize(
