@@ -72,7 +72,7 @@ def test_what_this_station_could_not_play_is_refused_with_item_motor_and_time(
         422,
         "unplayable",
     )
-    assert told["detail"].startswith("Item 2 cannot be played like that: motor ")
+    assert told["detail"].startswith("Item 2 cannot be played with these settings: motor ")
     told = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
     assert "longer than an hour" in told["detail"]
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
@@ -91,7 +91,7 @@ def test_a_preview_says_of_each_item_how_long_it_takes_or_why_it_cannot_be_playe
     told = client.post(url, json={"items": items}).json()
     assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
     assert told["duration_s"] == pytest.approx(LASTS_S)
-    assert told["items"][1]["problem"] == "Item 2 cannot be played like that: its samples are damaged."
+    assert told["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
     assert "of the left shoulder" in told["items"][2]["problem"]
 
 
@@ -109,7 +109,7 @@ def test_what_a_doctor_does_not_allow_is_said_while_one_writes_and_is_not_saved(
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
-    assert beyond["problem"].startswith("Item 2 cannot be played like that: Motion 4 (abduction")
+    assert beyond["problem"].startswith("Item 2 cannot be played with these settings: Motion 4 (abduction")
     assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
     assert "12 is the highest allowed by Dr. Mori" in stronger["problem"]
 

@@ -152,7 +152,7 @@ def test_what_is_no_field_is_the_request(client: TestClient) -> None:
     headers = {"content-type": "application/json"}
     told = client.post("/api/patients", content=b"{", headers=headers).json()
     (wrong,) = told["errors"]
-    assert (wrong["pointer"], wrong["field"], wrong["detail"]) == ("#/", "the request", "is no JSON")
+    assert (wrong["pointer"], wrong["field"], wrong["detail"]) == ("#/", "the request", "is not JSON")
 
 
 def test_a_place_without_a_name_has_no_code() -> None:

@@ -6,19 +6,19 @@ from kata.messages import message
 
 NO_OPENID: Final = message("no_openid", "This clinic has no OpenID provider.")
 SET_OPENID_FIRST: Final = message("set_openid_first", "Set KATA_OPENID_ISSUER and KATA_OPENID_CLIENT_ID first.")
-OPENID_USELESS_FIELD: Final = message("openid_useless_field", "leads nowhere without a provider")
+OPENID_USELESS_FIELD: Final = message("openid_useless_field", "needs a provider")
 BACKUP_RUNNING: Final = message("backup_running", "A backup is being made already.")
 WAIT_FOR_BACKUP: Final = message("wait_for_backup", "Wait until it is done; it is in the list then.")
 DATABASE_UNANSWERED: Final = message("database_unanswered", "The database does not answer.")
-WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "What goes on goes on all the same.")
+WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "Running operations continue.")
 DATABASE_AWAY: Final = message(
     "database_away",
-    "The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
+    "The database does not answer. This computer stores what happens at the apparatus; nothing is lost.",
 )
 TRY_AGAIN_STOP_WORKS: Final = message(
-    "try_again_stop_works", "Try again in a moment. What has begun goes on, and Stop works all the same."
+    "try_again_stop_works", "Try again in a moment. Running operations continue, and Stop works."
 )
-RESTARTS_AUTOMATICALLY: Final = message("restarts_automatically", "It is started again by itself.")
+RESTARTS_AUTOMATICALLY: Final = message("restarts_automatically", "It restarts automatically.")
 OPENID_NOT_BEGUN: Final = message("openid_not_begun", "This sign-in was not begun at this browser, or too long ago.")
 BEGIN_AGAIN: Final = message("begin_again", "Begin again.")
 OPENID_TOOK_TOO_LONG: Final = message("openid_took_too_long", "This took too long, or was begun elsewhere.")
@@ -27,28 +27,30 @@ ASK_ADMINISTRATOR: Final = message("ask_administrator", "Ask an administrator.")
 SIGN_IN_WITH_NAME: Final = message("sign_in_with_name", "Sign in with name and password.")
 CODE_WRONG_OR_USED: Final = message("code_wrong_or_used", "This code is wrong, or was used before.")
 WAIT_FOR_NEXT_CODE: Final = message("wait_for_next_code", "Wait for the next one.")
-OPENID_NOT_LINKED: Final = message("openid_not_linked", "Nobody here is linked with this identity of {provider:name}.")
+OPENID_NOT_LINKED: Final = message("openid_not_linked", "No account is linked with this identity of {provider:name}.")
 HAVE_IDENTITY_LINKED: Final = message(
     "have_identity_linked", "Tell an administrator, who can link it with your account: {identity:name}"
 )
 LOGIN_SESSION_ENDED: Final = message("login_session_ended", "This sign-in has ended.")
 SIGN_IN: Final = message("sign_in", "Sign in.")
-NOBODY_SIGNED_IN: Final = message("nobody_signed_in", "Nobody is signed in at this browser.")
+NOBODY_SIGNED_IN: Final = message("nobody_signed_in", "No user is signed in at this browser.")
 INTERNAL_ERROR: Final = message("internal_error", "Something went wrong in the service.")
 REPORT_WITH_LOG: Final = message("report_with_log", "Try again; if it stays, report it with the log.")
-NOT_JSON: Final = message("not_json", "What was sent is no JSON in UTF-8.")
-LINK_USED_OR_OLD: Final = message("link_used_or_old", "This link is used up, too old, or none of this clinic's.")
+NOT_JSON: Final = message("not_json", "The request is not JSON in UTF-8.")
+LINK_USED_OR_OLD: Final = message(
+    "link_used_or_old", "This link was already used, has expired, or is not of this clinic."
+)
 PRINT_NEW_LINK: Final = message("print_new_link", "Have a new one printed on the clinic's computer: kata accounts link")
 ONE_TIME_CODE_UNFIT: Final = message(
-    "one_time_code_unfit", "This code does not belong to this user name, or is used up or too old."
+    "one_time_code_unfit", "This code does not belong to this user name, was already used, or has expired."
 )
 ASK_FOR_NEW_CODE: Final = message("ask_for_new_code", "Ask for a new one.")
 WRONG_NAME_OR_PASSWORD: Final = message("wrong_name_or_password", "User name or password is wrong.")
 TRY_AGAIN_OR_ASK_FOR_CODE: Final = message(
     "try_again_or_ask_for_code", "Try again, or ask an administrator for a code."
 )
-LINK_USED: Final = message("link_used", "This link is used up, or none of this clinic's.")
-RESTART_FOR_NEW_LINKS: Final = message("restart_for_new_links", "Start Kata anew for new ones.")
+LINK_USED: Final = message("link_used", "This link was already used, or is not of this clinic.")
+RESTART_FOR_NEW_LINKS: Final = message("restart_for_new_links", "Restart Kata to get new links.")
 SECOND_FACTOR_NEEDED: Final = message("second_factor_needed", "The second factor is needed, too.")
 TYPE_APP_CODE: Final = message("type_app_code", "Type the code that your app shows.")
 WRONG_PASSWORD: Final = message("wrong_password", "This is not your password.")
@@ -57,7 +59,7 @@ OPENID_NEEDED: Final = message("openid_needed", "This takes {provider:name} once
 SIGN_IN_THERE_FIRST: Final = message("sign_in_there_first", "Sign in there, then try again.")
 PASSWORD_NEEDED: Final = message("password_needed", "This takes the password once more.")
 GIVE_PASSWORD: Final = message("give_password", "Give your password.")
-HAND_WAIT: Final = message("hand_wait", "Wait, or let go of the arm first.")
+HAND_WAIT: Final = message("hand_wait", "Wait, or release the arm first.")
 NOT_SIMULATING: Final = message("not_simulating", "This station has a real apparatus.")
 USE_REAL_INPUTS: Final = message("use_real_inputs", "Use its own pedal and switch.")
 MOTION_NOT_FOUND: Final = message("motion_not_found", "There is no such motion.")
@@ -74,7 +76,7 @@ GIVE_PASSWORD_STOP_WORKS: Final = message("give_password_stop_works", "Give your
 SECOND_FACTOR_MISSING: Final = message("second_factor_missing", "Your account needs a second factor first.")
 SET_UP_SECOND_FACTOR: Final = message("set_up_second_factor", "Set it up; it takes a minute.")
 ROLE_NOT_ALLOWED: Final = message("role_not_allowed", "Your role does not allow this.")
-ASK_PERMITTED_PERSON: Final = message("ask_permitted_person", "Ask somebody whose role does, or an administrator.")
+ASK_PERMITTED_PERSON: Final = message("ask_permitted_person", "Ask a person whose role allows it, or an administrator.")
 OTHER_STATION: Final = message("other_station", "You do not work at this station.")
 USE_OWN_STATION: Final = message(
     "use_own_station", "Use your own station, or ask an administrator to assign you to this one."

@@ -14,7 +14,7 @@ WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw it if it
 WINDOW_ENDS_BEFORE_START: Final = message("window_ends_before_start", "The window ends before it begins.")
 GIVE_END_AFTER_START: Final = message("give_end_after_start", "Give an end_s after start_s.")
 NO_OPEN_CARE_OF_SHOULDER: Final = message(
-    "no_open_care_of_shoulder", "No care of the {side:text} shoulder of {patient:name} goes on."
+    "no_open_care_of_shoulder", "{patient:name} has no open episode of care for the {side:text} shoulder."
 )
 OPEN_EPISODE_FIRST: Final = message(
     "open_episode_first", "Open an episode of that shoulder on the patient's page first."
@@ -36,21 +36,21 @@ MOTOR_FASTER_THAN_ALLOWED: Final = message(
     "Motor {motor:d} would move at {speed_deg_s:.1f} deg/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g} deg/s.",
 )
 CHOOSE_LOWER_SPEED: Final = message("choose_lower_speed", "Choose a lower speed, or another recording.")
-CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Choose less range, or make a recording with less of this one.")
+CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with less range.")
 SCAPULA_UNKNOWN: Final = message(
     "scapula_unknown",
-    "Where this recording takes the scapula cannot be told, so the doctor's limit of it cannot be kept.",
+    "The scapula's path in this recording is unknown, so the doctor's limit cannot be kept.",
 )
 TEACH_AGAIN: Final = message("teach_again", "Teach the motion again.")
 EPISODE_SESSION_OPEN: Final = message("episode_session_open", "A session of this episode has not ended.")
 END_SESSION_THEN_CLOSE: Final = message("end_session_then_close", "End the session, then close the episode.")
 STAGE_NOTED: Final = message("stage_noted", "A stage is noted for that day already.")
 REMOVE_STAGE_OR_OTHER_DAY: Final = message("remove_stage_or_other_day", "Remove that one first, or give another day.")
-EPISODE_OPEN: Final = message("episode_open", "The care of the {side:text} shoulder goes on already.")
-CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Go on with that episode, or close it first.")
+EPISODE_OPEN: Final = message("episode_open", "An episode of care for the {side:text} shoulder is already open.")
+CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Continue that episode, or close it first.")
 EPISODE_CLOSED: Final = message("episode_closed", "This episode is closed.")
 REOPEN_FIRST: Final = message("reopen_first", "Reopen it first.")
-LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "It is not said which doctor set the limits.")
+LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
 WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Write the doctor's name beside them.")
 ONSET_BEFORE_BIRTH: Final = message(
     "onset_before_birth", "The day of onset lies before the patient's birth, {birth_date:name}."
@@ -69,7 +69,7 @@ CLINIC_NUMBER_WRONG_FIELD: Final = message("clinic_number_wrong_field", "is not 
 PATIENT_SESSION_OPEN: Final = message("patient_session_open", "A session of this patient is still open.")
 END_FIRST: Final = message("end_first", "End it first.")
 ERASURE_DECIDED: Final = message("erasure_decided", "This request has been decided.")
-RELOAD_PAGE: Final = message("reload_page", "Reload the page to see how.")
+RELOAD_PAGE: Final = message("reload_page", "Reload the page to see the decision.")
 ROWS_FAR_APART: Final = message(
     "rows_far_apart", "most rows are {step_s:g} s apart; time_s is in seconds: are these milliseconds?"
 )
@@ -89,25 +89,24 @@ MEND_FILE: Final = message("mend_file", "Mend the file and try again.")
 FILE_REFUSED: Final = message("file_refused", "This file cannot be used: {reason:text}.")
 NOTHING_MEASURED: Final = message("nothing_measured", "Nothing was measured in this run.")
 NOTHING_TO_DOWNLOAD: Final = message("nothing_to_download", "There is nothing to download.")
-RECORD_WITHOUT_PATIENT: Final = message(
-    "record_without_patient", "This record was erased: nobody knows any more whose it is."
-)
+RECORD_WITHOUT_PATIENT: Final = message("record_without_patient", "This record was erased; its patient is not known.")
 DOWNLOAD_ONE_BY_ONE: Final = message("download_one_by_one", "Recordings and runs can still be downloaded one by one.")
 RUN_SAMPLES_DAMAGED: Final = message("run_samples_damaged", "The samples are damaged and cannot be read.")
 RESTORE_FROM_BACKUP: Final = message("restore_from_backup", "Restore them from a backup.")
-LIST_POSITION_UNREADABLE: Final = message(
-    "list_position_unreadable", "Where this page of the list begins cannot be read."
-)
-BEGIN_LIST_ANEW: Final = message("begin_list_anew", "Begin the list anew.")
+LIST_POSITION_UNREADABLE: Final = message("list_position_unreadable", "The position in the list cannot be read.")
+BEGIN_LIST_ANEW: Final = message("begin_list_anew", "Load the list from its beginning.")
 RECORD_ERASED: Final = message("record_erased", "This record was erased and stays as it is.")
-REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Sign the patient up anew, should they return.")
+REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Register the patient again if they return.")
 CLINIC_NUMBER_TAKEN: Final = message(
     "clinic_number_taken", "Another patient has the clinic number {clinic_number:name}."
 )
 CHOOSE_ANOTHER_CLINIC_NUMBER: Final = message(
-    "choose_another_clinic_number", "Choose another number, or look the patient up: archived ones keep theirs."
+    "choose_another_clinic_number",
+    "Choose another number, or search for the patient: archived patients keep their numbers.",
 )
-ITEM_NOT_PLAYABLE: Final = message("item_not_playable", "Item {place:d} cannot be played like that: {reason:text}.")
+ITEM_NOT_PLAYABLE: Final = message(
+    "item_not_playable", "Item {place:d} cannot be played with these settings: {reason:text}."
+)
 ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are damaged")
 ITEM_OF_OTHER_PATIENT: Final = message(
     "item_of_other_patient", "Item {place:d}, {recording:name}, was taught to another patient."
@@ -141,31 +140,29 @@ OPEN_NEW_EPISODE: Final = message("open_new_episode", "Open a new one for the pa
 NO_EPISODE: Final = message("no_episode", "This patient has no episode of care.")
 OPEN_ONE_FIRST: Final = message("open_one_first", "Open one first.")
 AT_SECOND: Final = message("at_second", "{reason:text}, at {at_s:.1f} s")
-EDIT_REFUSED: Final = message("edit_refused", "This cannot be done to this recording: {reason:text}.")
+EDIT_REFUSED: Final = message("edit_refused", "This edit is not possible: {reason:text}.")
 CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other numbers, or trim it first.")
-EDITED_NOT_PLAYABLE: Final = message("edited_not_playable", "What comes of this cannot be played: {reason:text}.")
+EDITED_NOT_PLAYABLE: Final = message("edited_not_playable", "The edited recording cannot be played: {reason:text}.")
 RECORDING_SAMPLES_DAMAGED: Final = message(
     "recording_samples_damaged", "This recording's samples are damaged and cannot be read."
 )
 RESTORE_OR_TEACH_AGAIN: Final = message(
     "restore_or_teach_again", "Restore them from a backup, or teach the motion again."
 )
-CARE_TEAM_WITHOUT_ACCOUNT: Final = message("care_team_without_account", "Somebody of this care team has no account.")
+CARE_TEAM_WITHOUT_ACCOUNT: Final = message("care_team_without_account", "A member of this care team has no account.")
 RELOAD_ACCOUNTS: Final = message("reload_accounts", "Reload the list of accounts, and choose again.")
 RECORD_NOT_RESTRICTED: Final = message("record_not_restricted", "This record is open to you.")
 GO_ON_AS_USUAL: Final = message("go_on_as_usual", "Go on as usual.")
-OWN_EMERGENCY_ACCESS: Final = message("own_emergency_access", "This was you.")
-OTHER_ADMINISTRATOR_REVIEWS: Final = message("other_administrator_reviews", "Another administrator looks at it.")
-EMERGENCY_ACCESS_REVIEWED: Final = message("emergency_access_reviewed", "Somebody has looked at this already.")
+OWN_EMERGENCY_ACCESS: Final = message("own_emergency_access", "This is your own emergency access.")
+OTHER_ADMINISTRATOR_REVIEWS: Final = message("other_administrator_reviews", "Another administrator must review it.")
+EMERGENCY_ACCESS_REVIEWED: Final = message("emergency_access_reviewed", "This access has already been reviewed.")
 RELOAD_LIST: Final = message("reload_list", "Reload the list.")
 SESSION_ENDED: Final = message("session_ended", "This session has ended.")
 BEGIN_NEW_SESSION: Final = message("begin_new_session", "Begin a new one.")
-FIXTURES_DEPEND_ON_RECORDING: Final = message(
-    "fixtures_depend_on_recording", "Which fixtures are meant depends on what is played."
-)
+FIXTURES_DEPEND_ON_RECORDING: Final = message("fixtures_depend_on_recording", "The fixtures depend on the recording.")
 CHOOSE_RECORDING_FIRST: Final = message("choose_recording_first", "Choose a recording first.")
-CHECK_IS_AUTOMATIC: Final = message("check_is_automatic", "The apparatus tells this itself; it cannot be ticked.")
-DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Do it, and it shows.")
+CHECK_IS_AUTOMATIC: Final = message("check_is_automatic", "The apparatus detects this; nobody can confirm it by hand.")
+DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Do it; the check then shows it.")
 CHECKS_OPEN: Final = message("checks_open", "Not everything is in order yet: {checks:texts}.")
 GO_THROUGH_CHECKLIST: Final = message("go_through_checklist", "Go through the checklist first.")
 PROGRAMME_OF_OTHER_EPISODE: Final = message(
@@ -182,7 +179,9 @@ RECORDING_OF_OTHER_PATIENT: Final = message(
 RECORDING_ARCHIVED: Final = message("recording_archived", "This recording is archived.")
 NOTHING_PLAYED: Final = message("nothing_played", "Nothing was played in this run.")
 NOTHING_TO_COMPARE: Final = message("nothing_to_compare", "There is nothing to compare.")
-RUN_NOT_PLAYABLE: Final = message("run_not_playable", "This recording cannot be played like that: {reason:text}.")
+RUN_NOT_PLAYABLE: Final = message(
+    "run_not_playable", "This recording cannot be played with these settings: {reason:text}."
+)
 CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other settings.")
 SESSION_SIGNED: Final = message("session_signed", "This session is signed and stays as it is.")
 WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")

@@ -31,8 +31,8 @@ SETPOINT_ACCELERATION: Final = message("setpoint_acceleration", "Motor {motor:d}
 SETPOINT_FROZEN: Final = message("setpoint_frozen", "The control program has stopped planning the movement.")
 OVERRUN: Final = message("overrun", "The control computer was too slow.")
 SERVICE_SILENT: Final = message("service_silent", "The control computer lost its connection to the clinic service.")
-OTHER_RUN: Final = message("other_run", "The clinic service and the control computer do not mean the same run.")
-JOURNAL_FAULT: Final = message("journal_fault", "What is measured can no longer be written to the disk.")
+OTHER_RUN: Final = message("other_run", "The clinic service and the control computer have different runs loaded.")
+JOURNAL_FAULT: Final = message("journal_fault", "Measurements can no longer be written to the disk.")
 LOAD_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice in the same place.")
 LOAD_ON_THE_WAY: Final = message("load_on_the_way", "Motor {motor:d} met resistance on the way to the start or back.")
 LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
@@ -74,13 +74,13 @@ CHECK_MOTOR_POWER: Final = message(
 SUPPORT_AND_SWITCH_OFF: Final = message(
     "support_and_switch_off", "Support the arm, then switch the power supplies off."
 )
-HAVE_ENCODER_CHECKED: Final = message("have_encoder_checked", "Have its encoder looked at, then acknowledge.")
+HAVE_ENCODER_CHECKED: Final = message("have_encoder_checked", "Have its encoder checked, then acknowledge.")
 LOOK_WHETHER_ARM_IS_HELD: Final = message(
     "look_whether_arm_is_held",
-    "Look whether the arm is held fast; if it is not, have the encoder looked at. Then acknowledge.",
+    "Check whether something holds the arm. If not, have the encoder checked. Then acknowledge.",
 )
 HAVE_LIMITS_CHECKED: Final = message(
-    "have_limits_checked", "Look after the patient, have the motor's limits looked at, then acknowledge."
+    "have_limits_checked", "Look after the patient, have the motor's limits checked, then acknowledge."
 )
 REPORT_IMPOSSIBLE: Final = message("report_impossible", "Acknowledge, and report this: it should not be possible.")
 ACKNOWLEDGE_AND_LOAD_AGAIN: Final = message("acknowledge_and_load_again", "Acknowledge, and load the recording again.")
@@ -143,7 +143,7 @@ REFERENCE_TOO_SHORT: Final = message(
 TEACH_AGAIN_MORE_SLOWLY: Final = message(
     "teach_again_more_slowly", "Teach the motion again, within the range and more slowly."
 )
-METHOD_NOT_PLAYABLE: Final = message("method_not_playable", "This cannot be played so: {reason:text}.")
+METHOD_NOT_PLAYABLE: Final = message("method_not_playable", "This method cannot play the recording: {reason:text}.")
 CHOOSE_ANOTHER_METHOD: Final = message("choose_another_method", "Choose another method.")
 NOT_CONNECTED_BECAUSE: Final = message("not_connected_because", "The apparatus is not connected: {reason:text}.")
 SWITCH_ON_AND_CHECK_ADAPTER: Final = message(
@@ -159,8 +159,8 @@ RESISTANCE_MET: Final = message(
     "resistance_met", "Motor {motor:d} met resistance at {at_s:.1f} s; the arm is taken back."
 )
 ALREADY_PAUSING: Final = message("already_pausing", "It is already pausing.")
-WAIT_UNTIL_IT_STANDS: Final = message("wait_until_it_stands", "Wait until it stands.")
-LESS_RANGE_REQUESTED: Final = message("less_range_requested", "Less range was asked for at {at_s:.1f} s.")
+WAIT_UNTIL_IT_STANDS: Final = message("wait_until_it_stands", "Wait until it has stopped.")
+LESS_RANGE_REQUESTED: Final = message("less_range_requested", "The range was reduced at {at_s:.1f} s.")
 TORQUE_RELEASED_BY_HAND: Final = message("torque_released_by_hand", "Torque is released: the arm is supported.")
 SETTINGS_VERIFIED: Final = message("settings_verified", "Every motor has its settings.")
 IS_OFFLINE: Final = message("is_offline", "The apparatus is not connected.")
@@ -189,7 +189,7 @@ OTHER_SIDE: Final = message(
 TURN_APPARATUS_OR_CHOOSE: Final = message(
     "turn_apparatus_or_choose", "Turn the apparatus and say so, or choose what was taught on its side."
 )
-RANGE_IS_LEAST: Final = message("range_is_least", "{least_percent:.0f} % of the range is the least there is.")
+RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
 PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
 STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
 OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} stands at {angle_deg:.0f} deg, outside its range.")

@@ -8,11 +8,9 @@ OPERATED_ELSEWHERE: Final = message("operated_elsewhere", "{operator:name} opera
 WATCH_OR_TAKE_OVER: Final = message(
     "watch_or_take_over", "Watch, ask {operator:name} to release it, or take over. Stop works from here too."
 )
-OPERATOR_NEEDED: Final = message(
-    "operator_needed", "The motors move or hold the arm: somebody has to operate the apparatus."
-)
+OPERATOR_NEEDED: Final = message("operator_needed", "The motors move or hold the arm: the apparatus needs an operator.")
 OPERATOR_NEEDED_UNKNOWN: Final = message(
-    "operator_needed_unknown", "Whether the motors hold the arm is not known: somebody has to operate the apparatus."
+    "operator_needed_unknown", "It is unknown whether the motors hold the arm: the apparatus needs an operator."
 )
 CHECK_ARM_OR_HAND_OVER: Final = message(
     "check_arm_or_hand_over", "Look after the arm and the connection to the apparatus, or let somebody else take over."
@@ -37,7 +35,7 @@ END_OR_ACKNOWLEDGE_FIRST: Final = message(
     "end_or_acknowledge_first", "End what is going on, or acknowledge the stop, first."
 )
 DEVICE_OFFLINE: Final = message("device_offline", "The apparatus' control program is not running.")
-WAIT_FOR_RESTART: Final = message("wait_for_restart", "It is started again by itself; wait a moment.")
+WAIT_FOR_RESTART: Final = message("wait_for_restart", "It restarts automatically; wait a moment.")
 NO_ANSWER: Final = message("no_answer", "The apparatus' control program did not answer.")
 LOOK_BEFORE_TRYING_AGAIN: Final = message(
     "look_before_trying_again",

@@ -72,6 +72,7 @@ describe("the form of a patient", () => {
         pointer: "#/birth_date",
         field: "birth date",
         detail: "must be between 1900 and today",
+        field_key: null,
         detail_key: null,
       },
     ];

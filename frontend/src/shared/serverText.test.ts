@@ -42,7 +42,7 @@ describe("a text of the service on a Japanese page", () => {
       "まだ確認が済んでいません：フットペダルが反応する、ベルトで患者が座席に固定されている。",
     ],
     [
-      "This cannot be played so: motor 4 would jerk at 3.1 s.",
+      "This method cannot play the recording: motor 4 would jerk at 3.1 s.",
       {
         code: "method_not_playable",
         params: {
