@@ -13,7 +13,7 @@ from typing import Final, Literal
 
 from kata.clinic import texts
 from kata.clinic.types import Fixture, Side
-from kata.messages import Text
+from kata.messages import NO_TEXT, Text
 
 CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
 _FIXTURE_WORDS: Final[dict[Fixture, Text]] = {
@@ -83,7 +83,7 @@ def needed(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
 
 def _fixtures_text(fixtures: Sequence[Fixture]) -> Text:
     words = [_FIXTURE_WORDS[fixture] for fixture in fixtures]
-    return reduce(lambda first, second: texts.FIXTURES_AND(first=first, second=second), words)
+    return reduce(lambda first, second: texts.FIXTURES_AND(first=first, second=second), words) if words else NO_TEXT
 
 
 def checked(
