@@ -2,6 +2,8 @@
 
 import ast
 import json
+import math
+import pickle
 import re
 import string
 from collections.abc import Iterator
@@ -12,7 +14,7 @@ import pytest
 
 import kata.api.app  # noqa: F401 - with it every package declares its messages
 from kata.api import i18n
-from kata.messages import CATALOGUE, message
+from kata.messages import CATALOGUE, MessageKey, key_of, message, sent_key, text_of
 from tests.conftest import ROOT
 
 BACKEND: Final = ROOT / "backend/kata"
@@ -84,3 +86,37 @@ def test_a_code_is_declared_once() -> None:
 def test_a_message_refuses_other_parameters_than_its_own() -> None:
     with pytest.raises(TypeError, match="drive_silent needs"):
         CATALOGUE["drive_silent"](motors=3)
+
+
+def test_a_text_shows_its_parameters_and_sends_their_values() -> None:
+    text = CATALOGUE["motor_would_jerk"](motor=4, at_s=3.14159)
+    assert text == "motor 4 would jerk at 3.1 s"
+    assert text.key == MessageKey("motor_would_jerk", {"motor": 4, "at_s": 3.14159})
+    assert sent_key(text) == {"code": "motor_would_jerk", "params": {"motor": 4, "at_s": 3.14159}}
+    assert CATALOGUE["motor_would_jerk"](motor=4, at_s=math.inf).key.params["at_s"] == "inf"
+
+
+def test_a_text_within_another_one_keeps_its_own_code() -> None:
+    pedal, belt = CATALOGUE["check_pedal"](), CATALOGUE["check_belt"]()
+    text = CATALOGUE["checks_open"](checks=[pedal, belt, "A text without a code."])
+    assert text.endswith(": The foot pedal answers; The belt holds the patient in the seat; A text without a code.")
+    nested = text.key.params["checks"]
+    assert isinstance(nested, list)
+    assert [one["code"] for one in nested] == ["check_pedal", "check_belt", ""]
+    place = CATALOGUE["imported_place"](place="Patient", problem=pedal)
+    assert place == "Patient: The foot pedal answers."
+
+
+def test_a_text_reaches_another_process_whole() -> None:
+    text = CATALOGUE["drive_silent"](motor=3)
+    there = pickle.loads(pickle.dumps(text))
+    assert (there, there.key) == (text, text.key)
+
+
+def test_the_text_of_an_error_has_a_code_only_if_it_was_raised_with_one() -> None:
+    text = CATALOGUE["drive_silent"](motor=3)
+    assert text_of(ValueError(text)) is text
+    assert (text_of(ValueError("odd")), key_of(text_of(ValueError("odd")))) == ("odd", None)
+    assert text_of(ValueError()) == ""
+    assert sent_key("odd") is None
+    assert sent_key(None) is None
