@@ -118,6 +118,21 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
         typer.echo(text, nl=False)
 
 
+@app.command()
+def messages(out: Annotated[Path | None, typer.Option(help="Write them to this file.")] = None) -> None:
+    """Print every message of the service: its code and its English template, as JSON."""
+    import kata.api.app  # noqa: F401 - with it every package declares its messages
+    from kata.messages import CATALOGUE
+
+    text = (
+        json.dumps({code: CATALOGUE[code].english for code in sorted(CATALOGUE)}, indent=2, ensure_ascii=False) + "\n"
+    )
+    if out:
+        out.write_text(text)
+    else:
+        typer.echo(text, nl=False)
+
+
 @accounts.command("link")
 def link(
     data: Annotated[Path | None, typer.Option(help="Folder for database and journals.")] = None,

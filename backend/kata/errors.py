@@ -3,9 +3,14 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 
+from kata import texts
+from kata.messages import NO_TEXT, Template, Text
+
 
 class ProblemError(Exception):
-    """A request that cannot be fulfilled: HTTP status, stable code, sentence, next step; and each place that is wrong.
+    """A request that cannot be fulfilled: HTTP status, stable code of the kind, sentence, next step; and each place that is wrong.
+
+    Several messages may share a ``code``: programs act on it. The page translates by the codes of the two texts.
 
     ``headers``: of the answer, as ``Retry-After`` in seconds.
     """
@@ -14,8 +19,8 @@ class ProblemError(Exception):
         self,
         status: int,
         code: str,
-        message: str,
-        next_step: str = "",
+        message: Text,
+        next_step: Text = NO_TEXT,
         places: Sequence[tuple[str, str]] = (),
         headers: Mapping[str, str] | None = None,
     ) -> None:
@@ -27,10 +32,14 @@ class ProblemError(Exception):
         self.places = tuple(places)
         self.headers = headers
 
+    def at(self, place: str, message: Text) -> "ProblemError":
+        """Return the same problem with another message and the place where it is."""
+        return ProblemError(self.status, self.code, message, self.next_step, [(place, self.message)])
 
-def not_found(what: str) -> ProblemError:
+
+def not_found(what: Template) -> ProblemError:
     """404 for a record that is not there."""
-    return ProblemError(404, "not_found", f"There is no such {what}.", "Go back to the list; it may have changed.")
+    return ProblemError(404, "not_found", what(), texts.CHECK_LIST_AGAIN())
 
 
 def check_version(stored: datetime, seen: datetime | None) -> None:
@@ -47,6 +56,6 @@ def edited_meanwhile() -> ProblemError:
     return ProblemError(
         409,
         "edited_meanwhile",
-        "Somebody else has changed this record in the meantime.",
-        "Reload it, and make your change again.",
+        texts.EDITED_MEANWHILE(),
+        texts.RELOAD_AND_CHANGE_AGAIN(),
     )

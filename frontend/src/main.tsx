@@ -12,7 +12,7 @@ import { access } from "./access/standing";
 import { client } from "./api/client";
 import { store } from "./live/store";
 import { router } from "./router";
-import { learn } from "./shared/told";
+import { loadServerTexts } from "./shared/serverText";
 import { scheme, theme, variables } from "./theme";
 
 const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTime: 5_000 } } });
@@ -26,7 +26,7 @@ keepGuard(access, doing, queries, store, speak);
 // Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
 setNonce(nonce);
 const drawn = createRoot(root);
-void learn().then(() =>
+void loadServerTexts().then(() =>
   drawn.render(
     <StrictMode>
       <MantineProvider

@@ -361,7 +361,7 @@ def test_pain_and_end_recorded_elsewhere_stay_and_conflicts_are_reported(client:
     )
     there = client.get(url).json()
     assert (there["pain_before"], there["pain_after"]) == (7, 2)
-    assert alarms(client, str(opened.id)) == [NOT_KEPT["pain_before"].format(pain=3)]
+    assert alarms(client, str(opened.id)) == [NOT_KEPT["pain_before"](pain=3)]
     client.post(f"{url}/end", json={"reason": "shortened"})
     put(client, SessionClosed(opened.id, "completed", utc_now(), "Station 1"))
     assert client.get(url).json()["end_reason"] == "shortened"

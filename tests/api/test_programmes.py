@@ -70,7 +70,7 @@ def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestCl
         422,
         "unplayable",
     )
-    assert told["detail"].startswith("Item 2 cannot be played like that: motor ")
+    assert told["detail"].startswith("Item 2 cannot be played with these settings: motor ")
     told = problem(post(client, lift, {"repetitions": 200, "speed_percent": 10.0}), 422, "unplayable")
     assert "longer than an hour" in told["detail"]
     assert client.get(f"/api/patients/{lift['patient_id']}/programmes").json() == {"items": []}
@@ -87,7 +87,7 @@ def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestCli
     told = client.post(url, json={"items": items}).json()
     assert [one["duration_s"] for one in told["items"]] == [pytest.approx(LASTS_S), None, None]
     assert told["duration_s"] == pytest.approx(LASTS_S)
-    assert told["items"][1]["problem"] == "Item 2 cannot be played like that: its samples are damaged."
+    assert told["items"][1]["problem"] == "Item 2 cannot be played with these settings: its samples are damaged."
     assert "of the left shoulder" in told["items"][2]["problem"]
 
 
@@ -103,7 +103,7 @@ def test_programme_beyond_a_doctors_limits_is_reported_and_not_saved(client: Tes
     url = f"/api/patients/{lift['patient_id']}/programmes/preview"
     within, beyond, stronger = client.post(url, json={"items": items}).json()["items"]
     assert (within["problem"], beyond["duration_s"], stronger["duration_s"]) == (None, None, None)
-    assert beyond["problem"].startswith("Item 2 cannot be played like that: Motion 4 (abduction")
+    assert beyond["problem"].startswith("Item 2 cannot be played with these settings: Motion 4 (abduction")
     assert "Dr. Mori allows no more than 70 deg." in beyond["problem"]
     assert "12 is the highest allowed by Dr. Mori" in stronger["problem"]
 

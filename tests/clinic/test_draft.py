@@ -21,12 +21,15 @@ from kata.clinic.sessions.schemas import (
     SessionPatient,
     SessionProgramme,
 )
+from kata.station.schemas import TextKey
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)
 ANGLE: dict[str, Any] = {
     "peak_at_s": 1.0, "rmse_deg": 0.5, "start_deg": 0.1, "lag_ms": 10.0, "taught_min_deg": 0.0, "taught_max_deg": 90.0,
     "played_min_deg": 0.0, "played_max_deg": 90.0, "taught_smoothness": -1.5, "played_smoothness": -1.5,
 }  # fmt: skip
+
+DRIVE_3_SILENT = TextKey(code="drive_silent", params={"motor": 3})
 
 
 def compared(peaks: tuple[float, ...] = (0.1, 0.2, 1.0, -2.4, 0.3), **reached: float) -> Comparison:
@@ -136,7 +139,10 @@ def test_the_widest_range_of_all_runs_counts() -> None:
     [
         ({"repetitions": 10, "repetitions_done": 8, "speed_percent": 50}, "挙上(速度50%)：10回中8回実施。"),
         (
-            {"outcome": "stopped", "stop": RunStop(code="drive_silent", message="Motor 3 does not answer.")},
+            {
+                "outcome": "stopped",
+                "stop": RunStop(code="drive_silent", message="Motor 3 does not answer.", message_key=DRIVE_3_SILENT),
+            },
             "「挙上」は停止した。原因：モータ3が応答しない。",
         ),
         ({"reversals": 3}, "「挙上」で腕が抵抗を受け、3回引き戻された(抵抗許容レベル8)。"),

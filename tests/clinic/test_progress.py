@@ -14,6 +14,7 @@ from kata.clinic.assessments import service as assessments
 from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.placed_texts import with_texts
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress import figures, numbers, service
 from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Tracked
@@ -79,6 +80,8 @@ def rom(angle_deg: float, **given: Any) -> dict[str, Any]:
 
 def drawn(figure: figures.Figure) -> go.Figure:
     """Plotly's own classes know every property, and refuse what is none."""
+    figure = with_texts(figure)
+    assert {entry["code"].partition("_")[0] for entry in figure.pop("texts")} <= {"figure"}
     written = msgspec.json.encode(figure).decode()
     assert not {colour for colour in ALARM_COLOURS if f'"{colour}"' in written}
     return go.Figure(figure)

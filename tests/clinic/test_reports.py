@@ -315,9 +315,10 @@ def test_every_text_exists_in_both_languages_and_is_used() -> None:
 def test_every_stop_and_outcome_has_a_text() -> None:
     assert set(STOPS_JA) == {fault.code for fault in FAULTS}
     for fault in FAULTS:
-        assert ("{motor}" in STOPS_JA[fault.code]) == ("{motor}" in fault.message), fault.code
+        assert ("{motor}" in STOPS_JA[fault.code]) == ("motor" in fault.message.params), fault.code
     assert {f"outcome.{outcome}" for outcome in get_args(Outcome)} <= set(WORDS)
-    assert Speaker("ja", "").stop("unheard_of", "As it was told.") == "As it was told."
+    assert Speaker("ja", "").stop("unheard_of", "As it was told.", None) == "As it was told."
+    assert Speaker("ja", "").stop("drive_silent", "Motor 3 does not answer.", None) == "Motor 3 does not answer."
 
 
 @pytest.mark.parametrize(

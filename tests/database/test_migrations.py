@@ -352,7 +352,7 @@ def test_every_upgrade_statement_leaves_a_whole_version_on_disk(tmp_path: Path) 
     filled(database, "0001")
     whole = {"0001": contents(database)}
     database.close()
-    for version in ("0002", "0003", "0004", "0005", "0006", "0007"):
+    for version in ("0002", "0003", "0004", "0005", "0006", "0007", "0008"):
         shutil.copy(tmp_path / "kata.db", tmp_path / "step.db")
         step = Database(f"sqlite:///{tmp_path / 'step.db'}")
         at_version(step, version)

@@ -235,7 +235,7 @@ def test_less_makes_the_strokes_smaller_and_they_grow_again(tmp_path: Path, meth
     assert np.diff(peaks[1:-1]) == pytest.approx(BACK_DEG / 2, abs=0.1)
     stepped.until("idle", 60.0)
     assert stepped.causes() == []
-    assert any("Less range was asked for at 3.0 s" in event.message for event in stepped.exchange.events)
+    assert any("The range was reduced at 3.0 s" in event.message for event in stepped.exchange.events)
 
 
 def test_snapshot_reports_the_played_share_of_the_range(tmp_path: Path) -> None:
@@ -322,5 +322,5 @@ def test_reduction_is_refused_without_playback_or_remaining_range(tmp_path: Path
         assert stepped.send(Less()) is None
     refusal = stepped.send(Less())
     assert refusal is not None
-    assert (refusal.code, refusal.message) == ("is_at_least", "20 % of the range is the least there is.")
+    assert (refusal.code, refusal.message) == ("is_at_least", "The range cannot be less than 20 %.")
     assert place_s(stepped) < 1.0

@@ -342,5 +342,5 @@ def test_lost_service_ends_a_playback_without_torque(playing: Stepped) -> None:
 def test_the_table_reads_well() -> None:
     assert len(FAULT_BY_CODE) == len(FAULTS)
     for fault in FAULTS:
-        assert fault.message.endswith(".")
-        assert fault.next_step.endswith(".")
+        assert fault.message.english.endswith(".")
+        assert fault.next_step.english.endswith(".")

@@ -219,7 +219,7 @@ MADE_BY_KATA: Final = {
     "AssessmentPage.next", "AuditPage.next", "DeviceEventPage.next", "EpisodeAssessments.next", "PatientPage.next", "SessionPage.next", "BackupList.folder", "BackupList.key_file",
     # Words and sentences of the program's own, in which nobody's text stands.
     "AuditEntry.role", "CheckAnswer.subject", "Recording.done", "RecordingDetail.done", "Ready.version", "ItemPreview.problem", "Me.language", "MotionTracking.name",
-    "ProgressColumn.name", "ProgressTable.rows", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
+    "ProgressColumn.name", "ProgressTable.rows", "TextKey.code", "PlacedText.code", "PlacedText.places", "RomMeasure.name", "RomMeasure.name_ja", "SessionCheck.sentence", "SessionCheck.subject",
     "SpadiItem.text", "SpadiItem.text_ja", "StopCauseLive.code", "StopCauseLive.message", "StopCauseLive.next_step",
     "RunLive.changes", "RunLive.resistance", "Draft.text",
     # Secrets, told once.

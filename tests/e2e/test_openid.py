@@ -44,7 +44,7 @@ def test_linked_user_signs_in_and_unlocks_through_the_provider(
     hers.goto(f"{clinic.url}/patients")
     hers.screenshot(path=artefacts / "sign-in-openid.png")
     hers.get_by_role("link", name="Sign in with Clinic ID").click()
-    expect(hers.get_by_role("alert")).to_contain_text("Nobody here is linked with this identity of Clinic ID")
+    expect(hers.get_by_role("alert")).to_contain_text("No account is linked with this identity of Clinic ID")
     expect(hers.get_by_role("alert")).to_contain_text(theirs.subject)
     hers.screenshot(path=artefacts / "openid-not-linked.png")
 

@@ -10,7 +10,7 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from kata.access import demonstration, second_factor, secrets, sign_in
+from kata.access import demonstration, second_factor, secrets, sign_in, texts
 from kata.access.actor import Role
 from kata.access.tables import AccountRow, AccountStationRow
 from kata.errors import ProblemError, not_found
@@ -41,7 +41,7 @@ def get(session: Session, account_id: UUID) -> AccountRow:
     """
     row = session.get(AccountRow, account_id, with_for_update=True)
     if row is None:
-        raise not_found("account")
+        raise not_found(texts.ACCOUNT_NOT_FOUND)
     return row
 
 
@@ -67,7 +67,7 @@ def create(
     """
     row = AccountRow(id=uuid4(), username=folded(username), name=name, role=role, created_at=now, updated_at=now)
     session.add(row)
-    taken = ProblemError(409, "username_taken", "Another account has this user name.", "Choose another one.")
+    taken = ProblemError(409, "username_taken", texts.USERNAME_TAKEN(), texts.CHOOSE_ANOTHER_USERNAME())
     if row.username in demonstration.USERNAMES:
         raise taken
     try:
@@ -91,9 +91,7 @@ def link(session: Session, row: AccountRow, subject: str | None, now: datetime) 
     """
     if subject == row.oidc_subject:
         return
-    taken = ProblemError(
-        409, "openid_taken", "Another account signs in by this identity.", "Unlink it there first, if it moves."
-    )
+    taken = ProblemError(409, "openid_taken", texts.OPENID_TAKEN(), texts.UNLINK_OPENID_FIRST())
     if row.username in demonstration.USERNAMES or (subject and linked(session, subject)):
         raise taken
     if row.oidc_subject:
@@ -157,8 +155,8 @@ def check_administrators_left(session: Session) -> None:
         raise ProblemError(
             409,
             "last_administrator",
-            "This is the last administrator.",
-            "Make somebody else an administrator first.",
+            texts.LAST_ADMINISTRATOR(),
+            texts.APPOINT_ADMINISTRATOR_FIRST(),
         )
 
 

@@ -28,7 +28,7 @@ from joserfc.jwk import KeySet
 from joserfc.jws import JWSRegistry
 from requests import RequestException
 
-from kata.access import secrets
+from kata.access import secrets, texts
 from kata.errors import ProblemError
 from kata.settings import Settings, is_safe
 
@@ -202,7 +202,7 @@ class Provider:
     def refused(self) -> ProblemError:
         """401: somebody was not let in by the provider's word."""
         return ProblemError(
-            401, "openid_refused", f"{self.name} did not confirm who you are.", "Begin again, or ask an administrator."
+            401, "openid_refused", texts.OPENID_REFUSED(provider=self.name), texts.BEGIN_AGAIN_OR_ASK_ADMINISTRATOR()
         )
 
     def down(self) -> ProblemError:
@@ -210,8 +210,8 @@ class Provider:
         return ProblemError(
             503,
             "provider_down",
-            f"{self.name} does not answer, or not as it should.",
-            "Try again in a moment. Whoever has a password here signs in with that; the apparatus works without, Stop included.",
+            texts.OPENID_UNAVAILABLE(provider=self.name),
+            texts.SIGN_IN_WITH_PASSWORD_MEANWHILE(),
         )
 
     @contextmanager

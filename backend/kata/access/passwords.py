@@ -13,7 +13,7 @@ from typing import Final
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from kata.access import secrets
+from kata.access import secrets, texts
 from kata.errors import ProblemError
 
 SHORTEST: Final = 10
@@ -53,15 +53,15 @@ class Passwords:
         """
         told = ""
         if len(password) < SHORTEST:
-            told = f"must have {SHORTEST} characters or more"
+            told = texts.PASSWORD_TOO_SHORT(characters=SHORTEST)
         elif self._is_common(password, about):
-            told = "is one of those that are tried first"
+            told = texts.PASSWORD_COMMON()
         if told:
             raise ProblemError(
                 422,
                 "weak_password",
-                f"This password {told}.",
-                "Choose another: three or four words that have nothing to do with each other are good and easy to type.",
+                texts.WEAK_PASSWORD(reason=told),
+                texts.CHOOSE_ANOTHER_PASSWORD(),
                 [("#/password", told)],
             )
 
@@ -117,9 +117,7 @@ class _Turn:
 
     def __enter__(self) -> None:
         if not self._waiting.acquire(blocking=False):
-            raise ProblemError(
-                429, "too_many_tries", "Too many people are signing in just now.", "Try again in a moment."
-            )
+            raise ProblemError(429, "too_many_tries", texts.SIGN_IN_CROWDED(), texts.TRY_AGAIN_IN_A_MOMENT())
         self._one.acquire()
 
     def __exit__(self, *_: object) -> None:

@@ -11,7 +11,7 @@ import segno
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
-from kata.access import secrets
+from kata.access import secrets, texts
 from kata.access.actor import Role
 from kata.access.factor_key import FactorKey
 from kata.access.tables import AccountRow, RecoveryCodeRow
@@ -39,9 +39,7 @@ def begin(key: FactorKey, account: AccountRow) -> str:
     :raises ProblemError: 409 where there is one already.
     """
     if account.totp_confirmed_at:
-        raise ProblemError(
-            409, "second_factor_there", "There is a second factor already.", "Take it away first, to set up another."
-        )
+        raise ProblemError(409, "second_factor_there", texts.SECOND_FACTOR_EXISTS(), texts.REMOVE_SECOND_FACTOR_FIRST())
     secret = pyotp.random_base32()
     account.totp_sealed = key.close(secret, account.id)
     return pyotp.TOTP(secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
@@ -58,14 +56,14 @@ def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, no
     :raises ProblemError: 422 when the code is wrong; 409 when none was begun.
     """
     if account.totp_sealed is None or account.totp_confirmed_at:
-        raise ProblemError(409, "nothing_begun", "No second factor is being set up.", "Begin anew.")
+        raise ProblemError(409, "nothing_begun", texts.SECOND_FACTOR_NOT_BEGUN(), texts.BEGIN_ANEW())
     if not _takes(key, account, code, now):
         raise ProblemError(
             422,
             "wrong_code",
-            "This is not the code of now.",
-            "Type the six digits that the app shows.",
-            [("#/code", "is not the code of now")],
+            texts.CODE_INCORRECT(),
+            texts.TYPE_SIX_DIGITS(),
+            [("#/code", texts.CODE_INCORRECT_FIELD())],
         )
     account.totp_confirmed_at = now
     session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
@@ -99,8 +97,8 @@ def accepted(
         raise ProblemError(
             403,
             "second_factor_unreadable",
-            "Codes of your app cannot be checked here: the key that they are kept with is missing.",
-            "Use a recovery code, or have an administrator reset your second factor.",
+            texts.SECOND_FACTOR_KEY_MISSING(),
+            texts.USE_RECOVERY_CODE(),
         )
     return None
 

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import ColumnElement, and_, or_, select, update
 from sqlalchemy.orm import Session
 
-from kata.access import secrets
+from kata.access import secrets, texts
 from kata.access.actor import Actor, Role
 from kata.access.tables import AccountRow, AccountStationRow, SignInRow
 from kata.errors import ProblemError
@@ -130,9 +130,7 @@ def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
     """
     row = session.get_one(SignInRow, sign_in_id)
     if row.method == "link":
-        raise ProblemError(
-            409, "no_password", "The demonstration has no password to unlock the screen with.", "Sign out instead."
-        )
+        raise ProblemError(409, "no_password", texts.DEMONSTRATION_CANNOT_UNLOCK(), texts.SIGN_OUT_INSTEAD())
     row.locked_at = row.locked_at or now
 
 

@@ -8,6 +8,7 @@ from math import ceil
 from threading import Lock
 from typing import Final
 
+from kata.access import texts
 from kata.errors import ProblemError
 
 _KEPT: Final = 10_000
@@ -98,7 +99,7 @@ def _too_many(left_s: int) -> ProblemError:
     return ProblemError(
         429,
         "too_many_tries",
-        "Too many tries.",
-        f"Try again in {left_s} seconds.",
+        texts.TOO_MANY_TRIES(),
+        texts.TRY_AGAIN_IN_SECONDS(seconds=left_s),
         headers={"Retry-After": str(left_s)},
     )

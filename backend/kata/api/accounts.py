@@ -9,6 +9,7 @@ from pydantic import Field, StrictBool, StringConstraints
 from kata.access import accounts, sign_in
 from kata.access.actor import Role
 from kata.access.tables import AccountRow
+from kata.api import texts
 from kata.api.login import Access, StationName, TheAccess, Username
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import NO_NUL, Moment, Name, Schema
@@ -167,9 +168,9 @@ def _linked(access: Access, subject: str) -> str | None:
         raise ProblemError(
             422,
             "no_openid",
-            "This clinic has no OpenID provider.",
-            "Set KATA_OPENID_ISSUER and KATA_OPENID_CLIENT_ID first.",
-            [("#/openid", "leads nowhere without a provider")],
+            texts.NO_OPENID(),
+            texts.SET_OPENID_FIRST(),
+            [("#/openid", texts.OPENID_USELESS_FIELD())],
         )
     return access.openid.linked(subject)
 

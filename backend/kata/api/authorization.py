@@ -22,6 +22,7 @@ from starlette.requests import HTTPConnection
 from kata.access import secrets, sign_in
 from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.access.permissions import OF_ROLE, RULES, Rule
+from kata.api import texts
 from kata.api.auth_cache import Remembered
 from kata.api.login import actor_at, address_of, cookie_of
 from kata.clinic.dependencies import PROBLEMS
@@ -167,7 +168,7 @@ async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
         return known
     if actor is None:
         remembered.forget(cookie)
-        raise ProblemError(401, "not_signed_in", "You are not signed in.", "Sign in first.")
+        raise ProblemError(401, "not_signed_in", texts.NOT_SIGNED_IN(), texts.SIGN_IN_FIRST())
     remembered.put(cookie, actor)
     return actor
 
@@ -200,26 +201,22 @@ def _did_something(database: Database, actor: Actor, now: datetime) -> None:
 
 def _check_sign_in(actor: Actor, rule: Rule) -> None:
     if actor.locked and not rule.locked:
-        raise ProblemError(423, "locked", "The screen is locked.", "Give your password. Stop works all the same.")
+        raise ProblemError(423, "locked", texts.SCREEN_LOCKED(), texts.GIVE_PASSWORD_STOP_WORKS())
     if actor.enrolling and not rule.enrolling:
-        raise ProblemError(
-            403, "second_factor_needed", "Your account needs a second factor first.", "Set it up; it takes a minute."
-        )
+        raise ProblemError(403, "second_factor_needed", texts.SECOND_FACTOR_MISSING(), texts.SET_UP_SECOND_FACTOR())
 
 
 def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, UUID]]) -> None:
     granted = OF_ROLE[actor.role]
     # Whoever may not see records may not ask for them by way of something else either.
     if rule.needs not in granted or (named and "read_records" not in granted):
-        raise ProblemError(
-            403, "not_allowed", "Your role does not allow this.", "Ask somebody whose role does, or an administrator."
-        )
+        raise ProblemError(403, "not_allowed", texts.ROLE_NOT_ALLOWED(), texts.ASK_PERMITTED_PERSON())
     if rule.here and actor.stations and station not in actor.stations:
         raise ProblemError(
             403,
             "other_station",
-            "You do not work at this station.",
-            "Use your own station, or ask an administrator to assign you to this one.",
+            texts.OTHER_STATION(),
+            texts.USE_OWN_STATION(),
         )
 
 
@@ -247,8 +244,8 @@ def _check_records(
             raise ProblemError(
                 403,
                 "restricted",
-                "This record is restricted to its care team.",
-                "In an emergency you can open it: give the reason. An administrator will read it.",
+                texts.RECORD_RESTRICTED(),
+                texts.OPEN_IN_EMERGENCY(),
             )
     if context.patient_id and not rule.restricted:
         offline_cache.note_opened(context.patient_id)

@@ -23,6 +23,7 @@ from sqlalchemy import func, select
 from kata.access.backups.book import Kind, Note, last_good, last_made, leave_note, newest, take_notes_in
 from kata.access.backups.key import whereabouts
 from kata.access.tables import BackupRow
+from kata.api import texts
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.types import Moment, Schema
 from kata.database.base import utc_now
@@ -114,8 +115,8 @@ class Backups:
             raise ProblemError(
                 409,
                 "backup_running",
-                "A backup is being made already.",
-                "Wait until it is done; it is in the list then.",
+                texts.BACKUP_RUNNING(),
+                texts.WAIT_FOR_BACKUP(),
             )
         self._tried_at = utc_now()
         self._running = asyncio.create_task(self._make(kind), name="backup")

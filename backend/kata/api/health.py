@@ -8,10 +8,12 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Depends, Request
 from sqlalchemy import text
 
+from kata.api import texts
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.clinic.types import Schema
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.station import texts as station_texts
 
 log = logging.getLogger(__name__)
 router = APIRouter(prefix="/health", tags=["health"])
@@ -78,9 +80,7 @@ async def get_health_ready(
 ) -> Ready:
     """Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same."""
     if not await probe.answers():
-        raise ProblemError(503, "database_away", "The database does not answer.", "What goes on goes on all the same.")
+        raise ProblemError(503, "database_away", texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if station.live().device != "running":
-        raise ProblemError(
-            503, "device_offline", "The apparatus' control program is not running.", "It is started again by itself."
-        )
+        raise ProblemError(503, "device_offline", station_texts.DEVICE_OFFLINE(), texts.RESTARTS_AUTOMATICALLY())
     return Ready(version=version("kata"), database="sqlite" if database.file else "postgresql")

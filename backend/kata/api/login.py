@@ -26,6 +26,7 @@ from kata.access.permissions import OF_ROLE, Permission
 from kata.access.sign_in import Limits, Method
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, Throttle
+from kata.api import texts
 from kata.api.auth_cache import Remembered
 from kata.clinic.types import LONGEST_NAME, NO_NUL, Schema
 from kata.database.availability import DatabaseAwayError
@@ -169,7 +170,7 @@ def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
 
 def not_signed_in() -> ProblemError:
     """401."""
-    return ProblemError(401, "not_signed_in", "Nobody is signed in at this browser.", "Sign in.")
+    return ProblemError(401, "not_signed_in", texts.NOBODY_SIGNED_IN(), texts.SIGN_IN())
 
 
 async def _signed_in() -> Actor:
@@ -239,7 +240,7 @@ def go_on(
     session.flush()
     fresh = sign_in.by_id(session, actor.sign_in_id, now, access.limits)
     if fresh is None:
-        raise ProblemError(401, "not_signed_in", "This sign-in has ended.", "Sign in.")
+        raise ProblemError(401, "not_signed_in", texts.LOGIN_SESSION_ENDED(), texts.SIGN_IN())
     return fresh
 
 
@@ -296,14 +297,14 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
         account = session.get_one(AccountRow, actor.account_id)
         if password is None and account.password_hash is None and access.openid:
             raise ProblemError(
-                403, "openid_needed", f"This takes {access.openid.name} once more.", "Sign in there, then try again."
+                403, "openid_needed", texts.OPENID_NEEDED(provider=access.openid.name), texts.SIGN_IN_THERE_FIRST()
             )
         if password is None:
-            raise ProblemError(403, "password_needed", "This takes the password once more.", "Give your password.")
+            raise ProblemError(403, "password_needed", texts.PASSWORD_NEEDED(), texts.GIVE_PASSWORD())
     key = f"sign-in {actor.sign_in_id}"
     access.throttle.begin((key, OF_A_NAME))
     if not access.passwords.fits(account.password_hash, password):
-        raise ProblemError(403, "wrong_password", "This is not your password.", "Try again.")
+        raise ProblemError(403, "wrong_password", texts.WRONG_PASSWORD(), texts.TRY_AGAIN())
     access.throttle.succeeded(key)
 
 

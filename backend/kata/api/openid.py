@@ -18,6 +18,7 @@ from kata.access.actor import REQUEST_CONTEXT
 from kata.access.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, Provider, login_state_of
 from kata.access.tables import AccountRow
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
+from kata.api import texts
 from kata.api.login import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.types import NO_NUL, Schema
@@ -103,9 +104,7 @@ async def sign_in_by_openid(
     access.throttle.begin((of_address, OF_AN_ADDRESS))
     begun = login_state_of(access.sealed.open(_kept(request), access.now()), given.state)
     if begun is None:
-        raise ProblemError(
-            401, "openid_not_begun", "This sign-in was not begun at this browser, or too long ago.", "Begin again."
-        )
+        raise ProblemError(401, "openid_not_begun", texts.OPENID_NOT_BEGUN(), texts.BEGIN_AGAIN())
     if not given.code or not provider.is_itself(given.iss):
         raise provider.refused()
     word = await _asked(provider, partial(provider.confirm, begun, given.code, access.now()))
@@ -123,7 +122,7 @@ def confirm_openid(
     _provider(access)
     proven = access.sealed.open(_kept(request), access.now())
     if not isinstance(proven, PendingMfa):
-        raise ProblemError(401, "openid_not_begun", "This took too long, or was begun elsewhere.", "Begin again.")
+        raise ProblemError(401, "openid_not_begun", texts.OPENID_TOOK_TOO_LONG(), texts.BEGIN_AGAIN())
     with database.read() as session:
         username = session.get_one(AccountRow, proven.account_id).username
     of_name, of_address = name_key(username), f"address {address_of(request)}"
@@ -133,7 +132,7 @@ def confirm_openid(
         account = accounts.get(session, proven.account_id)
         _check_open(account)
         if second_factor.accepted(session, access.factor_key, account, given.code, access.now()) is None:
-            raise ProblemError(401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one.")
+            raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
         told = let_in(request, response, session, access, account, "oidc_two")
     access.throttle.was_no_failure(of_address)
     access.revocations.notice()
@@ -155,8 +154,8 @@ def _come_in(
             raise ProblemError(
                 403,
                 "not_linked",
-                f"Nobody here is linked with this identity of {provider.name}.",
-                f"Tell an administrator, who can link it with your account: {word.subject}",
+                texts.OPENID_NOT_LINKED(provider=provider.name),
+                texts.HAVE_IDENTITY_LINKED(identity=word.subject),
             )
         whose(account.id)
         account = accounts.get(session, account.id)
@@ -177,12 +176,12 @@ def _come_in(
 
 def _check_open(account: AccountRow) -> None:
     if account.disabled_at is not None:
-        raise ProblemError(403, "account_disabled", "This account is disabled.", "Ask an administrator.")
+        raise ProblemError(403, "account_disabled", texts.ACCOUNT_DISABLED(), texts.ASK_ADMINISTRATOR())
 
 
 def _provider(access: Access) -> Provider:
     if access.openid is None:
-        raise ProblemError(404, "no_openid", "This clinic has no OpenID provider.", "Sign in with name and password.")
+        raise ProblemError(404, "no_openid", texts.NO_OPENID(), texts.SIGN_IN_WITH_NAME())
     return access.openid
 
 

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Body, Request, Response
 from pydantic import Field
 
 from kata.access import accounts, second_factor, sign_in
+from kata.access import texts as access_texts
 from kata.access.tables import AccountRow, SignInRow
 from kata.api.i18n import Language
 from kata.api.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
@@ -183,7 +184,7 @@ def end_own_sign_in(
     with database.write() as session:
         row = session.get(SignInRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:
-            raise not_found("sign-in")
+            raise not_found(access_texts.LOGIN_SESSION_NOT_FOUND)
         sign_in.end(session, sign_in_id, "signed_out", access.now())
     access.revocations.notice()
 

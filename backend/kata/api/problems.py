@@ -10,26 +10,35 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from kata.access.actor import REQUEST_CONTEXT
-from kata.api import authorization, i18n
+from kata.api import authorization, i18n, texts
 from kata.clinic.dependencies import Problem, ProblemField
 from kata.database.availability import DatabaseAwayError
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
+from kata.messages import NO_TEXT, Text, with_key
+from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
 
-DATABASE_AWAY: Final = Refusal(
+DATABASE_AWAY: Final = Refusal.of(
     code="database_away",
-    message="The database does not answer. What happens at the apparatus is kept on this computer; nothing of it is lost.",
-    next_step="Try again in a moment. What has begun goes on, and Stop works all the same.",
+    message=texts.DATABASE_AWAY(),
+    next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
 _AGAIN_IN_S: Final = 5
+_OF_STATUS: Final = {404: texts.PATH_NOT_FOUND(), 405: texts.METHOD_NOT_ALLOWED()}
+"""What Starlette itself answers."""
 
 
 def refused(refusal: Refusal) -> ProblemError:
     """A command that the apparatus did not accept: 409, or 503 when there is nobody to accept it."""
     status = 503 if refusal.code in ("device_offline", "no_answer") else 409
-    return ProblemError(status, refusal.code, refusal.message, refusal.next_step)
+    return ProblemError(
+        status,
+        refusal.code,
+        with_key(refusal.message, refusal.message_key),
+        with_key(refusal.next_step, refusal.next_step_key),
+    )
 
 
 def install(app: FastAPI) -> None:
@@ -42,6 +51,7 @@ def install(app: FastAPI) -> None:
                 pointer=where,
                 field=where.removeprefix("#/").replace("_", " ") if where.startswith("#/") else where,
                 detail=what,
+                detail_key=TextKey.of(what),
             )
             for where, what in error.places
         ]
@@ -53,36 +63,33 @@ def install(app: FastAPI) -> None:
             if refusal := await _not_allowed(request):
                 return problem(request, refusal)
             # What FastAPI says of a body that is no text; wrong is wrong, and documented as 422.
-            return document(422, "invalid", "What was sent is no JSON in UTF-8.")
+            return document(422, "invalid", texts.NOT_JSON())
         # Python 3.13 has given this status another name.
         code = "content_too_large" if error.status_code == 413 else HTTPStatus(error.status_code).name.lower()
-        return document(error.status_code, code, f"{error.detail}.", headers=error.headers)
+        if isinstance(error.detail, Text):
+            detail = error.detail
+        else:
+            detail = _OF_STATUS.get(error.status_code) or with_key(f"{error.detail}.", None)
+        return document(error.status_code, code, detail, headers=error.headers)
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> JSONResponse:
         if refusal := await _not_allowed(request):
             return problem(request, refusal)
-        language = i18n.preferred(request.headers.get("accept-language", ""))
-        fields = [_field(one, error.body, language) for one in error.errors()]
-        if language == "ja":
-            what = "、".join(f"{field.field}: {field.detail}" for field in fields)
-            sentence = f"入力内容を確認してください。{what}。"
-        else:
-            what = "; ".join(f"{field.field} {field.detail}" for field in fields)
-            sentence = f"Please check what was entered: {what}."
-        return document(422, "invalid", sentence, errors=fields, headers={"content-language": language})
+        wrong = [_wrong(one, error.body) for one in error.errors()]
+        problems = [texts.FIELD_PROBLEM(field=field, problem=problem) for _, field, problem in wrong]
+        fields = [_field(*one) for one in wrong]
+        return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
     @app.exception_handler(DatabaseAwayError)
     def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
-        told = (DATABASE_AWAY.message, DATABASE_AWAY.next_step)
+        told = (texts.DATABASE_AWAY(), texts.TRY_AGAIN_STOP_WORKS())
         return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:
         log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-        return document(
-            500, "unexpected", "Something went wrong in the service.", "Try again; if it stays, report it with the log."
-        )
+        return document(500, "unexpected", texts.INTERNAL_ERROR(), texts.REPORT_WITH_LOG())
 
 
 async def _not_allowed(request: Request) -> ProblemError | None:
@@ -96,8 +103,8 @@ async def _not_allowed(request: Request) -> ProblemError | None:
 def document(
     status: int,
     code: str,
-    detail: str,
-    next_step: str = "",
+    detail: Text,
+    next_step: Text = NO_TEXT,
     errors: list[ProblemField] | None = None,
     headers: Any = None,
 ) -> JSONResponse:
@@ -111,21 +118,26 @@ def document(
         detail=detail,
         code=code,
         next_step=next_step,
+        detail_key=TextKey.of(detail),
+        next_step_key=TextKey.of(next_step),
         errors=errors or [],
     )
     return JSONResponse(problem.model_dump(), status, headers, media_type="application/problem+json")
 
 
-def _field(error: Any, body: Any, language: i18n.Language) -> ProblemField:
+def _wrong(error: Any, body: Any) -> tuple[str, Text, Text]:
+    """Return the pointer to a field, its name, and what is wrong with it."""
     where, *rest = error["loc"]
     # Where JSON cannot be read, its place is a character's, and no field's.
     path = _path(rest, body) if where == "body" and error["type"] != "json_invalid" else rest if where != "body" else []
-    told = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}), language)
+    problem = i18n.sentence(error["type"], str(error["msg"]), error.get("ctx", {}))
     pointer = "/".join(str(part) for part in path)
+    return f"#/{pointer}" if where == "body" else f"{where}/{pointer}", i18n.name(path), problem
+
+
+def _field(pointer: str, field: Text, detail: Text) -> ProblemField:
     return ProblemField(
-        pointer=f"#/{pointer}" if where == "body" else f"{where}/{pointer}",
-        field=i18n.name(path, language),
-        detail=told,
+        pointer=pointer, field=field, field_key=TextKey.of(field), detail=detail, detail_key=TextKey.of(detail)
     )
 
 

@@ -13,7 +13,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from kata.api import problems
+from kata.api import problems, texts
+from kata.messages import NO_TEXT, Text
 from kata.settings import Settings
 
 LARGEST_BODY: Final = 1 << 20
@@ -84,7 +85,7 @@ class Hardening:
         else:
             await self._app(scope, _measured(receive, _limit(Headers(scope=scope))), _headed(send, scope))
 
-    def refusal(self, scope: Scope) -> tuple[int, str, str, str] | None:
+    def refusal(self, scope: Scope) -> tuple[int, str, Text, Text] | None:
         """Status, code, sentence and next step of what is wrong with a request's headers; None where nothing is."""
         headers = Headers(scope=scope)
         host = _only(headers, "host")
@@ -93,14 +94,14 @@ class Hardening:
             return (
                 400,
                 "unknown_host",
-                "This service is not known by the name that the request addresses.",
-                "Use the address that Kata prints when it starts, or name this one in KATA_ALLOWED_HOSTS.",
+                texts.UNKNOWN_HOST(),
+                texts.USE_PRINTED_ADDRESS(),
             )
         if _is_foreign(scope, headers, f"{'https' if _encrypted(scope) else 'http'}://{host}".lower()):
-            return 403, "foreign_origin", "The request came from another site's page.", "Open Kata's own page."
+            return 403, "foreign_origin", texts.FOREIGN_ORIGIN(), texts.OPEN_OWN_PAGE()
         length = headers.get("content-length", "0")
         if scope["type"] == "http" and (not length.isdecimal() or int(length) > _limit(headers)):
-            return 413, "content_too_large", f"More was sent than the {_limit(headers)} bytes that are taken.", ""
+            return 413, "content_too_large", texts.TOO_MUCH_SENT(limit=_limit(headers)), NO_TEXT
         return None
 
     def _is_own(self, name: str, scope: Scope) -> bool:
@@ -145,7 +146,7 @@ def _measured(receive: Receive, limit: int) -> Receive:
         message = await receive()
         taken += len(message.get("body", b""))
         if taken > limit:
-            raise HTTPException(413, f"More was sent than the {limit} bytes that are taken")
+            raise HTTPException(413, texts.TOO_MUCH_SENT(limit=limit))
         return message
 
     return counting

@@ -6,6 +6,7 @@ from pydantic import Field
 from kata.access import accounts, audit, demonstration, second_factor, set_up, sign_in
 from kata.access.sign_in import Method
 from kata.access.throttle import OF_A_NAME, OF_AN_ADDRESS
+from kata.api import texts
 from kata.api.login import (
     Access,
     Me,
@@ -79,15 +80,13 @@ def sign_in_by_password(
     fits = access.passwords.fits(account.password_hash if account else None, given.password)
     if account is None or account.disabled_at is not None or not fits:
         # One sentence for everything, so that nobody learns which user names there are.
-        raise ProblemError(
-            401, "wrong_password", "User name or password is wrong.", "Try again, or ask an administrator for a code."
-        )
+        raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
     outdated = account.password_hash and access.passwords.is_outdated(account.password_hash)
     rehashed = access.passwords.hash(given.password) if outdated else None
     with database.write() as session:
         account = accounts.get(session, account.id)
         if account.disabled_at is not None:
-            raise ProblemError(401, "wrong_password", "User name or password is wrong.", "Ask an administrator.")
+            raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.ASK_ADMINISTRATOR())
         method: Method = "password"
         if account.totp_confirmed_at is not None:
             if given.code is None:
@@ -96,14 +95,12 @@ def sign_in_by_password(
                 raise ProblemError(
                     403,
                     "second_factor_needed",
-                    "The second factor is needed, too.",
-                    "Type the code that your app shows.",
+                    texts.SECOND_FACTOR_NEEDED(),
+                    texts.TYPE_APP_CODE(),
                 )
             accepted = second_factor.accepted(session, access.factor_key, account, given.code, access.now())
             if accepted is None:
-                raise ProblemError(
-                    401, "wrong_code", "This code is wrong, or was used before.", "Wait for the next one."
-                )
+                raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
             method = accepted
         account.password_hash = rehashed or account.password_hash
         told = let_in(request, response, session, access, account, method)
@@ -120,9 +117,7 @@ def sign_in_by_link(
     """Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed."""
     role = access.links.take(given.secret) if access.links.allowed else None
     if role is None:
-        raise ProblemError(
-            401, "link_used", "This link is used up, or none of this clinic's.", "Start Kata anew for new ones."
-        )
+        raise ProblemError(401, "link_used", texts.LINK_USED(), texts.RESTART_FOR_NEW_LINKS())
     with database.write() as session:
         told = let_in(request, response, session, access, demonstration.account_of(session, role), "link")
     access.revocations.notice()
@@ -137,8 +132,8 @@ def set_up_clinic(request: Request, response: Response, database: TheDatabase, a
     unfit = ProblemError(
         401,
         "link_used",
-        "This link is used up, too old, or none of this clinic's.",
-        "Have a new one printed on the clinic's computer: kata accounts link",
+        texts.LINK_USED_OR_OLD(),
+        texts.PRINT_NEW_LINK(),
     )
     if not set_up.fits(access.folder, given.secret, access.now()):
         raise unfit
@@ -172,8 +167,8 @@ def set_password_by_code(request: Request, database: TheDatabase, access: TheAcc
     unfit = ProblemError(
         401,
         "wrong_code",
-        "This code does not belong to this user name, or is used up or too old.",
-        "Ask for a new one.",
+        texts.ONE_TIME_CODE_UNFIT(),
+        texts.ASK_FOR_NEW_CODE(),
     )
     with database.read() as session:
         account = accounts.named(session, given.username)

@@ -8,9 +8,12 @@ from uuid import uuid4
 from fastapi import APIRouter, Body, Depends, Query, Request
 from pydantic import Field, StrictBool
 
+from kata.api import texts
+from kata.clinic import texts as clinic_texts
 from kata.clinic.dependencies import PROBLEMS
 from kata.clinic.types import Name, Schema
 from kata.errors import ProblemError
+from kata.messages import text_of
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.builtin import built_in_motions
 from kata.motion.linkage import OutOfReachError, motor_angles_deg
@@ -18,6 +21,7 @@ from kata.motion.taught import Taught, TaughtError, parse_csv, read_csv
 from kata.simulator.apparatus import State
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import OptionalKey, TextKey
 
 Source = Literal["built-in", "recorded", "uploaded"]
 
@@ -27,6 +31,7 @@ class Motion(Schema):
 
     id: str
     name: str
+    name_key: OptionalKey = None
     source: Source
     duration_s: float = Field(gt=0, description="Seconds.")
 
@@ -108,18 +113,22 @@ class Simulation:
         :raises ProblemError: 404.
         """
         if key not in self._motions:
-            raise ProblemError(404, "not_found", "There is no such motion.", "Choose one from the list.")
+            raise ProblemError(404, "not_found", texts.MOTION_NOT_FOUND(), texts.CHOOSE_FROM_LIST())
         return self._motions[key][1]
 
     def _motion(self, key: str) -> Motion:
         source, taught = self._motions[key]
-        return Motion(id=key, name=taught.name, source=source, duration_s=taught.duration_s)
+        return Motion(
+            id=key,
+            name=taught.name,
+            name_key=TextKey.of(taught.name),
+            source=source,
+            duration_s=taught.duration_s,
+        )
 
 
 def _refused(error: HandRefusedError) -> ProblemError:
-    message = str(error)
-    sentence = f"{message[0].upper()}{message[1:]}."
-    return ProblemError(409, "hand_refused", sentence, "Wait, or let go of the arm first.")
+    return ProblemError(409, "hand_refused", texts.SENTENCE(clause=text_of(error)), texts.HAND_WAIT())
 
 
 def _any_simulation(request: Request) -> Simulation | None:
@@ -130,7 +139,7 @@ def _any_simulation(request: Request) -> Simulation | None:
 def _simulation(request: Request) -> Simulation:
     simulation = _any_simulation(request)
     if simulation is None:
-        raise ProblemError(404, "not_simulating", "This station has a real apparatus.", "Use its own pedal and switch.")
+        raise ProblemError(404, "not_simulating", texts.NOT_SIMULATING(), texts.USE_REAL_INPUTS())
     return simulation
 
 
@@ -191,9 +200,8 @@ def upload_motion(
         motion = parse_csv(csv, name)
         motor_angles_deg(motion.poses_deg)
     except (TaughtError, OutOfReachError) as error:
-        raise ProblemError(
-            422, "not_a_motion", f"{name} cannot be used: {error}.", "Mend the file and try again."
-        ) from error
+        unusable = texts.MOTION_FILE_UNUSABLE(file=name, reason=text_of(error))
+        raise ProblemError(422, "not_a_motion", unusable, clinic_texts.MEND_FILE()) from error
     return simulation.add(motion)
 
 

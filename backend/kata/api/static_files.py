@@ -9,6 +9,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.exceptions import HTTPException
 
+from kata.api import texts
 from kata.api.security_middleware import page_policy
 
 _IN_PACKAGE: Final = Path(__file__).parent / "page"
@@ -28,7 +29,7 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
     def page(path: str, request: Request) -> Response:
         """A file of the page, or the page itself."""
         if path == "api" or path.startswith("api/"):
-            raise HTTPException(404, "There is no such address")
+            raise HTTPException(404, texts.ADDRESS_NOT_FOUND())
         file = (folder / path).resolve()
         # What lies compressed beside a file is another form of it, and has no address of its own.
         named = path not in ("", "index.html") and file.suffix != _COMPRESSED
@@ -37,7 +38,7 @@ def install(app: FastAPI, folder: Path = _FOLDER) -> None:
             cache = _FOR_EVER if path.startswith("assets/") else "no-cache"
             return _file(file, cache, _takes_gzip(",".join(request.headers.getlist("accept-encoding"))))
         if "." in path.rpartition("/")[2]:
-            raise HTTPException(404, "There is no such file")
+            raise HTTPException(404, texts.FILE_NOT_FOUND())
         if not (folder / "index.html").is_file():
             return PlainTextResponse("The page has not been built yet: `make run` builds it.", 503)
         return _shell((folder / "index.html").read_text())

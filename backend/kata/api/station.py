@@ -12,10 +12,12 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import AwareDatetime, Field, StrictBool, StrictInt
 from sqlalchemy.orm import Session
 
+from kata.api import texts
 from kata.api.operating import Operator, TheLiveView, Watching, taken_over
 from kata.api.problems import refused
 from kata.api.redaction import View
 from kata.api.simulator import AnySimulation
+from kata.clinic import texts as clinic_texts
 from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
@@ -38,6 +40,7 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import messages
 from kata.errors import ProblemError
+from kata.messages import Text
 from kata.motion.edit import Motion
 from kata.motion.learning import Correction
 from kata.motion.method import Method
@@ -48,11 +51,11 @@ from kata.station.station import NO_ANSWER, Occupation, Station
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 
-_METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[str, ...]]] = {
+_METHOD_WORDS: Final[dict[tuple[Method, bool], tuple[Text, ...]]] = {
     ("smooth", False): (),
-    ("paper", False): ("as in the paper, at 10 Hz",),
-    ("learned", False): ("learned, with nothing to go by yet",),
-    ("learned", True): ("learned from earlier playbacks",),
+    ("paper", False): (texts.PLAYED_PAPER(),),
+    ("learned", False): (texts.PLAYED_LEARNED_NOTHING(),),
+    ("learned", True): (texts.PLAYED_LEARNED(),),
 }
 """Told with what was done to the recording; whether there is a correction makes a difference for one method."""
 _COMMAND: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(409, 503)
@@ -372,7 +375,12 @@ def _begin_teaching(
     with _written(database, event_spool, "teaching") as (session, began):
         patient = patients.get(session, wanted.patient_id)
         if patient.archived_at:
-            raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+            raise ProblemError(
+                409,
+                "archived",
+                clinic_texts.PATIENT_ARCHIVED(patient=patient.name),
+                clinic_texts.RESTORE_PATIENT_FIRST(),
+            )
         side = checks.teaching_side(patient, wanted.side)
         asked = checks.Teach(patient.id, side, wanted.fixtures)
         checks.require_teaching(session, asked, wanted.looked_at, wanted.taught_by, there)
@@ -432,8 +440,8 @@ def _begin_run(database: Database, event_spool: EventSpool, wanted: LoadRequest,
             raise ProblemError(
                 409,
                 "edited_meanwhile",
-                "The doctor's limits were changed while this recording was held against them.",
-                "Load it again.",
+                texts.LIMITS_CHANGED_MEANWHILE(),
+                texts.LOAD_AGAIN(),
             )
         # Last: nobody is to put a patient in order for what may not be played anyway.
         checks.require(session, wanted.session_id, wanted.recording_id, there)

@@ -6,9 +6,11 @@ from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
 
 from kata.access.actor import CURRENT_ACTOR, Actor
+from kata.clinic import texts
 from kata.clinic.figures import FigureWorker, Window
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.station.schemas import OptionalKey
 from kata.station.station import Station
 
 _LONGEST_S: Final = 86_400.0
@@ -21,10 +23,10 @@ class ProblemField(BaseModel):
     pointer: str = Field(
         description="JSON pointer into the request's body, or query/path parameter.", examples=["#/name"]
     )
-    field: str = Field(description="What the field is called, in the user's language.", examples=["birth date"])
-    detail: str = Field(
-        description="What is wrong with it, in the user's language.", examples=["must be between 1900 and today"]
-    )
+    field: str = Field(description="What the field is called.", examples=["birth date"])
+    detail: str = Field(description="What is wrong with it.", examples=["must be between 1900 and today"])
+    field_key: OptionalKey = None
+    detail_key: OptionalKey = None
 
 
 class Problem(BaseModel):
@@ -34,8 +36,10 @@ class Problem(BaseModel):
     title: str = Field(description="The HTTP status in words.", examples=["Conflict"])
     status: int = Field(ge=400, le=599, examples=[409])
     detail: str = Field(description="What is wrong, in a sentence for the user.", examples=["No recording is loaded."])
-    code: str = Field(description="Stable name of the cause.", examples=["is_idle"])
+    code: str = Field(description="Stable name of the kind of problem, for programs.", examples=["is_idle"])
     next_step: str = Field("", description="What the user can do.", examples=["Load a recording first."])
+    detail_key: OptionalKey = None
+    next_step_key: OptionalKey = None
     errors: list[ProblemField] = Field(
         default_factory=list, description="Which fields, where the request itself is wrong."
     )
@@ -93,7 +97,7 @@ def _window(
         return None
     window = (start_s or 0.0, _LONGEST_S if end_s is None else end_s)
     if window[0] >= window[1]:
-        raise ProblemError(422, "empty_window", "The window ends before it begins.", "Give an end_s after start_s.")
+        raise ProblemError(422, "empty_window", texts.WINDOW_ENDS_BEFORE_START(), texts.GIVE_END_AFTER_START())
     return window
 
 

@@ -18,7 +18,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
+from kata.clinic.placed_texts import with_texts
 from kata.database.arrays import Floats, UnreadableError, decode
 from kata.database.series import Series, unpack, unpack_within
 from kata.device.journal import PHASE_PLAYING
@@ -87,8 +88,8 @@ class FigureWorker:
             raise ProblemError(
                 410,
                 "unreadable_samples",
-                "The samples are damaged and cannot be read.",
-                "Restore them from a backup.",
+                texts.RUN_SAMPLES_DAMAGED(),
+                texts.RESTORE_FROM_BACKUP(),
             ) from error
         except BrokenProcessPool:
             if self._closed:
@@ -131,7 +132,7 @@ def recording(parts: RecordingParts) -> str:
     lines = _recording_lines(parts)
     angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
     traces = [
-        _line(lines["taught_s"][:, axis], angles[axis], f"Motor {motor}", _TAUGHT, row=motor, width=1.5)
+        _line(lines["taught_s"][:, axis], angles[axis], texts.FIGURE_MOTOR(motor=motor), _TAUGHT, row=motor, width=1.5)
         for axis, motor in enumerate(AXES)
     ]
     return _stacked(traces, angles, parts.window, legend=False)
@@ -144,8 +145,8 @@ def derived(before_series: Series, after_series: Series) -> str:
     for axis, motor in enumerate(AXES):
         old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
         traces += [
-            _line(before["taught_s"][:, axis], old, "Before", _TAUGHT, width=1.2, row=motor),
-            _line(after["taught_s"][:, axis], new, "After", _PLAYED, dash="dash", row=motor),
+            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _TAUGHT, width=1.2, row=motor),
+            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _PLAYED, dash="dash", row=motor),
         ]
         for trace in traces[-2:]:
             trace["showlegend"] = axis == 0
@@ -162,18 +163,18 @@ def run(parts: RunParts) -> str:
     figures = []
     for axis, motor in enumerate(AXES):
         of_motor = {name: values[:, axis] for name, values in lines.items()}
-        error = _line(of_motor["played_s"], of_motor["error_deg"], "Error", _ERROR, width=1.2)
+        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _ERROR, width=1.2)
         traces = [
-            _line(of_motor["taught_s"], of_motor["taught_deg"], "Teaching", _TAUGHT),
-            _line(of_motor["played_s"], of_motor["played_deg"], "Playback", _PLAYED, dash="dash"),
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _TAUGHT),
+            _line(of_motor["played_s"], of_motor["played_deg"], texts.FIGURE_PLAYBACK(), _PLAYED, dash="dash"),
             error | {"yaxis": "y2"},
         ]
         layout = _layout() | {
             "height": 340,
-            "xaxis": {"title": {"text": "Time, s"}} | _range(parts.window),
-            "yaxis": {"title": {"text": "Angle, deg"}, "range": _around(of_motor["taught_deg"])},
+            "xaxis": {"title": {"text": texts.FIGURE_TIME()}} | _range(parts.window),
+            "yaxis": {"title": {"text": texts.FIGURE_ANGLE()}, "range": _around(of_motor["taught_deg"])},
             "yaxis2": {
-                "title": {"text": "Error, deg"},
+                "title": {"text": texts.FIGURE_ERROR_DEG()},
                 "overlaying": "y",
                 "side": "right",
                 "showgrid": False,
@@ -182,7 +183,7 @@ def run(parts: RunParts) -> str:
                 "range": _symmetric(of_motor["error_deg"]),
             },
         }
-        figures.append({"motor": motor, "figure": {"data": traces, "layout": layout}})
+        figures.append({"motor": motor, "figure": with_texts({"data": traces, "layout": layout})})
     return json.dumps({"motors": figures})
 
 
@@ -190,10 +191,13 @@ def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | No
     """A row a motor, over one clock."""
     layout = copy.deepcopy(_rows()) | _layout() | {"height": 900, "showlegend": legend}
     for motor, angle_deg in zip(AXES, angles_deg, strict=True):
-        layout[_axis("yaxis", motor)] |= {"title": {"text": f"Motor {motor}, deg"}, "range": _around(angle_deg)}
+        layout[_axis("yaxis", motor)] |= {
+            "title": {"text": texts.FIGURE_MOTOR_DEG(motor=motor)},
+            "range": _around(angle_deg),
+        }
         layout[_axis("xaxis", motor)] |= _range(window)
-    layout[_axis("xaxis", AXES[-1])]["title"] = {"text": "Time, s"}
-    return json.dumps({"data": traces, "layout": layout})
+    layout[_axis("xaxis", AXES[-1])]["title"] = {"text": texts.FIGURE_TIME()}
+    return json.dumps(with_texts({"data": traces, "layout": layout}))
 
 
 @cache
@@ -281,7 +285,7 @@ def _line(
         "name": name,
         "xaxis": _axis("x", row),
         "yaxis": _axis("y", row),
-        "hovertemplate": "%{y:.2f} deg",
+        "hovertemplate": texts.FIGURE_ANGLE_HOVER(),
         "line": {"color": colour, "width": width, "dash": dash},
     }
 

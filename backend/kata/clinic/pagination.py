@@ -12,6 +12,7 @@ from pydantic import Field, TypeAdapter
 from sqlalchemy import Select, literal, tuple_
 from sqlalchemy.orm import InstrumentedAttribute
 
+from kata.clinic import texts
 from kata.errors import ProblemError
 
 Row = TypeVar("Row")
@@ -69,6 +70,4 @@ class Keyset(Generic[Keys]):
         return keys
 
 
-_DAMAGED = ProblemError(
-    422, "damaged_cursor", "Where this page of the list begins cannot be read.", "Begin the list anew."
-)
+_DAMAGED = ProblemError(422, "damaged_cursor", texts.LIST_POSITION_UNREADABLE(), texts.BEGIN_LIST_ANEW())

@@ -11,6 +11,7 @@ from typing import Any, Final, Literal
 import msgspec
 import numpy as np
 
+from kata.device import texts
 from kata.device.config_rules import MOTOR_RANGES_DEG, problems
 from kata.device.config_rules import NO_REGISTER as NO_REGISTER
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, N_AXES, Side
@@ -247,7 +248,9 @@ class StationConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         """
         if reference.duration_s < SHORTEST_REFERENCE_S:
             raise TrajectoryError(
-                f"it lasts {reference.duration_s * 1000:.0f} ms; {SHORTEST_REFERENCE_S * 1000:.0f} ms is the shortest"
+                texts.REFERENCE_TOO_SHORT(
+                    duration_ms=reference.duration_s * 1000, shortest_ms=SHORTEST_REFERENCE_S * 1000
+                )
             )
         # The paper's way leads nothing ahead.
         share = 1.0 if method == "paper" else REFERENCE_SHARE

@@ -38,7 +38,7 @@ starts a motion; a new start loads the recording again and goes through the slow
 def faults() -> str:
     """The fault table."""
     rows = "\n".join(
-        f"| `{fault.code}` | {fault.category}: {_CATEGORIES[fault.category]} | {_shown(fault.message)} | {fault.next_step} |"
+        f"| `{fault.code}` | {fault.category}: {_CATEGORIES[fault.category]} | {_shown(fault.message.english)} | {fault.next_step.english} |"
         for fault in FAULTS
     )
     return f"""# Faults
@@ -54,7 +54,7 @@ known at the beginning of one cycle; what it leads to for each kind of fault of 
 
 
 def _shown(message: str) -> str:
-    return message.replace("{motor}", "*n*")
+    return message.replace("{motor:d}", "*n*")
 
 
 PAGES: Final = {"state-machine.md": state_machine, "faults.md": faults, "configuration.md": configuration}

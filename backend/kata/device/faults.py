@@ -9,9 +9,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from kata.device import texts
 from kata.device.config import Axis, StationConfig
 from kata.device.config_rules import OVERSPEED
 from kata.device.cycle_state import CycleState, Limits
+from kata.messages import Template
 
 OVERRUN_LIMIT_MS: Final = 250.0
 """Setpoints this late: the arm has stood still, and the present setpoint is no longer near it in time."""
@@ -36,12 +38,12 @@ Condition = Callable[[CycleState, StationConfig], Iterable[int | None]]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row of the table. ``{motor}`` in a sentence is replaced by the motor's number."""
+    """One row of the table. The code of ``message`` is the fault's; its parameter, if it has one, is the motor's number."""
 
     code: str
     category: Literal[0, 1, 2]
-    message: str
-    next_step: str
+    message: Template
+    next_step: Template
     holds: Condition
 
 
@@ -170,192 +172,192 @@ def _never(facts: CycleState, config: StationConfig) -> Iterable[None]:
     return ()
 
 
-_CHECK_AND_ACKNOWLEDGE: Final = "Look after the patient and the arm, then acknowledge."
+_CHECK_AND_ACKNOWLEDGE: Final = texts.CHECK_PATIENT_AND_ARM
 
-_REPORT: Final = "Acknowledge, and report this: it should not be possible."
+_REPORT: Final = texts.REPORT_IMPOSSIBLE
 
 FAULTS: Final = (
     Fault(
         "estop_pressed",
         0,
-        "The emergency stop was pressed.",
-        "Look after the patient, release the switch, then acknowledge.",
+        texts.ESTOP_PRESSED,
+        texts.RELEASE_SWITCH,
         _estop_pressed,
     ),
     Fault(
         "estop_unknown",
         0,
-        "The emergency stop's state is unknown.",
-        "Check the switch's cable and its drive's power, then acknowledge.",
+        texts.ESTOP_UNKNOWN,
+        texts.CHECK_SWITCH_CABLE,
         _estop_unknown,
     ),
     Fault(
         "contacts_disagree",
         0,
-        "The two contacts of the emergency stop contradict each other.",
-        "Support the arm. Have the switch and its wires checked, test the emergency stop, then acknowledge.",
+        texts.CONTACTS_DISAGREE,
+        texts.HAVE_SWITCH_CHECKED,
         _contacts_disagree,
     ),
     Fault(
         "bus_lost",
         0,
-        "The connection to the motors is lost.",
-        "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection comes back by itself.",
+        texts.BUS_LOST,
+        texts.CHECK_ADAPTER_AND_POWER,
         _bus_lost,
     ),
     Fault(
         "torque_found",
         2,
-        "Motor {motor} has held the arm since before the connection came back.",
-        "Support the arm, then release the torque.",
+        texts.TORQUE_FOUND,
+        texts.SUPPORT_AND_RELEASE_TORQUE,
         _torque_found,
     ),
     Fault(
         "drive_reset",
         0,
-        "Motor {motor} has lost its settings.",
-        "Support the arm. Wait until the motor is set up again, test the emergency stop, then acknowledge.",
+        texts.DRIVE_RESET,
+        texts.WAIT_FOR_SET_UP,
         _drive_reset,
     ),
     Fault(
         "drive_silent",
         0,
-        "Motor {motor} does not answer.",
-        "Support the arm: this motor may still hold it. Check its cable and power supply, then acknowledge.",
+        texts.DRIVE_SILENT,
+        texts.CHECK_MOTOR_CABLE,
         _drive_silent,
     ),
     Fault(
         "drive_garbled",
         0,
-        "Motor {motor}'s answers come damaged.",
-        "Check the bus cable's shield and terminators, and that no two motors share an address; then acknowledge.",
+        texts.DRIVE_GARBLED,
+        texts.CHECK_BUS_CABLE,
         _drive_garbled,
     ),
     Fault(
         "drive_error",
         0,
-        "Motor {motor} reports a hardware error.",
-        "Support the arm. Let the motor cool down, switch its power supply off and on, then acknowledge.",
+        texts.DRIVE_ERROR,
+        texts.LET_MOTOR_COOL,
         _drive_error,
     ),
     Fault(
         "drive_watchdog",
         0,
-        "Motor {motor} stopped by itself because the bus fell silent.",
+        texts.DRIVE_WATCHDOG,
         _CHECK_AND_ACKNOWLEDGE,
         _drive_watchdog,
     ),
     Fault(
         "torque_lost",
         0,
-        "Motor {motor} has switched its torque off by itself.",
-        "Support the arm. Check the motor's power supply, then acknowledge.",
+        texts.TORQUE_LOST,
+        texts.CHECK_MOTOR_POWER,
         _torque_lost,
     ),
     Fault(
         "torque_remains",
         0,
-        "Motor {motor} still has torque although it was switched off.",
-        "Support the arm, then switch the power supplies off.",
+        texts.TORQUE_REMAINS,
+        texts.SUPPORT_AND_SWITCH_OFF,
         _torque_remains,
     ),
     Fault(
         "position_jump",
         0,
-        "Motor {motor} reported a position that it cannot have reached.",
-        "Have its encoder looked at, then acknowledge.",
+        texts.POSITION_JUMP,
+        texts.HAVE_ENCODER_CHECKED,
         _position_jump,
     ),
     Fault(
         "position_frozen",
         0,
-        "Motor {motor} does not move, or its encoder has stopped.",
-        "Look whether the arm is held fast; if it is not, have the encoder looked at. Then acknowledge.",
+        texts.POSITION_FROZEN,
+        texts.LOOK_WHETHER_ARM_IS_HELD,
         _position_frozen,
     ),
     Fault(
         "overtorque",
         0,
-        "Motor {motor} gave more than its rated torque.",
-        "Look after the patient, have the motor's limits looked at, then acknowledge.",
+        texts.OVERTORQUE,
+        texts.HAVE_LIMITS_CHECKED,
         _overtorque,
     ),
-    Fault("overacceleration", 0, "Motor {motor} moved too abruptly.", _CHECK_AND_ACKNOWLEDGE, _overacceleration),
-    Fault("position_limit", 1, "Motor {motor} left its range.", _CHECK_AND_ACKNOWLEDGE, _position_limit),
-    Fault("overspeed", 0, "Motor {motor} was too fast.", _CHECK_AND_ACKNOWLEDGE, _overspeed),
+    Fault("overacceleration", 0, texts.OVERACCELERATION, _CHECK_AND_ACKNOWLEDGE, _overacceleration),
+    Fault("position_limit", 1, texts.POSITION_LIMIT, _CHECK_AND_ACKNOWLEDGE, _position_limit),
+    Fault("overspeed", 0, texts.OVERSPEED, _CHECK_AND_ACKNOWLEDGE, _overspeed),
     Fault(
         "following_error",
         1,
-        "Motor {motor} could not follow its setpoint: something holds the arm.",
+        texts.FOLLOWING_ERROR,
         _CHECK_AND_ACKNOWLEDGE,
         _following_error,
     ),
     Fault(
         "setpoint_step",
         0,
-        "Motor {motor} was about to be sent a jump.",
+        texts.SETPOINT_STEP,
         _REPORT,
         _never,
     ),
-    Fault("setpoint_limit", 0, "Motor {motor} was about to be sent beyond its limit.", _REPORT, _never),
-    Fault("setpoint_acceleration", 0, "Motor {motor} was about to be sent a jerk.", _REPORT, _never),
-    Fault("setpoint_frozen", 1, "The control program has stopped planning the movement.", _REPORT, _setpoint_frozen),
-    Fault("overrun", 1, "The control computer was too slow.", _CHECK_AND_ACKNOWLEDGE, _overrun),
+    Fault("setpoint_limit", 0, texts.SETPOINT_LIMIT, _REPORT, _never),
+    Fault("setpoint_acceleration", 0, texts.SETPOINT_ACCELERATION, _REPORT, _never),
+    Fault("setpoint_frozen", 1, texts.SETPOINT_FROZEN, _REPORT, _setpoint_frozen),
+    Fault("overrun", 1, texts.OVERRUN, _CHECK_AND_ACKNOWLEDGE, _overrun),
     Fault(
         "service_silent",
         1,
-        "The control computer lost its connection to the clinic service.",
+        texts.SERVICE_SILENT,
         _CHECK_AND_ACKNOWLEDGE,
         _service_silent,
     ),
     Fault(
         "other_run",
         1,
-        "The clinic service and the control computer do not mean the same run.",
-        "Acknowledge, and load the recording again.",
+        texts.OTHER_RUN,
+        texts.ACKNOWLEDGE_AND_LOAD_AGAIN,
         _other_run,
     ),
     Fault(
         "journal_fault",
         1,
-        "What is measured can no longer be written to the disk.",
-        "Make room on the disk, then acknowledge.",
+        texts.JOURNAL_FAULT,
+        texts.MAKE_ROOM_ON_DISK,
         _journal_fault,
     ),
     Fault(
         "load_repeated",
         2,
-        "Motor {motor} met resistance twice in the same place.",
-        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        texts.LOAD_REPEATED,
+        texts.SUPPORT_THEN_ACKNOWLEDGE,
         _never,
     ),
     Fault(
         "load_on_the_way",
         2,
-        "Motor {motor} met resistance on the way to the start or back.",
-        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        texts.LOAD_ON_THE_WAY,
+        texts.SUPPORT_THEN_ACKNOWLEDGE,
         _never,
     ),
     Fault(
         "load_while_held",
         2,
-        "Motor {motor} met resistance while the arm was held.",
-        "The arm is held: support it, then acknowledge, and its torque goes off.",
+        texts.LOAD_WHILE_HELD,
+        texts.SUPPORT_THEN_ACKNOWLEDGE,
         _never,
     ),
-    Fault("operator_stop", 1, "Stopped by the operator.", "Acknowledge when it is safe to go on.", _never),
+    Fault("operator_stop", 1, texts.OPERATOR_STOP, texts.ACKNOWLEDGE_WHEN_SAFE, _never),
     Fault(
         "browser_lost",
         1,
-        "The browser that operated the apparatus was gone for too long.",
-        "Look after the patient, then acknowledge.",
+        texts.BROWSER_LOST,
+        texts.CHECK_PATIENT,
         _never,
     ),
     Fault(
         "unexpected_error",
         0,
-        "The control program met an error of its own.",
-        "Acknowledge, and report this with the log.",
+        texts.UNEXPECTED_ERROR,
+        texts.REPORT_WITH_DEVICE_LOG,
         _never,
     ),
 )

@@ -21,6 +21,7 @@ from typing import Final, Protocol
 
 import msgspec
 
+from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.journal import JournalHeader, JournalWriter
 from kata.device.journal_set import JournalKeeper, JournalThreads
@@ -64,9 +65,9 @@ _SNAPSHOTS_KEPT: Final = 20
 _COMMANDS_KEPT: Final = 100
 _LAST_WORDS_S: Final = 1.0
 
-_CROWDED: Final = Refusal(code="busy", message="Too many commands are waiting.", next_step="Wait a moment.")
-_LOADING: Final = Refusal(
-    code="busy", message="Another recording is being checked.", next_step="Wait a moment, then load it again."
+_CROWDED: Final = Refusal.of(code="busy", message=texts.TOO_MANY_COMMANDS(), next_step=texts.WAIT_A_MOMENT())
+_LOADING: Final = Refusal.of(
+    code="busy", message=texts.CHECKING_ANOTHER_RECORDING(), next_step=texts.WAIT_THEN_LOAD_AGAIN()
 )
 
 
@@ -400,7 +401,7 @@ class Exchange:
             return
         loading.bytes_left -= len(part.data)
         if loading.bytes_left < 0:
-            self._discard_load(unplayable("it is longer than the apparatus can take"))
+            self._discard_load(unplayable(texts.NOT_PLAYABLE_TOO_LONG()))
             return
         loading.complete = part.last
         self._loader.send(part)

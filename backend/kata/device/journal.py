@@ -24,6 +24,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from kata.messages import MessageKey
 from kata.motion.axes import N_AXES
 from kata.motion.measured import Repetition
 
@@ -114,6 +115,8 @@ class JournalEnd(msgspec.Struct, frozen=True, kw_only=True):
     reason: Literal["finished", "completed", "returned", "stopped", "unloaded"]
     cause_code: str | None = None
     cause_message: str | None = None
+    cause_key: MessageKey | None = None
+    """Code and parameters of the message."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import Final
 
 import msgspec
 
+from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.messages import LoadPart, Refusal, Request
 from kata.device.references import LARGEST_MESSAGE, Packed, Reference, unpack
@@ -27,10 +28,10 @@ LIMIT_S: Final = 30.0
 _BUILDER: Final = (sys.executable, "-m", "kata.device.reference_builder")
 _ANSWER: Final = msgspec.msgpack.Decoder(Packed | Refusal)
 
-_NOT_CHECKED: Final = Refusal(
+_NOT_CHECKED: Final = Refusal.of(
     code="unplayable",
-    message="This recording could not be checked: the program that checks recordings has failed.",
-    next_step="Load it again.",
+    message=texts.CHECKING_PROGRAM_FAILED(),
+    next_step=texts.LOAD_RECORDING_AGAIN(),
 )
 
 Result = Reference | Refusal

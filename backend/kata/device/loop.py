@@ -15,6 +15,7 @@ from typing import Final
 
 from msgspec import structs
 
+from kata.device import texts
 from kata.device.bus.port import Bus, BusError, Reading
 from kata.device.ceiling import ceiling_hz
 from kata.device.config import StationConfig
@@ -27,6 +28,7 @@ from kata.device.modes import StateMachine
 from kata.device.pedal import UsbPedal
 from kata.device.refusals import out_of_date
 from kata.device.supervisor import evaluate_faults
+from kata.messages import text_of
 
 log = logging.getLogger(__name__)
 
@@ -220,7 +222,7 @@ class ControlLoop:
             try:
                 self._bus.configure([n])
             except BusError as error:
-                problem = problem or str(error)
+                problem = problem or text_of(error)
         if problem and problem != machine.drive_problem:
             log.warning("a drive cannot be configured: %s", problem)
         machine.drive_problem = problem
@@ -234,14 +236,14 @@ class ControlLoop:
         elif self._verified_since_ns is None and all(facts.verified):
             self._verified_since_ns = facts.t_ns
             self._machine.drive_problem = ""
-            self._machine.tell("verified", "Every motor has its settings.")
+            self._machine.tell("verified", texts.SETTINGS_VERIFIED())
 
     def _lost(self, error: BusError) -> None:
         self._bus.close()
         self._connected = False
         self._try_open_at_ns = self._now_ns() + _REOPEN_NS
         if str(error) != self._connection_problem:
-            self._connection_problem = str(error)
+            self._connection_problem = text_of(error)
             log.warning("not connected: %s", error)
 
     def _read(self) -> Reading | None:
@@ -342,10 +344,10 @@ class ControlLoop:
         p50_ms, p99_ms, p999_ms = self._lateness.percentiles_ms(50, 99, 99.9)
         refusals = machine.refusals(facts)
         if machine.mode == "offline" and (problem := self._offline_problem(facts)):
-            offline = Refusal(
+            offline = Refusal.of(
                 code="is_offline",
-                message=f"The apparatus is not connected: {problem}.",
-                next_step="Switch it on and check the RS-485 adapter.",
+                message=texts.NOT_CONNECTED_BECAUSE(reason=problem),
+                next_step=texts.SWITCH_ON_AND_CHECK_ADAPTER(),
             )
             refusals = {name: offline if one.code == "is_offline" else one for name, one in refusals.items()}
         torque = self._torque(facts)
@@ -384,7 +386,7 @@ class ControlLoop:
         missing = next((n for n, age_ms in enumerate(facts.drive_age_ms) if age_ms > self._config.silence_ms), None)
         if self._connection_problem or missing is None:
             return self._connection_problem or self._machine.drive_problem
-        return f"motor {missing + 1} (id {self._config.axes[missing].id}) does not answer"
+        return texts.DRIVE_DOES_NOT_ANSWER(motor=missing + 1, drive_id=self._config.axes[missing].id)
 
     def _axis(self, n: int, facts: CycleState, torque: TorqueState) -> AxisState:
         known = math.isfinite(facts.drive_age_ms[n])

@@ -8,10 +8,11 @@ follow its Request as :class:`LoadPart`, between which a Stop or a Heartbeat may
 
 import struct
 from collections.abc import Iterator
-from typing import Final, Literal, get_args
+from typing import Final, Literal, Self, get_args
 
 import msgspec
 
+from kata.messages import MessageKey, key_of
 from kata.motion.axes import CANONICAL_SIDE, Side
 from kata.motion.method import Method
 
@@ -75,6 +76,20 @@ class Refusal(_Message, frozen=True, kw_only=True, tag="refusal"):
     code: str
     message: str
     next_step: str
+    message_key: MessageKey | None = None
+    """Code and parameters of the sentence; None for one that has none."""
+    next_step_key: MessageKey | None = None
+
+    @classmethod
+    def of(cls, *, code: str, message: str, next_step: str) -> Self:
+        """Return a refusal with the codes of its two texts."""
+        return cls(
+            code=code,
+            message=str(message),
+            next_step=str(next_step),
+            message_key=key_of(message),
+            next_step_key=key_of(next_step),
+        )
 
 
 # -- commands -----------------------------------------------------------------------------------------------------
@@ -262,6 +277,8 @@ class StopCause(_Message, frozen=True, kw_only=True, tag="cause"):
     next_step: str
     axis: int | None = None
     cleared: bool
+    message_key: MessageKey | None = None
+    next_step_key: MessageKey | None = None
     """Its condition no longer holds; acknowledging needs every cause cleared."""
 
 
@@ -357,6 +374,7 @@ class Event(_Message, frozen=True, kw_only=True, tag="event"):
     code: str
     """mode, take_started, take_ended, fault, load_reversal, less, torque."""
     message: str
+    message_key: MessageKey | None = None
 
 
 class JournalClosed(_Message, frozen=True, kw_only=True, tag="journal_closed"):

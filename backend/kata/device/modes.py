@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from kata.device import journal
+from kata.device import journal, texts
 from kata.device.config import StationConfig
 from kata.device.config_rules import TURN_S
 from kata.device.cycle_state import CycleState, Limits
@@ -36,6 +36,7 @@ from kata.device.messages import (
     ReleaseTorque,
     Return,
     RunState,
+    StopCause,
     StopCode,
     Teach,
     TeachingState,
@@ -55,6 +56,7 @@ from kata.device.refusals import (
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
+from kata.messages import MessageKey, Text, key_of
 from kata.motion import approach
 from kata.motion.learning import Correction
 from kata.motion.method import rate_hz
@@ -201,7 +203,7 @@ class StateMachine:
         if self.stop is None:
             return
         for cause in self.stop.update(holding, acted):
-            self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
+            self._emit("fault", _told(cause))
         if self.mode != "stopped":
             if self._movement:
                 self._movement.course = 0
@@ -228,7 +230,7 @@ class StateMachine:
         was_recording = teaching.recording
         teaching.step(facts)
         if teaching.recording and not was_recording:
-            self._emit("take_started", f"Take {teaching.takes} is being recorded.")
+            self._emit("take_started", texts.TAKE_STARTED(take=teaching.takes))
         elif was_recording and not teaching.recording:
             self._tell_take_ended(teaching)
 
@@ -268,7 +270,7 @@ class StateMachine:
         if self.mode == "playing" and run.resisting_axis is None:
             run.turn_back(axis, movement, facts)
             at_s = movement.position_s
-            self._emit("load_reversal", f"Motor {axis + 1} met resistance at {at_s:.1f} s; the arm is taken back.")
+            self._emit("load_reversal", texts.RESISTANCE_MET(motor=axis + 1, at_s=at_s))
             return
         movement.ramp_s = TURN_S
         self._raised.append(("load_while_held" if self.mode == "paused" else "load_on_the_way", axis))
@@ -316,7 +318,9 @@ class StateMachine:
             assert self._run is not None
             return no_less(self._run.comfort)
         if name == "pause" and self._movement and self._movement.course == 0:
-            return Refusal(code="is_pausing", message="It is already pausing.", next_step="Wait until it stands.")
+            return Refusal.of(
+                code="is_pausing", message=texts.ALREADY_PAUSING(), next_step=texts.WAIT_UNTIL_IT_STANDS()
+            )
         return None
 
     def refusals(self, facts: CycleState) -> dict[CommandName, Refusal]:
@@ -368,12 +372,12 @@ class StateMachine:
             case Less():
                 assert self._run is not None
                 self._run.comfort.less()
-                self._emit("less", f"Less range was asked for at {self._run.position_s:.1f} s.")
+                self._emit("less", texts.LESS_RANGE_REQUESTED(at_s=self._run.position_s))
             case Return():
                 self._begin_return()
             case ReleaseTorque():
                 self.torque_left = False
-                self._emit("torque", "Torque is released: the arm is supported.")
+                self._emit("torque", texts.TORQUE_RELEASED_BY_HAND())
             case Acknowledge():  # pragma: no branch - the last one: _COMMAND_OF knows no other
                 self._cut_torque()
                 self._end_stopped_run()
@@ -394,7 +398,7 @@ class StateMachine:
         """Torque off at once, for an error of the program's own, in a cycle that :meth:`step` has begun."""
         stop = self.stop or self._latch(facts)
         for cause in stop.update(stop.holding, causes):
-            self._emit("fault", f"{cause.message} ({cause.code}, category {cause.category})")
+            self._emit("fault", _told(cause))
         self._cut_torque()
         if self.mode != "stopped":
             self._end_teaching()
@@ -479,7 +483,7 @@ class StateMachine:
             self._movement = run.along(approach.from_its_side(here, start, leaves, speed_deg_s), course=1)
         self._grid = 0
         self.torque_on = True
-        self._emit("torque", "Torque is on.")
+        self._emit("torque", texts.TORQUE_ON())
         self._enter("approaching")
 
     def _begin_return(self) -> None:
@@ -525,10 +529,10 @@ class StateMachine:
     def _cut_torque(self) -> None:
         if self.torque_on:
             self.torque_on = False
-            self._emit("torque", "Torque is off.")
+            self._emit("torque", texts.TORQUE_OFF())
 
     def _tell_take_ended(self, teaching: Teaching) -> None:
-        self._emit("take_ended", f"Take {teaching.takes} has ended after {teaching.take_s:.1f} s.")
+        self._emit("take_ended", texts.TAKE_ENDED(take=teaching.takes, take_s=teaching.take_s))
 
     def _end_teaching(self) -> None:
         teaching, self._teaching = self._teaching, None
@@ -540,7 +544,11 @@ class StateMachine:
     def _end_stopped_run(self) -> None:
         if self._run and self.stop:
             first = self.stop.causes()[0]
-            self._end_run(JournalEnd(reason="stopped", cause_code=first.code, cause_message=first.message))
+            self._end_run(
+                JournalEnd(
+                    reason="stopped", cause_code=first.code, cause_message=first.message, cause_key=first.message_key
+                )
+            )
 
     def _end_run(self, end: JournalEnd) -> None:
         assert self._run is not None
@@ -567,4 +575,18 @@ class StateMachine:
 
     def _emit(self, code: str, message: str) -> None:
         log.info("%s: %s", code, message)
-        self._emit_event(Event(number=next(self._event_numbers), t_ns=self._t_ns, code=code, message=message))
+        self._emit_event(
+            Event(
+                number=next(self._event_numbers),
+                t_ns=self._t_ns,
+                code=code,
+                message=str(message),
+                message_key=key_of(message),
+            )
+        )
+
+
+def _told(cause: StopCause) -> Text:
+    """Return the text of the event that a cause of a stop was latched."""
+    fault = Text(cause.message, cause.message_key or MessageKey(cause.code))
+    return texts.FAULT_EVENT(fault=fault, fault_code=cause.code, category=cause.category)

@@ -16,8 +16,10 @@ from typing import Final, Literal
 import msgspec
 import numpy as np
 
+from kata.device import texts
 from kata.device.config import ConfigError, StationConfig
 from kata.device.messages import LOAD_LEVELS, SAMPLE_FIELDS, Load, LoadPart, Refusal, Request
+from kata.messages import text_of
 from kata.motion.axes import N_AXES
 from kata.motion.learning import LARGEST_DEG, Correction
 from kata.motion.linkage import Floats
@@ -65,19 +67,21 @@ def build(load: Load, config: StationConfig) -> Reference | Refusal:
         trajectory = _trajectory(load, config)
         return Reference(trajectory, _correction(load, trajectory))
     except TrajectoryError as error:
-        return unplayable(str(error))
+        return unplayable(text_of(error))
     except _UnusableError as error:
-        return Refusal(
-            code="unusable", message=f"This cannot be played so: {error}.", next_step="Choose another method."
+        return Refusal.of(
+            code="unusable",
+            message=texts.METHOD_NOT_PLAYABLE(reason=text_of(error)),
+            next_step=texts.CHOOSE_ANOTHER_METHOD(),
         )
 
 
 def unplayable(why: str) -> Refusal:
     """Refuse a recording that must not be played. ``why``: a clause without a full stop."""
-    return Refusal(
+    return Refusal.of(
         code="unplayable",
-        message=f"This recording cannot be played: {why}.",
-        next_step="Teach the motion again, within the range and more slowly.",
+        message=texts.RECORDING_NOT_PLAYABLE(reason=why),
+        next_step=texts.TEACH_AGAIN_MORE_SLOWLY(),
     )
 
 
@@ -86,14 +90,14 @@ def _trajectory(load: Load, config: StationConfig) -> Trajectory:
         times = np.frombuffer(load.times_s, dtype="<f8")
         angles = np.frombuffer(load.angles_deg, dtype="<f8").reshape(-1, len(config.axes))
     except ValueError as error:
-        raise TrajectoryError("its samples are cut short") from error
+        raise TrajectoryError(texts.NOT_PLAYABLE_SAMPLES_CUT()) from error
     if config.cycle_hz % rate_hz(load.method, config.rate_hz):
-        raise _UnusableError("this station's cycles do not divide into the paper's 10 Hz")
+        raise _UnusableError(texts.NOT_PLAYABLE_PAPER_RATE())
     trajectory = reference(load.method, times, angles)
     if not 1 <= load.load_level <= LOAD_LEVELS:
-        raise TrajectoryError(f"its load level must be 1 to {LOAD_LEVELS}")
+        raise TrajectoryError(texts.NOT_PLAYABLE_LOAD_LEVEL(levels=LOAD_LEVELS))
     if not 0 <= load.repetition_s < math.inf:
-        raise TrajectoryError("its repetition must be 0 s or longer")
+        raise TrajectoryError(texts.NOT_PLAYABLE_REPETITION())
     config.check_reference(load.method, trajectory)
     _check_patients_limits(load, config, trajectory)
     return trajectory
@@ -106,16 +110,16 @@ def _check_patients_limits(load: Load, config: StationConfig, trajectory: Trajec
     """
     ranges = load.limits_deg or tuple((-math.inf, math.inf) for _ in config.axes)
     if len(ranges) != len(config.axes):
-        raise TrajectoryError("it has limits for some axes only")
+        raise TrajectoryError(texts.NOT_PLAYABLE_SOME_LIMITS())
     if not all(low < high for low, high in ranges):
-        raise TrajectoryError("each of its limits must be a lower and a higher angle")
+        raise TrajectoryError(texts.NOT_PLAYABLE_LIMITS_CROSSED())
     speed_deg_s = math.inf if load.max_speed_deg_s is None else load.max_speed_deg_s
     if load.max_speed_deg_s is not None and not 0 < speed_deg_s < math.inf:
-        raise TrajectoryError("the patient's speed limit must be above 0 deg/s")
+        raise TrajectoryError(texts.NOT_PLAYABLE_PATIENT_SPEED_ZERO())
     try:
         config.with_speed_limit(load.max_speed_deg_s)
     except ConfigError as error:
-        raise TrajectoryError("the patient's speed limit is below what the apparatus can be set to") from error
+        raise TrajectoryError(texts.NOT_PLAYABLE_PATIENT_SPEED_LOW()) from error
     limits = [
         AxisLimits(low, high, min(axis.max_speed_deg_s, speed_deg_s))
         for axis, (low, high) in zip(config.axes, ranges, strict=True)
@@ -128,17 +132,17 @@ def _correction(load: Load, trajectory: Trajectory) -> Correction | None:
     if not load.correction_deg:
         return None
     if load.method != "learned":
-        raise _UnusableError("a correction belongs to the learned method only")
+        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_METHOD())
     if len(load.correction_deg) % (N_AXES * 8):
-        raise _UnusableError("what was learned is cut short")
+        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_CUT())
     angles = np.frombuffer(load.correction_deg, dtype="<f8").reshape(-1, N_AXES)
     step_s = load.correction_step_s
     # Its last row lies within a step of the recording's end. What is no number is within no limit.
     lasts_s = trajectory.duration_s
     if not (0 < step_s <= lasts_s and len(angles) >= 2 and abs((len(angles) - 1) * step_s - lasts_s) <= step_s):
-        raise _UnusableError("what was learned is as long as another recording")
+        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LENGTH())
     if not np.all(np.abs(angles) <= LARGEST_DEG):
-        raise _UnusableError(f"what was learned is more than {LARGEST_DEG:g} deg somewhere")
+        raise _UnusableError(texts.NOT_PLAYABLE_CORRECTION_LARGE(largest_deg=LARGEST_DEG))
     return Correction(step_s, angles)
 
 
@@ -236,7 +240,7 @@ def _answer(connection: socket.socket, load: Load, samples: dict[str, bytearray]
         answer, memory = (built, None) if isinstance(built, Refusal) else pack(built)
     except Exception as error:
         log.exception("a recording could not be checked")
-        answer, memory = unplayable(f"checking it failed ({type(error).__name__})"), None
+        answer, memory = unplayable(texts.NOT_PLAYABLE_CHECK_FAILED(error=type(error).__name__)), None
     socket.send_fds(connection, [msgspec.msgpack.encode(answer)], [] if memory is None else [memory])
     if memory is not None:
         os.close(memory)

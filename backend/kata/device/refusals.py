@@ -3,13 +3,16 @@
 from collections.abc import Sequence
 from typing import Final
 
+from kata.device import texts
 from kata.device.config import StationConfig
 from kata.device.cycle_state import CycleState
 from kata.device.faults import FROZEN_DEG
 from kata.device.messages import CommandName, Guarded, Mode, Refusal
 from kata.device.range_override import LEAST, RangeOverride
 from kata.device.supervisor import LatchedStop
+from kata.messages import Text
 from kata.motion.axes import Side
+from kata.motion.texts import SIDES
 
 _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
     "teach": ("idle",),
@@ -26,27 +29,27 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
 }
 """Stop is allowed in every mode."""
 
-_WHAT_IS_ON: Final[dict[Mode, tuple[str, str]]] = {
-    "offline": ("The apparatus is not connected.", "Switch it on and check the RS-485 adapter."),
-    "idle": ("No recording is loaded.", "Load a recording first."),
-    "teaching": ("Teaching is going on.", "Finish teaching first."),
-    "ready": ("A recording is loaded, and the arm is not at its start yet.", "Move to the start, or unload it."),
-    "approaching": ("The arm is on its way to the start.", "Wait until it is there, or stop."),
-    "playing": ("The recording is playing.", "Pause first, or stop."),
-    "paused": ("The arm is held on the recording's path.", "Play on, go back, or stop."),
-    "returning": ("The arm is on its way back.", "Wait until it is there, or stop."),
-    "stopped": ("The apparatus has been stopped.", "Acknowledge the stop first."),
+_WHAT_IS_ON: Final[dict[Mode, tuple[Text, Text]]] = {
+    "offline": (texts.IS_OFFLINE(), texts.SWITCH_ON_AND_CHECK_ADAPTER()),
+    "idle": (texts.IS_IDLE(), texts.LOAD_RECORDING_FIRST()),
+    "teaching": (texts.IS_TEACHING(), texts.FINISH_TEACHING_FIRST()),
+    "ready": (texts.IS_READY(), texts.APPROACH_OR_UNLOAD()),
+    "approaching": (texts.IS_APPROACHING(), texts.WAIT_OR_STOP()),
+    "playing": (texts.IS_PLAYING(), texts.PAUSE_OR_STOP_FIRST()),
+    "paused": (texts.IS_PAUSED(), texts.PLAY_RETURN_OR_STOP()),
+    "returning": (texts.IS_RETURNING(), texts.WAIT_OR_STOP()),
+    "stopped": (texts.IS_STOPPED(), texts.ACKNOWLEDGE_FIRST()),
 }
-STOPPED_MEANWHILE: Final = Refusal(
+STOPPED_MEANWHILE: Final = Refusal.of(
     code="stopped_meanwhile",
-    message="The apparatus was stopped after this command was sent.",
-    next_step="Look at the arm and the patient, then try again.",
+    message=texts.STOPPED_MEANWHILE(),
+    next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
 )
 """The command was sent before its sender knew of the newest stop."""
 
 _NOTHING_TO_DO: Final[dict[CommandName, Refusal]] = {
-    "acknowledge": Refusal(code="not_stopped", message="Nothing is stopped.", next_step="Nothing to do."),
-    "finish_teaching": Refusal(code="not_teaching", message="Teaching is not going on.", next_step="Nothing to do."),
+    "acknowledge": Refusal.of(code="not_stopped", message=texts.NOT_STOPPED(), next_step=texts.NOTHING_TO_DO()),
+    "finish_teaching": Refusal.of(code="not_teaching", message=texts.NOT_TEACHING(), next_step=texts.NOTHING_TO_DO()),
 }
 
 
@@ -57,16 +60,22 @@ def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
     if name in _NOTHING_TO_DO:
         return _NOTHING_TO_DO[name]
     message, next_step = _WHAT_IS_ON[mode]
-    return Refusal(code=f"is_{mode}", message=message, next_step=next_step)
+    return Refusal.of(code=f"is_{mode}", message=message, next_step=next_step)
 
 
 def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | None:
     """A stop is acknowledged when it has come to its end, a held arm included, and none of its causes holds any more."""
     if still_stopping:
-        return Refusal(code="still_stopping", message="The arm is slowing down.", next_step="Wait a moment.")
+        return Refusal.of(code="still_stopping", message=texts.STILL_STOPPING(), next_step=texts.WAIT_A_MOMENT())
     for cause in stop.causes():
         if not cause.cleared:
-            return Refusal(code=cause.code, message=cause.message, next_step=cause.next_step)
+            return Refusal(
+                code=cause.code,
+                message=cause.message,
+                next_step=cause.next_step,
+                message_key=cause.message_key,
+                next_step_key=cause.next_step_key,
+            )
     return None
 
 
@@ -75,10 +84,10 @@ def out_of_date(command: Guarded, stops: int, t_ns: int) -> Refusal | None:
     if command.stops != stops:
         return STOPPED_MEANWHILE
     if t_ns > command.expires_ns:
-        return Refusal(
+        return Refusal.of(
             code="expired",
-            message="The command came too late.",
-            next_step="Look at the arm and the patient, then try again.",
+            message=texts.COMMAND_EXPIRED(),
+            next_step=texts.LOOK_AT_ARM_AND_TRY_AGAIN(),
         )
     return None
 
@@ -88,32 +97,30 @@ def not_verified(facts: CycleState, problem: str) -> Refusal | None:
     if all(facts.verified):
         return None
     if problem:
-        return Refusal(
-            code="not_verified", message=f"A motor cannot be set up: {problem}.", next_step="Have it checked."
+        return Refusal.of(
+            code="not_verified", message=texts.MOTOR_CANNOT_BE_SET_UP(reason=problem), next_step=texts.HAVE_IT_CHECKED()
         )
-    return Refusal(code="not_verified", message="The motors' settings are being checked.", next_step="Wait a moment.")
+    return Refusal.of(code="not_verified", message=texts.SETTINGS_BEING_CHECKED(), next_step=texts.WAIT_A_MOMENT())
 
 
 def no_torque_found(facts: CycleState) -> Refusal | None:
     """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
     if not facts.bus_ok:
         message, next_step = _WHAT_IS_ON["offline"]
-        return Refusal(code="is_offline", message=message, next_step=next_step)
+        return Refusal.of(code="is_offline", message=message, next_step=next_step)
     if facts.situation.torque_left and any(state != "off" for state in facts.torque):
         return None
-    return Refusal(
-        code="no_torque_found", message="No motor holds the arm from before.", next_step="Acknowledge the stop."
-    )
+    return Refusal.of(code="no_torque_found", message=texts.NO_TORQUE_FOUND(), next_step=texts.ACKNOWLEDGE_STOP())
 
 
 def other_side(wanted: Side, stands_for: Side) -> Refusal | None:
     """On the other shoulder motors 3 and 4 turn the other way: what lifts one arm would pull the other down."""
     if wanted == stands_for:
         return None
-    return Refusal(
+    return Refusal.of(
         code="other_side",
-        message=f"This is for the {wanted} shoulder, and the apparatus stands for the {stands_for} one.",
-        next_step="Turn the apparatus and say so, or choose what was taught on its side.",
+        message=texts.OTHER_SIDE(wanted=SIDES[wanted], stands_for=SIDES[stands_for]),
+        next_step=texts.TURN_APPARATUS_OR_CHOOSE(),
     )
 
 
@@ -121,10 +128,10 @@ def no_less(comfort: RangeOverride) -> Refusal | None:
     """Less and less comes to an end."""
     if not comfort.at_least:
         return None
-    return Refusal(
+    return Refusal.of(
         code="is_at_least",
-        message=f"{100 * LEAST:.0f} % of the range is the least there is.",
-        next_step="Pause, or stop.",
+        message=texts.RANGE_IS_LEAST(least_percent=100 * LEAST),
+        next_step=texts.PAUSE_OR_STOP(),
     )
 
 
@@ -133,10 +140,10 @@ def outside_range(facts: CycleState, config: StationConfig) -> Refusal | None:
     tolerance = config.limit_tolerance_deg
     for motor, (axis, angle) in enumerate(zip(config.axes, facts.measured_deg, strict=True), start=1):
         if not axis.min_deg - tolerance <= angle <= axis.max_deg + tolerance:
-            return Refusal(
+            return Refusal.of(
                 code="outside_range",
-                message=f"Motor {motor} stands at {angle:.0f} deg, outside its range.",
-                next_step="Move the arm back by hand.",
+                message=texts.OUTSIDE_RANGE(motor=motor, angle_deg=angle),
+                next_step=texts.MOVE_BACK_BY_HAND(),
             )
     return None
 
@@ -145,9 +152,9 @@ def too_far_from_start(facts: CycleState, start_deg: Sequence[float]) -> Refusal
     """Nobody goes in a single step further than what a frozen drive is known by. ``start_deg``: where that step would lead."""
     for motor, (start, angle) in enumerate(zip(start_deg, facts.measured_deg, strict=True), start=1):
         if abs(start - angle) > FROZEN_DEG:
-            return Refusal(
+            return Refusal.of(
                 code="too_far_from_start",
-                message=f"Motor {motor} stands {abs(start - angle):.0f} deg from where the recording begins; this method goes there in one step.",
-                next_step=f"Move the arm to within {FROZEN_DEG:g} deg by hand, or choose another method.",
+                message=texts.TOO_FAR_FROM_START(motor=motor, distance_deg=abs(start - angle)),
+                next_step=texts.MOVE_WITHIN_OR_OTHER_METHOD(within_deg=FROZEN_DEG),
             )
     return None

@@ -44,11 +44,15 @@ class LatchedStop:
 
     def _cause(self, fault: Fault, axis: int | None) -> StopCause:
         motor = None if axis is None else axis + 1
+        message = fault.message(**({"motor": motor} if fault.message.params else {}))
+        next_step = fault.next_step()
         return StopCause(
             code=fault.code,
             category=fault.category,
-            message=fault.message.format(motor=motor),
-            next_step=fault.next_step,
+            message=str(message),
+            next_step=str(next_step),
             axis=motor,
             cleared=(fault.code, axis) not in self.holding,
+            message_key=message.key,
+            next_step_key=next_step.key,
         )

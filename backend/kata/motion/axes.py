@@ -11,6 +11,9 @@ Two sets of five numbers describe an arm, both in degrees and both in axis order
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from kata.messages import Text
+from kata.motion import texts
+
 N_AXES: Final = 5
 AXES: Final = (1, 2, 3, 4, 5)
 """Motor numbers, as the paper and the therapist count them."""
@@ -49,7 +52,7 @@ class BasicMotion:
     """
 
     number: int
-    name: str
+    name: Text
     axis: int
     motors: tuple[int, ...]
     range_deg: tuple[float, float]
@@ -57,10 +60,10 @@ class BasicMotion:
 
 
 BASIC_MOTIONS: Final = (
-    BasicMotion(1, "Abduction / adduction of the scapula", 1, (1, 2), (-20.0, 20.0), (-20.0, 20.0)),
-    BasicMotion(2, "Upward / downward rotation of the scapula", 2, (1, 2), (-20.0, 20.0), (-10.0, 20.0)),
-    BasicMotion(3, "Horizontal flexion / extension of the shoulder", 4, (4,), (-20.0, 130.0), (-30.0, 135.0)),
-    BasicMotion(4, "Abduction / adduction of the shoulder", 3, (3,), (0.0, 120.0), (0.0, 180.0)),
-    BasicMotion(5, "Flexion / extension of the shoulder", 4, (4,), (-20.0, 190.0), (-50.0, 180.0)),
-    BasicMotion(6, "External / internal rotation of the shoulder", 5, (5,), (-90.0, 40.0), (-80.0, 25.0)),
+    BasicMotion(1, texts.MOTION_1(), 1, (1, 2), (-20.0, 20.0), (-20.0, 20.0)),
+    BasicMotion(2, texts.MOTION_2(), 2, (1, 2), (-20.0, 20.0), (-10.0, 20.0)),
+    BasicMotion(3, texts.MOTION_3(), 4, (4,), (-20.0, 130.0), (-30.0, 135.0)),
+    BasicMotion(4, texts.MOTION_4(), 3, (3,), (0.0, 120.0), (0.0, 180.0)),
+    BasicMotion(5, texts.MOTION_5(), 4, (4,), (-20.0, 190.0), (-50.0, 180.0)),
+    BasicMotion(6, texts.MOTION_6(), 5, (5,), (-90.0, 40.0), (-80.0, 25.0)),
 )

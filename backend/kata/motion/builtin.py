@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from kata.motion import texts
 from kata.motion.approach import Approach
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.taught import Taught
@@ -35,9 +36,13 @@ _ARBITRARY: Final = (
 def built_in_motions() -> tuple[Taught, ...]:
     """The seven motions, in the paper's order."""
     named = [
-        (f"{motion.number} {motion.name}", points) for motion, points in zip(BASIC_MOTIONS, _WAYPOINTS, strict=True)
+        (texts.BUILTIN_MOTION(number=motion.number, motion=motion.name), points)
+        for motion, points in zip(BASIC_MOTIONS, _WAYPOINTS, strict=True)
     ]
-    return tuple(_through(name, points) for name, points in [*named, ("7 Arbitrary motion", _ARBITRARY)])
+    return tuple(
+        _through(name, points)
+        for name, points in [*named, (texts.BUILTIN_MOTION(number=7, motion=texts.MOTION_7()), _ARBITRARY)]
+    )
 
 
 def _through(name: str, points: tuple[tuple[float, ...], ...]) -> Taught:

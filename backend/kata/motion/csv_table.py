@@ -12,6 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from kata.messages import Text
+from kata.motion import texts
 from kata.motion.linkage import Floats
 
 SEPARATORS: Final = (",", ";", "\t")
@@ -28,8 +30,13 @@ class Complaint:
     column: str
     what: str
 
+    @property
+    def text(self) -> Text:
+        """Return what is wrong, with the place."""
+        return texts.COLUMN_AT_LINE(line=self.line, column=self.column, problem=self.what)
+
     def __str__(self) -> str:
-        return f"line {self.line}, column {self.column}: {self.what}"
+        return str(self.text)
 
 
 class TableError(ValueError):
@@ -61,7 +68,7 @@ class Table:
             for (row, column, what), _ in zip(wrong, range(MOST_COMPLAINTS), strict=False)
         ]
         if found:
-            raise TableError(str(found[0]), found)
+            raise TableError(found[0].text, found)
 
 
 def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
@@ -81,7 +88,7 @@ def read_table(text: str, *layouts: tuple[str, ...]) -> Table:
         careful = body_at >= 0 and "_" in text[body_at:]
         values, lines = table.read(_numbered(reader), careful=careful)
     except csv.Error as error:
-        raise TableError(f"line {reader.line_num} cannot be read as CSV: {error}") from error
+        raise TableError(texts.CSV_UNREADABLE(line=reader.line_num, error=error)) from error
     others = tuple(name for name in header if name and name not in wanted)
     return Table(wanted, others, separator, values, lines)
 
@@ -101,21 +108,23 @@ def _layout(header: list[str], layouts: Sequence[tuple[str, ...]]) -> tuple[str,
     layout = max(layouts, key=lambda names: sum(name in header for name in names))
     missing = [column for column in layout if column not in header]
     units = [
-        Complaint(1, name, f"the unit is not the one that is needed; {column} is what the column must be called")
+        Complaint(1, name, texts.COLUMN_UNIT_WRONG(column=column))
         for column in missing
         for name in header
         if _in_another_unit(name, column)
     ]
-    message = f"the first line must name the columns {', '.join(layout)}; missing: {', '.join(missing)}"
+    message = texts.COLUMNS_MISSING(columns=", ".join(layout), missing=", ".join(missing))
     if units:
-        message = f"{units[0]} (missing: {', '.join(missing)})"
-    raise TableError(message, units or [Complaint(1, column, "this column is missing") for column in missing])
+        message = texts.COLUMN_MISSING_WITH_OTHERS(
+            line=units[0].line, column=units[0].column, problem=units[0].what, missing=", ".join(missing)
+        )
+    raise TableError(message, units or [Complaint(1, column, texts.COLUMN_MISSING()) for column in missing])
 
 
 def _twice(header: list[str], layout: tuple[str, ...]) -> None:
-    twice = [Complaint(1, column, "this column is there twice") for column in layout if header.count(column) > 1]
+    twice = [Complaint(1, column, texts.COLUMN_TWICE()) for column in layout if header.count(column) > 1]
     if twice:
-        raise TableError(str(twice[0]), twice)
+        raise TableError(twice[0].text, twice)
 
 
 def _in_another_unit(name: str, column: str) -> bool:
@@ -153,7 +162,7 @@ class _Rows:
             values.append(good)
             lines.append(np.array([line for line, _ in chunk], dtype=np.int64))
         if self._complaints:
-            raise TableError(str(self._complaints[0]), self._complaints)
+            raise TableError(self._complaints[0].text, self._complaints)
         if not values:
             return np.empty((0, len(self._wanted))), np.empty(0, dtype=np.int64)
         return np.concatenate(values), np.concatenate(lines)
@@ -173,9 +182,7 @@ class _Rows:
         for row, (line, cells) in enumerate(rows):
             extra = next((cell for cell in cells[self._width :] if cell.strip()), None)
             if extra is not None:
-                self._complain(
-                    line, f"after {self._wanted[-1]}", f"{extra!r} is more than the first line has names for"
-                )
+                self._complain(line, f"after {self._wanted[-1]}", texts.CELL_WITHOUT_COLUMN(cell=repr(extra)))
             for at, place in enumerate(self._places):
                 cell = cells[place].strip() if place < len(cells) else ""
                 try:
@@ -184,7 +191,7 @@ class _Rows:
                     value = math.nan
                 table[row, at] = value
                 if not math.isfinite(value):
-                    self._complain(line, self._wanted[at], f"{cell[:40]!r} is not a number")
+                    self._complain(line, self._wanted[at], texts.CELL_NOT_NUMBER(cell=repr(cell[:40])))
         return table
 
     def _complain(self, line: int, column: str, what: str) -> None:

@@ -14,6 +14,8 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from kata.messages import Template, Text
+from kata.motion import texts
 from kata.motion.approach import Approach
 from kata.motion.axes import AXES
 from kata.motion.linkage import Floats
@@ -76,10 +78,9 @@ def trim(motion: Motion, start_s: float, end_s: float) -> Motion:
     """
     if not (start_s >= 0 and end_s <= motion.duration_s and end_s - start_s >= MIN_DURATION_S):
         raise EditError(
-            f"from {start_s:g} s to {end_s:g} s there must be at least {MIN_DURATION_S:g} s, "
-            f"within the motion's {motion.duration_s:.1f} s"
+            texts.TRIM_TOO_SHORT(start_s=start_s, end_s=end_s, least_s=MIN_DURATION_S, duration_s=motion.duration_s)
         )
-    return _named(_part(motion, start_s, end_s), f"trimmed to {start_s:.1f} s to {end_s:.1f} s")
+    return _named(_part(motion, start_s, end_s), texts.DONE_TRIMMED(start_s=start_s, end_s=end_s))
 
 
 def at_speed(motion: Motion, percent: float) -> Motion:
@@ -87,10 +88,10 @@ def at_speed(motion: Motion, percent: float) -> Motion:
 
     :raises EditError: when the speed is out of that.
     """
-    _within(percent, SPEED_PERCENT, "speed")
+    _within(percent, SPEED_PERCENT, texts.SPEED_PERCENT_REFUSED)
     if percent == 100.0:
         return motion
-    return _named(_filled(replace(motion, times_s=motion.times_s * 100.0 / percent)), f"at {percent:g} % speed")
+    return _named(_filled(replace(motion, times_s=motion.times_s * 100.0 / percent)), texts.DONE_SPEED(percent=percent))
 
 
 def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Motion:
@@ -98,7 +99,7 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
 
     :raises EditError: when ``percent`` is not 0 to 100.
     """
-    _within(percent, (0.0, 100.0), "range")
+    _within(percent, (0.0, 100.0), texts.RANGE_PERCENT_REFUSED)
     if percent == 100.0:
         return motion
     angles = motion.angles_deg.copy()
@@ -107,8 +108,7 @@ def scaled(motion: Motion, percent: float, axes: Collection[int] = AXES) -> Moti
     middle = (low + high) / 2
     # Rounding must not leave the range either.
     angles[:, some] = np.clip(middle + (angles[:, some] - middle) * percent / 100.0, low, high)
-    which = "" if set(axes) == set(AXES) else f" of {_motors(axes)}"
-    return _named(replace(motion, angles_deg=angles), f"{percent:.3g} % of the range{which}")
+    return _named(replace(motion, angles_deg=angles), _scaled_text(percent, axes))
 
 
 def less(motion: Motion, deg: float) -> Motion:
@@ -118,7 +118,7 @@ def less(motion: Motion, deg: float) -> Motion:
     """
     reach = _reach_deg(motion)
     if not 0 <= deg < reach:
-        raise EditError(f"{deg:g} deg less: the motion goes through {reach:.1f} deg")
+        raise EditError(texts.LESS_THAN_RANGE(deg=deg, reach_deg=reach))
     return scaled(motion, 100.0 * (1.0 - deg / reach))
 
 
@@ -128,11 +128,11 @@ def isolated(motion: Motion, axes: Collection[int]) -> Motion:
     :raises EditError: when no axis is named, or one that is not there.
     """
     if not axes or not set(axes) <= set(AXES):
-        raise EditError(f"of motors {AXES[0]} to {AXES[-1]} at least one must move")
+        raise EditError(texts.NO_MOTOR_LEFT(first=AXES[0], last=AXES[-1]))
     angles = np.repeat(motion.angles_deg[:1], len(motion.times_s), axis=0)
     some = [axis - 1 for axis in axes]
     angles[:, some] = motion.angles_deg[:, some]
-    return _named(replace(motion, angles_deg=angles), f"{_motors(axes)} only")
+    return _named(replace(motion, angles_deg=angles), _isolated_text(axes))
 
 
 def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
@@ -141,7 +141,7 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
     :raises EditError: when the point is not within the motion, or the time is below 0.
     """
     if not 0 <= at_s <= motion.duration_s or not hold_s >= 0:
-        raise EditError(f"hold at {at_s:g} s for {hold_s:g} s: the motion lasts {motion.duration_s:.1f} s")
+        raise EditError(texts.HOLD_OUTSIDE_MOTION(at_s=at_s, hold_s=hold_s, duration_s=motion.duration_s))
     line = Line()
     before, after = _halves(motion, at_s)
     if before:
@@ -149,7 +149,7 @@ def held(motion: Motion, at_s: float, hold_s: float) -> Motion:
     line.stand(hold_s, after.angles_deg[0] if after else motion.angles_deg[-1])
     if after:
         line.add(eased(after, end=False))
-    return line.motion((*motion.done, f"held for {hold_s:g} s at {at_s:.1f} s"))
+    return line.motion((*motion.done, texts.DONE_HELD(hold_s=hold_s, at_s=at_s)))
 
 
 def eased(motion: Motion, *, start: bool = True, end: bool = True) -> Motion:
@@ -178,19 +178,20 @@ def repeated(
     :raises EditError: when there are no repetitions, the pause is below 0, or it would last more than an hour.
     """
     if repetitions < 1 or not pause_s >= 0:
-        raise EditError(f"{repetitions} repetitions with {pause_s:g} s of pause")
+        raise EditError(texts.REPETITIONS_REFUSED(repetitions=repetitions, pause_s=pause_s))
     if repetitions == 1:
         return motion
     if repetitions * motion.duration_s + (repetitions - 1) * pause_s > LONGEST_S:
         raise EditError(
-            f"{repetitions} repetitions of {motion.duration_s:.0f} s with {pause_s:g} s of pause last longer than an hour"
+            texts.REPETITIONS_TOO_LONG(repetitions=repetitions, duration_s=motion.duration_s, pause_s=pause_s)
         )
     line = Line(join_speed_deg_s)
     one = eased(motion)
     for _ in range(repetitions):
         line.join(one, pause_s)
-    pause = f" with {pause_s:g} s of pause at each end" if pause_s else ""
-    return line.motion((*motion.done, f"{repetitions} repetitions{pause}"))
+    if pause_s:
+        return line.motion((*motion.done, texts.DONE_REPETITIONS_WITH_PAUSE(repetitions=repetitions, pause_s=pause_s)))
+    return line.motion((*motion.done, texts.DONE_REPETITIONS(repetitions=repetitions)))
 
 
 def warm_up(
@@ -205,16 +206,16 @@ def warm_up(
     :raises EditError: when ``step_deg`` is not above 0, less is more than there is, or it would last more than an hour.
     """
     if not step_deg > 0 or not pause_s >= 0:
-        raise EditError(f"a warm-up by {step_deg:g} deg a repetition with {pause_s:g} s of pause")
+        raise EditError(texts.WARM_UP_REFUSED(step_deg=step_deg, pause_s=pause_s))
     steps = int(np.ceil(less_deg / step_deg - 1e-9))
     if (steps + 1) * motion.duration_s + steps * pause_s > LONGEST_S:
         raise EditError(
-            f"{steps + 1} repetitions of {motion.duration_s:.0f} s with {pause_s:g} s of pause last longer than an hour"
+            texts.REPETITIONS_TOO_LONG(repetitions=steps + 1, duration_s=motion.duration_s, pause_s=pause_s)
         )
     line = Line(join_speed_deg_s)
     for step in range(steps + 1):
         line.join(eased(less(motion, max(0.0, less_deg - step * step_deg)) if step < steps else motion), pause_s)
-    return line.motion((*motion.done, f"warm-up from {less_deg:g} deg less, {step_deg:g} deg a repetition"))
+    return line.motion((*motion.done, texts.DONE_WARM_UP(less_deg=less_deg, step_deg=step_deg)))
 
 
 def stretch(
@@ -231,7 +232,7 @@ def stretch(
     :raises EditError: when the axis does not go through ``back_deg`` on its way to the end, or a number makes no sense.
     """
     if not (further_deg >= 0 and back_deg > 0 and hold_s >= 0 and speed_deg_s > 0):
-        raise EditError(f"a stretch of {further_deg:g} deg from {back_deg:g} deg below, held for {hold_s:g} s")
+        raise EditError(texts.STRETCH_REFUSED(further_deg=further_deg, back_deg=back_deg, hold_s=hold_s))
     axis = int(np.argmax(np.ptp(motion.angles_deg, axis=0)))
     angles = motion.angles_deg[:, axis]
     top = int(np.argmax(np.abs(angles - angles[0])))
@@ -239,7 +240,7 @@ def stretch(
     end = before.angles_deg[-1] if before else motion.angles_deg[0]
     below = np.flatnonzero(np.abs(angles[: top + 1] - end[axis]) >= back_deg)
     if before is None or len(below) == 0:
-        raise EditError(f"motor {axis + 1} does not go through {back_deg:g} deg on its way to the end of its range")
+        raise EditError(texts.STRETCH_BEYOND_RANGE(motor=axis + 1, back_deg=back_deg))
     beyond = end.copy()
     beyond[axis] += np.copysign(further_deg, end[axis] - angles[0])
 
@@ -251,7 +252,7 @@ def stretch(
     line.go_to(end)
     if after:
         line.add(eased(after, end=False))
-    tried = f"stretched by {further_deg:g} deg at the end of motor {axis + 1}'s range, from {back_deg:g} deg below"
+    tried = texts.DONE_STRETCHED(further_deg=further_deg, motor=axis + 1, back_deg=back_deg)
     return line.motion((*motion.done, tried))
 
 
@@ -276,7 +277,7 @@ def with_settings(motion: Motion, asked: PlaybackSettings) -> Motion:
 
     :raises EditError: when something is out of what it may be.
     """
-    _within(asked.range_percent, RANGE_PERCENT, "range")
+    _within(asked.range_percent, RANGE_PERCENT, texts.RANGE_PERCENT_REFUSED)
     once = at_speed(scaled(motion, asked.range_percent), asked.speed_percent)
     return repeated(once, asked.repetitions, asked.pause_s)
 
@@ -400,11 +401,25 @@ def _named(motion: Motion, what: str) -> Motion:
     return replace(motion, done=(*motion.done, what))
 
 
+def _scaled_text(percent: float, axes: Collection[int]) -> Text:
+    if set(axes) == set(AXES):
+        return texts.DONE_RANGE(percent=percent)
+    if len(axes) == 1:
+        return texts.DONE_RANGE_OF_MOTOR(percent=percent, motor=min(axes))
+    return texts.DONE_RANGE_OF_MOTORS(percent=percent, motors=_motors(axes))
+
+
+def _isolated_text(axes: Collection[int]) -> Text:
+    if len(axes) == 1:
+        return texts.DONE_ISOLATED_MOTOR(motor=min(axes))
+    return texts.DONE_ISOLATED_MOTORS(motors=_motors(axes))
+
+
 def _motors(axes: Collection[int]) -> str:
-    return f"motor{'s' if len(axes) > 1 else ''} {', '.join(str(axis) for axis in sorted(axes))}"
+    return ", ".join(str(axis) for axis in sorted(axes))
 
 
-def _within(percent: float, bounds: tuple[float, float], what: str) -> None:
+def _within(percent: float, bounds: tuple[float, float], refused: Template) -> None:
     low, high = bounds
     if not low <= percent <= high:
-        raise EditError(f"{percent:g} % {what}: it must be {low:g} to {high:g} %")
+        raise EditError(refused(percent=percent, lowest=low, highest=high))

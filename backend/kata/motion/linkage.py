@@ -23,6 +23,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kata.motion import texts
 from kata.motion.axes import APPARATUS_SIGNS, CANONICAL_SIDE, Side
 
 Floats = NDArray[np.float64]
@@ -45,6 +46,8 @@ class OutOfReachError(ValueError):
 
     def __init__(self, message: str, index: int, motor: int | None = None) -> None:
         super().__init__(f"{message} (row {index})")
+        self.text = message
+        """The message without the row."""
         self.index = index
         self.motor = motor
 
@@ -145,7 +148,7 @@ class Linkage:
             index, (phi, psi) = _first(np.any(open_, axis=-1), scapula)
             motor = 1 if open_.reshape(-1, 2)[index, 0] else 2
             raise OutOfReachError(
-                f"motor {motor} cannot reach scapular abduction {phi:.1f} deg with upward rotation {psi:.1f} deg",
+                texts.SCAPULA_UNREACHABLE(motor=motor, abduction_deg=phi, rotation_deg=psi),
                 index,
                 motor,
             )
@@ -168,9 +171,7 @@ class Linkage:
         lost = ~np.all(closed, axis=-1)
         if np.any(lost):
             index, (theta1, theta2) = _first(lost, theta)
-            raise OutOfReachError(
-                f"no position of the scapula has motor 1 at {theta1:.1f} deg and motor 2 at {theta2:.1f} deg", index
-            )
+            raise OutOfReachError(texts.NO_SCAPULA_POSITION(angle_1_deg=theta1, angle_2_deg=theta2), index)
         return scapula
 
     def jacobian(self, scapula_deg: ArrayLike, side: Side = CANONICAL_SIDE) -> Floats:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from kata.motion import texts
 from kata.motion.edit import LONGEST_S, EditError, Motion, PlaybackSettings, eased, with_settings
 
 
@@ -55,4 +56,4 @@ def pace_of(motion: Motion, whole: Motion, asked: PlaybackSettings) -> Pace:
 
 def _not_too_long(duration_s: float) -> None:
     if duration_s > LONGEST_S:
-        raise EditError(f"it would last {duration_s / 60:.0f} minutes, longer than an hour")
+        raise EditError(texts.WOULD_LAST_TOO_LONG(minutes=duration_s / 60))

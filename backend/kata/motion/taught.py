@@ -11,6 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from kata.messages import text_of
+from kata.motion import texts
 from kata.motion.axes import POSE_COLUMNS, POSE_RANGE_DEG
 from kata.motion.csv_table import Table, TableError, read_table
 from kata.motion.linkage import Floats
@@ -48,9 +50,9 @@ def read_csv(path: Path) -> Taught:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise TaughtError(f"{path}: {error.strerror}") from error
+        raise TaughtError(texts.FILE_UNREADABLE(file=path, error=error.strerror)) from error
     except UnicodeDecodeError as error:
-        raise TaughtError(f"{path} is not a text file") from error
+        raise TaughtError(texts.FILE_NOT_TEXT(file=path)) from error
     return parse_csv(text, path.stem)
 
 
@@ -65,7 +67,7 @@ def parse_csv(text: str, name: str) -> Taught:
         check_time(table)
         check_poses(table)
     except TableError as error:
-        raise TaughtError(str(error), error.complaints) from error
+        raise TaughtError(text_of(error), error.complaints) from error
     times_s = table.values[:, 0]
     return Taught(name, times_s - times_s[0], table.values[:, 1:])
 
@@ -77,11 +79,11 @@ def check_time(table: Table) -> None:
     """
     times_s = table.values[:, 0]
     table.complain(
-        (row, 0, f"time must increase, {times_s[row]:g} follows {times_s[row - 1]:g}")
+        (row, 0, texts.TIME_MUST_INCREASE(time_s=times_s[row], before_s=times_s[row - 1]))
         for row in (np.flatnonzero(np.diff(times_s) <= 0) + 1).tolist()
     )
     if len(times_s) < 2 or times_s[-1] - times_s[0] < MIN_DURATION_S:
-        raise TableError(f"the motion is too short: {MIN_DURATION_S} s and two rows are the least")
+        raise TableError(texts.MOTION_TOO_SHORT(least_s=MIN_DURATION_S))
 
 
 def check_poses(table: Table) -> None:
@@ -95,7 +97,7 @@ def check_poses(table: Table) -> None:
 
     def wrong() -> Iterator[tuple[int, int, str]]:
         for row, axis in np.argwhere(outside).tolist():
-            span = f"{low[axis]:g} to {high[axis]:g} deg"
-            yield row, axis + 1, f"{poses[row, axis]:g} deg is outside the apparatus' range of {span}"
+            angle = {"angle_deg": poses[row, axis], "lowest_deg": low[axis], "highest_deg": high[axis]}
+            yield row, axis + 1, texts.ANGLE_OUT_OF_APPARATUS(**angle)
 
     table.complain(wrong())

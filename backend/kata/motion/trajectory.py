@@ -6,6 +6,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kata.motion import texts
 from kata.motion.axes import N_AXES
 from kata.motion.linkage import Floats
 from kata.motion.path import Motion
@@ -127,7 +128,7 @@ class Trajectory:
         :raises TrajectoryError: naming motor, time, value and limit of the worst violation of the first such motor.
         """
         if self.duration_s < _SPEED_WINDOW_S - _ROUNDING:
-            raise TrajectoryError(f"it lasts {self.duration_s:g} s; at least {_SPEED_WINDOW_S:g} s are needed")
+            raise TrajectoryError(texts.RECORDING_TOO_SHORT(duration_s=self.duration_s, least_s=_SPEED_WINDOW_S))
         window, speeds = self.speeds()
         places, extremes = self._extremes()
         bend_times, bends = self._bends()
@@ -137,23 +138,32 @@ class Trajectory:
             worst = int(np.argmax(beyond))
             if beyond[worst] > tolerance_deg:
                 raise TrajectoryError(
-                    f"motor {axis + 1} would go to {angles[worst]:.1f} deg at {places[worst, axis]:.1f} s; "
-                    f"its range is {limit.min_deg:g} to {limit.max_deg:g} deg",
+                    texts.MOTOR_OUT_OF_RANGE(
+                        motor=axis + 1,
+                        angle_deg=angles[worst],
+                        at_s=places[worst, axis],
+                        lowest_deg=limit.min_deg,
+                        highest_deg=limit.max_deg,
+                    ),
                     axis + 1,
                     float(places[worst, axis]),
                 )
             fastest = int(np.argmax(speeds[:, axis]))
             if speeds[fastest, axis] > limit.max_speed_deg_s:
                 raise TrajectoryError(
-                    f"motor {axis + 1} would move at {speeds[fastest, axis]:.0f} deg/s at {window[fastest]:.1f} s; "
-                    f"{limit.max_speed_deg_s:g} deg/s is its limit",
+                    texts.MOTOR_TOO_FAST(
+                        motor=axis + 1,
+                        speed_deg_s=speeds[fastest, axis],
+                        at_s=window[fastest],
+                        limit_deg_s=limit.max_speed_deg_s,
+                    ),
                     axis + 1,
                     float(window[fastest]),
                 )
             sharp = bends[:, axis] > limit.max_acceleration_deg_s2
             if np.any(sharp):
                 at_s = float(bend_times[int(np.argmax(bends[:, axis]))])
-                raise TrajectoryError(f"motor {axis + 1} would jerk at {at_s:.1f} s", axis + 1, at_s)
+                raise TrajectoryError(texts.MOTOR_WOULD_JERK(motor=axis + 1, at_s=at_s), axis + 1, at_s)
 
     def _windows(self) -> Floats:
         """Times ``(m,)`` at which the windows of the speed begin; the last one ends with the recording."""
@@ -237,21 +247,21 @@ def _checked(times_s: ArrayLike, angles_deg: ArrayLike) -> tuple[Floats, Floats]
     times = np.asarray(times_s, dtype=np.float64)
     angles = np.asarray(angles_deg, dtype=np.float64)
     if times.ndim != 1 or len(times) < 2 or angles.shape != (len(times), N_AXES):
-        raise TrajectoryError("a recording needs at least two samples of five angles each")
+        raise TrajectoryError(texts.SAMPLES_TOO_FEW())
     if not (np.all(np.isfinite(times)) and np.all(np.isfinite(angles))):
-        raise TrajectoryError("the recording holds values that are not numbers")
+        raise TrajectoryError(texts.SAMPLES_NOT_NUMBERS())
     if np.any(np.abs(angles) > _LARGEST_DEG):
         row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
         raise TrajectoryError(
-            f"motor {axis + 1} would go to {angles[row, axis]:.3g} deg; no motor goes beyond {_LARGEST_DEG:g} deg",
+            texts.ANGLE_IMPLAUSIBLE(motor=axis + 1, angle_deg=angles[row, axis], largest_deg=_LARGEST_DEG),
             int(axis) + 1,
         )
     steps = np.diff(times)
     if np.any(steps <= 0):
-        raise TrajectoryError("the recording's time does not increase")
+        raise TrajectoryError(texts.TIME_NOT_INCREASING())
     if np.any(steps < _SHORTEST_STEP_S):
-        raise TrajectoryError(f"two samples are closer together than {_SHORTEST_STEP_S * 1000:g} ms")
+        raise TrajectoryError(texts.SAMPLES_TOO_CLOSE(shortest_ms=_SHORTEST_STEP_S * 1000))
     if np.any(steps > _LONGEST_GAP_S):
         at = times[int(np.argmax(steps))] - times[0]
-        raise TrajectoryError(f"samples are missing for {np.max(steps):.1f} s after {at:.1f} s")
+        raise TrajectoryError(texts.SAMPLES_MISSING(gap_s=np.max(steps), at_s=at))
     return times - times[0], angles

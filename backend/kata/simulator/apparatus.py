@@ -12,6 +12,7 @@ from typing import Final, Literal
 
 import msgspec
 
+from kata.simulator import texts
 from kata.simulator.drive import Drive, Noticed, share_supply
 from kata.simulator.hand import STRIDE_S, Hand, HandRefusedError, Motion
 from kata.simulator.parameters import DRIVES, SLOW_STEPS, STEP_S, SUPPLIES
@@ -240,9 +241,9 @@ class Apparatus:
         if turned == self._turned:
             return
         if any(drive.torque_on for drive in self.drives):
-            raise HandRefusedError("the motors hold the arm: the apparatus is turned only while torque is off")
+            raise HandRefusedError(texts.TURN_WHILE_MOTORS_HOLD())
         if self._hand.phase != "away":
-            raise HandRefusedError("the hand is still guiding the arm")
+            raise HandRefusedError(texts.HAND_STILL_GUIDING())
         self._turned = turned
         self._set_up()
 
@@ -252,11 +253,11 @@ class Apparatus:
         :raises HandRefusedError: while torque is on, while the hand is busy, or when the motion is none.
         """
         if any(drive.torque_on for drive in self.drives):
-            raise HandRefusedError("the motors hold the arm: the hand guides only while torque is off")
+            raise HandRefusedError(texts.GUIDE_WHILE_MOTORS_HOLD())
         if self._hand.phase != "away":
-            raise HandRefusedError("the hand is still guiding the arm")
+            raise HandRefusedError(texts.HAND_STILL_GUIDING())
         if motion.rows < 2:
-            raise HandRefusedError("a motion needs two or more rows")
+            raise HandRefusedError(texts.MOTION_NEEDS_ROWS())
         self._hand.guide(name, motion, [math.degrees(joint.arm_angle) for joint in self._plant.joints], pedal)
         self._happened("hand_started")
 

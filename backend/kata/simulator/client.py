@@ -6,7 +6,9 @@ from typing import Final
 
 import msgspec
 
+from kata.messages import Text, with_key
 from kata.motion.taught import Taught
+from kata.simulator import texts
 from kata.simulator.apparatus import State
 from kata.simulator.control import Break, Estop, Guide, Look, Mend, Outcome, Pedal, Release, Rows, Turn, Wish
 from kata.simulator.hand import HandRefusedError
@@ -46,7 +48,7 @@ class SimulatorClient:
         last = (len(times) - 1) // _ROWS_A_LINE * _ROWS_A_LINE
         for n in range(0, last, _ROWS_A_LINE):
             self._ask(Rows(times[n : n + _ROWS_A_LINE], poses[n : n + _ROWS_A_LINE]))
-        return self._ask(Guide(motion.name, times[last:], poses[last:], pedal))
+        return self._ask(Guide(str(motion.name), times[last:], poses[last:], pedal))
 
     def release(self) -> State:
         """Let go of arm and pedal."""
@@ -89,5 +91,9 @@ class SimulatorClient:
             raise ConnectionError("the simulated apparatus has ended")
         outcome = msgspec.json.decode(line, type=Outcome)
         if outcome.state is None:
-            raise HandRefusedError(outcome.error or "the simulator gave no reason")
+            raise HandRefusedError(_reason(outcome))
         return outcome.state
+
+
+def _reason(outcome: Outcome) -> Text:
+    return with_key(outcome.error, outcome.error_key) if outcome.error else texts.SIMULATOR_GAVE_NO_REASON()

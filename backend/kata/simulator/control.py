@@ -6,6 +6,7 @@ from typing import Final
 
 import msgspec
 
+from kata.messages import MessageKey, key_of, text_of
 from kata.simulator.apparatus import Apparatus, State
 from kata.simulator.hand import HandRefusedError, Motion
 from kata.simulator.script import Fault, Script
@@ -75,6 +76,7 @@ class Outcome(msgspec.Struct, frozen=True):
     ok: bool
     state: State | None = None
     error: str | None = None
+    error_key: MessageKey | None = None
 
 
 class _Client:
@@ -141,7 +143,7 @@ class ControlServer:
             self._do(client, self._decoder.decode(line))
         except (HandRefusedError, msgspec.MsgspecError) as error:
             client.motion = Motion()
-            return Outcome(ok=False, error=str(error))
+            return Outcome(ok=False, error=str(error), error_key=key_of(text_of(error)))
         return Outcome(ok=True, state=self._apparatus.state())
 
     def _do(self, client: _Client, wish: Wish) -> None:

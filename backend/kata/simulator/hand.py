@@ -12,8 +12,8 @@ import numpy as np
 
 from kata.motion.approach import Approach
 from kata.motion.axes import N_AXES
-from kata.motion.linkage import motor_angles_deg
-from kata.simulator import parameters
+from kata.motion.linkage import OutOfReachError, motor_angles_deg
+from kata.simulator import parameters, texts
 from kata.simulator.parameters import SLOW_STEPS, STEP_S, TURNED, Waves
 
 Phase = Literal["away", "reaching", "tracing", "leaving"]
@@ -50,16 +50,17 @@ class Motion:
         :raises HandRefusedError: when they do not fit together or the apparatus cannot reach them.
         """
         if len(times_s) != len(poses_deg) or any(len(pose) != N_AXES for pose in poses_deg):
-            raise HandRefusedError("a motion needs five angles for each time")
+            raise HandRefusedError(texts.MOTION_NEEDS_FIVE_ANGLES())
         if any(later <= earlier for earlier, later in pairwise([*self.times_s[-1:], *times_s])):
-            raise HandRefusedError("a motion needs time that increases")
+            raise HandRefusedError(texts.MOTION_NEEDS_INCREASING_TIME())
         if not times_s:
             return
         try:
             angles = np.radians(motor_angles_deg(poses_deg))
             turned = np.radians(motor_angles_deg(poses_deg, "left")) * TURNED
-        except ValueError as error:
-            raise HandRefusedError(f"{error}, counted from the one at {times_s[0]:g} s") from error
+        except OutOfReachError as error:
+            place = {"row": error.index, "first_s": times_s[0]}
+            raise HandRefusedError(texts.COUNTED_FROM(reason=error.text, **place)) from error
         self.times_s += times_s
         self.angles += angles.tolist()
         self.turned_angles += turned.tolist()

@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Final
 
 from kata.device.messages import Refusal
+from kata.station import texts
 
 SEEN_LIMIT_S: Final = 2.0
 """A command counts for this long after the live state that its sender saw. The page gets ten states a second, so an older one means that
@@ -14,15 +15,15 @@ page or command was delayed, and the apparatus may have changed."""
 _AHEAD_LIMIT_S: Final = 0.1
 """A state cannot have been seen before it was made. The clock below never jumps; this leaves room for rounding in a client."""
 
-_EXPIRED: Final = Refusal(
+_EXPIRED: Final = Refusal.of(
     code="expired",
-    message="The command arrived more than 2 s after the state that it was based on.",
-    next_step="Look at the apparatus and at the page, then try again.",
+    message=texts.COMMAND_OUTDATED(),
+    next_step=texts.LOOK_AND_TRY_AGAIN(),
 )
-_IN_FUTURE: Final = Refusal(
+_IN_FUTURE: Final = Refusal.of(
     code="seen_in_future",
-    message="The command names a state of the apparatus that lies in the future.",
-    next_step="Reload the page, then try again.",
+    message=texts.COMMAND_IN_FUTURE(),
+    next_step=texts.RELOAD_AND_TRY_AGAIN(),
 )
 
 

@@ -10,6 +10,7 @@ from typing import Final, Literal, NamedTuple
 from uuid import UUID
 
 from kata.device.messages import Mode, Refusal, TorqueState
+from kata.station import texts
 from kata.station.schemas import LeaseLive
 
 GRACE_S: Final = 2.0
@@ -94,10 +95,10 @@ class Lease:
         if self._held is None or self._of(browser):
             return None
         name = self._held.browser.name
-        return Refusal(
+        return Refusal.of(
             code=NOT_OPERATING,
-            message=f"{name} operates the apparatus at another browser.",
-            next_step=f"Watch, ask {name} to release it, or take over. Stop works from here too.",
+            message=texts.OPERATED_ELSEWHERE(operator=name),
+            next_step=texts.WATCH_OR_TAKE_OVER(operator=name),
         )
 
     def take(self, browser: Browser, now: Moment, *, take_over: bool = False) -> Refusal | None:
@@ -119,16 +120,16 @@ class Lease:
             return None
         refusal = self.refusal(browser)
         if refusal is None and torque == "unknown":
-            refusal = Refusal(
+            refusal = Refusal.of(
                 code="torque_unknown",
-                message="Whether the motors hold the arm is not known: somebody has to operate the apparatus.",
-                next_step="Look after the arm and the connection to the apparatus, or let somebody else take over.",
+                message=texts.OPERATOR_NEEDED_UNKNOWN(),
+                next_step=texts.CHECK_ARM_OR_HAND_OVER(),
             )
         elif refusal is None and torque == "on":
-            refusal = Refusal(
+            refusal = Refusal.of(
                 code="torque_on",
-                message="The motors move or hold the arm: somebody has to operate the apparatus.",
-                next_step="Move back or stop first, or let somebody else take over.",
+                message=texts.OPERATOR_NEEDED(),
+                next_step=texts.MOVE_BACK_OR_HAND_OVER(),
             )
         if refusal is None:
             self._held = None

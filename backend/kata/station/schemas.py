@@ -1,12 +1,13 @@
 """Live state as it goes to the browser: the device's snapshot, and how far it can be believed."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 from uuid import UUID
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from kata.device.messages import LOAD_LEVELS, CommandName, EstopState, Mode, PedalState, TorqueState
+from kata.messages import key_of
 from kata.motion.axes import Side
 
 DeviceState = Literal["starting", "running", "restarting"]
@@ -24,6 +25,35 @@ LoadLevel = Annotated[
 
 class _Schema(BaseModel):
     model_config = ConfigDict(frozen=True)
+
+
+class NestedText(_Schema):
+    """A text within another one."""
+
+    code: str = Field(description="Empty: the text has no code, and is not translated.")
+    params: dict[str, Any] = Field(description="As those of the text around it.")
+    text: str = Field(description="In English.")
+
+
+Param = int | float | str | NestedText | list[NestedText]
+
+
+class TextKey(_Schema):
+    """Stable code and parameters of a text, for its translation."""
+
+    code: str = Field(description="Of `frontend/server-messages.json`.", examples=["motor_out_of_range"])
+    params: dict[str, Param] = Field(examples=[{"motor": 3}])
+
+    @classmethod
+    def of(cls, text: str | None) -> "TextKey | None":
+        """Return the key of a text; None for a string without a code."""
+        key = key_of(text)
+        return None if key is None else cls(code=key.code, params=key.params)
+
+
+OptionalKey = Annotated[
+    TextKey | None, Field(description="Code and parameters of the English text beside it; null: it has none.")
+]
 
 
 class AxisInfo(_Schema):
@@ -70,6 +100,8 @@ class StopCauseLive(_Schema):
     next_step: str = Field(examples=["Look after the patient, release the switch, then acknowledge."])
     axis: int | None = Field(ge=1, le=5, description="Motor number, where it belongs to one.")
     cleared: bool = Field(description="Its condition no longer holds; acknowledging needs every cause cleared.")
+    message_key: OptionalKey = None
+    next_step_key: OptionalKey = None
 
 
 class StopLive(_Schema):
@@ -98,6 +130,7 @@ class RunLive(_Schema):
     changes: list[str] = Field(
         description="What was done to the recording for this run, in words.", examples=[["at 50 % speed"]]
     )
+    changes_keys: list[OptionalKey] = Field([], description="Code and parameters of each of `changes`.")
     patient: PatientRef | None
     position_s: float = Field(ge=0, description="Place on the recording, seconds.")
     duration_s: float = Field(ge=0, description="Length of the recording as it is played in this run, seconds.")
@@ -115,6 +148,7 @@ class RunLive(_Schema):
         description="What was met when the arm was last taken back; null when it never was.",
         examples=["Motor 3 met resistance at 12.3 s; the arm is taken back."],
     )
+    resistance_key: OptionalKey = None
 
 
 class TeachingLive(_Schema):
@@ -134,6 +168,8 @@ class RefusalLive(_Schema):
     code: str = Field(examples=["is_idle"])
     message: str = Field(examples=["No recording is loaded."])
     next_step: str = Field(examples=["Load a recording first."])
+    message_key: OptionalKey = None
+    next_step_key: OptionalKey = None
 
 
 class LoopLive(_Schema):
@@ -230,4 +266,5 @@ class EventLive(_Schema):
     number: int = Field(ge=1, description="Without gaps since the device process started.")
     code: str = Field(examples=["take_started"])
     message: str = Field(examples=["Take 1 is being recorded."])
+    message_key: OptionalKey = None
     at: datetime

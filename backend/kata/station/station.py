@@ -33,11 +33,12 @@ from kata.device.messages import (
     TorqueState,
 )
 from kata.motion.axes import Side
+from kata.station import texts
 from kata.station.device_process import DeviceProcess
 from kata.station.guard import StateClock
 from kata.station.lease import Browser, Due
 from kata.station.operating import Operating
-from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo
+from kata.station.schemas import AxisInfo, EventLive, Live, PatientRef, StationInfo, TextKey
 
 log = logging.getLogger(__name__)
 
@@ -51,20 +52,20 @@ _TORQUE_OFF_NS: Final = 500_000_000
 """Drives report that their torque is off within ten cycles of 20 ms after it was switched; until then a stop shows no held arm."""
 NO_ANSWER: Final = "no_answer"
 """Code of a refusal that is none for sure: the command may have been carried out."""
-_NOT_NOW: Final = Refusal(
+_NOT_NOW: Final = Refusal.of(
     code="not_idle",
-    message="The apparatus is turned only while nothing is going on.",
-    next_step="End what is going on, or acknowledge the stop, first.",
+    message=texts.TURN_ONLY_WHEN_IDLE(),
+    next_step=texts.END_OR_ACKNOWLEDGE_FIRST(),
 )
-_MAY_HOLD: Final = Refusal(
+_MAY_HOLD: Final = Refusal.of(
     code="torque_not_off",
-    message="The motors hold an arm, or may hold one.",
-    next_step="Support the arm, and wait until the apparatus shows that its torque is off.",
+    message=texts.MAY_HOLD_ARM(),
+    next_step=texts.SUPPORT_UNTIL_TORQUE_OFF(),
 )
-_OFFLINE: Final = Refusal(
+_OFFLINE: Final = Refusal.of(
     code="device_offline",
-    message="The apparatus' control program is not running.",
-    next_step="It is started again by itself; wait a moment.",
+    message=texts.DEVICE_OFFLINE(),
+    next_step=texts.WAIT_FOR_RESTART(),
 )
 
 
@@ -152,7 +153,7 @@ class Station:
         """Of the device's clock: since then torque has not been off although a stop has come to its end."""
         self._has_run = False
         self._occupation: Occupation | None = None
-        self._resistance: str | None = None
+        self._resistance: Event | None = None
         self.clock = StateClock()
         self.operating = Operating(self.command, self._changed, on_due)
         self._changes = 0
@@ -203,10 +204,10 @@ class Station:
                 refusal = await reply
         except TimeoutError:
             self._occupy(occupation)
-            refusal = Refusal(
+            refusal = Refusal.of(
                 code=NO_ANSWER,
-                message="The apparatus' control program did not answer.",
-                next_step="Look at the apparatus before trying again: the command may still have been carried out.",
+                message=texts.NO_ANSWER(),
+                next_step=texts.LOOK_BEFORE_TRYING_AGAIN(),
             )
         return refusal
 
@@ -299,7 +300,9 @@ class Station:
             state["run"] = self._with_occupation(state["run"], "run_id")
             state["teaching"] = self._with_occupation(state["teaching"], "teaching_id")
             if snapshot.run:
-                state["run"]["resistance"] = self._resistance if snapshot.run.reversals else None
+                met = self._resistance if snapshot.run.reversals else None
+                state["run"]["resistance"] = met and met.message
+                state["run"]["resistance_key"] = met and msgspec.to_builtins(met.message_key)
             if snapshot.stop:
                 state["stop"]["arm_held"] = self._may_hold(snapshot)
         else:
@@ -351,12 +354,16 @@ class Station:
                 self.operating.look(message)
             case Event():
                 if message.code == "load_reversal":
-                    self._resistance = message.message
+                    self._resistance = message
                     self._changes += 1
                 since = timedelta(microseconds=(time.monotonic_ns() - message.t_ns) / 1000)
                 self.tell(
                     EventLive(
-                        number=message.number, code=message.code, message=message.message, at=datetime.now(UTC) - since
+                        number=message.number,
+                        code=message.code,
+                        message=message.message,
+                        message_key=msgspec.to_builtins(message.message_key),
+                        at=datetime.now(UTC) - since,
                     )
                 )
             case JournalClosed():
@@ -424,6 +431,7 @@ class Station:
             "patient": known.patient if known else None,
             "recording_name": known.recording_name if known else None,
             "changes": known.changes if known else (),
+            "changes_keys": [TextKey.of(one) for one in known.changes] if known else [],
             "session_id": known.session_id if known else None,
         }
 

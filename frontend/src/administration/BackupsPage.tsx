@@ -6,7 +6,6 @@ import { formatMoment } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
 import { replaceData } from "../shared/replaceData";
 import { useTitle } from "../shared/title";
-import { told } from "../shared/told";
 import { BACKUPS, KEYS } from "./words";
 
 const LOOK_AGAIN_MS = 2_000;
@@ -134,8 +133,8 @@ function Rows({ items }: { items: Schemas["Backup"][] }) {
 }
 
 function triedWords(one: Schemas["Backup"]): string {
-  if (one.problem) return BACKUPS.failed(told(one.problem));
-  if (one.test_problem) return BACKUPS.notRestorable(told(one.test_problem));
+  if (one.problem) return BACKUPS.failed(one.problem);
+  if (one.test_problem) return BACKUPS.notRestorable(one.test_problem);
   if (!one.tested_at) return BACKUPS.notTried;
   return BACKUPS.cameBack(formatMoment(one.tested_at));
 }

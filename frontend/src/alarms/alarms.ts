@@ -1,6 +1,6 @@
 import { isAlive, type LiveState } from "../live/store";
 import { formatClock } from "../shared/format";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { WORDS } from "./words";
 
 /** As IEC 60601-1-8 means them: how soon somebody has to do something, and how bad it is if nobody does. */
@@ -54,7 +54,12 @@ export function alarmsOf(state: LiveState): Alarm[] {
   if (live?.stop && cause) {
     const stands = live.stop.causes.some((one) => !one.cleared);
     const priority = alive && (live.stop.arm_held || stands) ? "high" : "medium";
-    note(`stop ${cause.code}`, priority, told(cause.message), told(cause.next_step));
+    note(
+      `stop ${cause.code}`,
+      priority,
+      translateServerText(cause.message, cause.message_key),
+      translateServerText(cause.next_step, cause.next_step_key),
+    );
   }
   if (alive && live !== null) {
     if (live.estop === "unknown" && !live.stop) {
@@ -69,7 +74,9 @@ export function alarmsOf(state: LiveState): Alarm[] {
       note(
         "reversing",
         "low",
-        live.run.resistance === null ? WORDS.reversing : told(live.run.resistance),
+        live.run.resistance === null
+          ? WORDS.reversing
+          : translateServerText(live.run.resistance, live.run.resistance_key),
         WORDS.reversingNext,
       );
     }

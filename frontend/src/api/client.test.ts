@@ -40,14 +40,6 @@ describe("the client", () => {
     expect(error.fields).toEqual({ name: "is needed" });
   });
 
-  it("asks in the page's language, also where it sends a file", async () => {
-    const asked = vi.fn(async (_: Request) => Response.json({}));
-    vi.stubGlobal("fetch", asked);
-    await api.patient("x");
-    await api.uploadMotion("name", "csv");
-    expect(asked.mock.calls.map(([request]) => request.headers.get("Accept-Language"))).toEqual(["en", "en"]);
-  });
-
   it("puts a silent service into words", async () => {
     vi.stubGlobal("fetch", async () => {
       throw new TypeError("Failed to fetch");

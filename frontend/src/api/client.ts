@@ -1,6 +1,6 @@
 import createClient from "openapi-fetch";
-import { LANGUAGE, type Language, say } from "../shared/language";
-import { told } from "../shared/told";
+import { type Language, say } from "../shared/language";
+import { translateServerText } from "../shared/serverText";
 import type { PlotWindow } from "../shared/window";
 import type { components, paths } from "./schema";
 
@@ -66,11 +66,18 @@ export class ProblemError extends Error {
   readonly fields: Record<string, string>;
 
   constructor(problem: Partial<Schemas["Problem"]>) {
-    super(problem.detail === undefined ? UNHEARD.unclear : told(problem.detail));
+    super(
+      problem.detail === undefined
+        ? UNHEARD.unclear
+        : translateServerText(problem.detail, problem.detail_key),
+    );
     this.code = problem.code ?? "unknown";
-    this.nextStep = told(problem.next_step ?? "");
+    this.nextStep = translateServerText(problem.next_step ?? "", problem.next_step_key);
     this.fields = Object.fromEntries(
-      (problem.errors ?? []).map((error) => [error.pointer.split("/").at(-1) ?? "", told(error.detail)]),
+      (problem.errors ?? []).map((error) => [
+        error.pointer.split("/").at(-1) ?? "",
+        translateServerText(error.detail, error.detail_key),
+      ]),
     );
   }
 }
@@ -78,8 +85,6 @@ export class ProblemError extends Error {
 /** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
 export const client = createClient<paths>({
   baseUrl: location.origin,
-  // What is wrong with a field the service says in the page's language.
-  headers: { "Accept-Language": LANGUAGE },
   fetch: (request) => fetch(request),
 });
 

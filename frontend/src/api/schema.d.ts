@@ -3297,6 +3297,8 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
             /**
              * Category
              * @description Of the stop, where it is an alarm.
@@ -3677,6 +3679,8 @@ export interface components {
              * @example Take 1 is being recorded.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
             /**
              * At
              * Format: date-time
@@ -3730,6 +3734,12 @@ export interface components {
             layout: {
                 [key: string]: unknown;
             };
+            /**
+             * Texts
+             * @description For the translation of its English texts.
+             * @default []
+             */
+            texts: components["schemas"]["PlacedText"][];
         };
         /**
          * GuideRequest
@@ -3941,6 +3951,8 @@ export interface components {
              * @description Why not, in a sentence.
              */
             problem: string | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            problem_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * ItemWanted
@@ -4391,6 +4403,8 @@ export interface components {
             id: string;
             /** Name */
             name: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Source
              * @enum {string}
@@ -4529,6 +4543,8 @@ export interface components {
              * @example Abduction / adduction of the shoulder
              */
             name: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            name_key?: components["schemas"]["TextKey"] | null;
             /**
              * Apparatus Min Deg
              * @description Lower end of the apparatus' range, degrees.
@@ -4664,6 +4680,29 @@ export interface components {
              * @example 2.1
              */
             torque_peak_nm: number | null;
+        };
+        /**
+         * NestedText
+         * @description A text within another one.
+         */
+        NestedText: {
+            /**
+             * Code
+             * @description Empty: the text has no code, and is not translated.
+             */
+            code: string;
+            /**
+             * Params
+             * @description As those of the text around it.
+             */
+            params: {
+                [key: string]: unknown;
+            };
+            /**
+             * Text
+             * @description In English.
+             */
+            text: string;
         };
         /**
          * OidcCallback
@@ -4941,6 +4980,35 @@ export interface components {
         PedalRequest: {
             /** Down */
             down: boolean;
+        };
+        /**
+         * PlacedText
+         * @description Code and parameters of an English text, and where it stands.
+         */
+        PlacedText: {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
+            };
+            /**
+             * Places
+             * @description JSON pointers.
+             * @example [
+             *       "/layout/xaxis/title/text"
+             *     ]
+             */
+            places: string[];
         };
         /**
          * PlanTimer
@@ -5445,6 +5513,12 @@ export interface components {
              * @description A value a column; null where there is none.
              */
             rows: (string | number | null)[][];
+            /**
+             * Texts
+             * @description For the translation of its English texts.
+             * @default []
+             */
+            texts: components["schemas"]["PlacedText"][];
         };
         /**
          * Ready
@@ -5574,6 +5648,12 @@ export interface components {
              */
             done: string[];
             /**
+             * Done Keys
+             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @default []
+             */
+            done_keys: (components["schemas"]["TextKey"] | null)[];
+            /**
              * Name
              * @example Flexion, take 1
              */
@@ -5678,6 +5758,12 @@ export interface components {
              *     ]
              */
             done: string[];
+            /**
+             * Done Keys
+             * @description Code and parameters of each of `done`; none for a recording from before they were stored.
+             * @default []
+             */
+            done_keys: (components["schemas"]["TextKey"] | null)[];
             /**
              * Name
              * @example Flexion, take 1
@@ -5807,6 +5893,10 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * Reset
@@ -6047,6 +6137,12 @@ export interface components {
              *     ]
              */
             changes: string[];
+            /**
+             * Changes Keys
+             * @description Code and parameters of each of `changes`.
+             * @default []
+             */
+            changes_keys: (components["schemas"]["TextKey"] | null)[];
             patient: components["schemas"]["PatientRef"] | null;
             /**
              * Position S
@@ -6095,6 +6191,8 @@ export interface components {
              * @example Motor 3 met resistance at 12.3 s; the arm is taken back.
              */
             resistance: string | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            resistance_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * RunStop
@@ -6111,6 +6209,8 @@ export interface components {
              * @example The emergency stop was pressed.
              */
             message: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * SavedMessage
@@ -6317,6 +6417,8 @@ export interface components {
              * @example The belt holds the patient in the seat.
              */
             sentence: string;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            sentence_key?: components["schemas"]["TextKey"] | null;
             /**
              * Detected
              * @description The apparatus itself tells; it cannot be ticked.
@@ -7123,6 +7225,10 @@ export interface components {
              * @description Its condition no longer holds; acknowledging needs every cause cleared.
              */
             cleared: boolean;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            message_key?: components["schemas"]["TextKey"] | null;
+            /** @description Code and parameters of the English text beside it; null: it has none. */
+            next_step_key?: components["schemas"]["TextKey"] | null;
         };
         /**
          * StopLive
@@ -7297,6 +7403,27 @@ export interface components {
              * @example Sato Ken
              */
             name: string;
+        };
+        /**
+         * TextKey
+         * @description Stable code and parameters of a text, for its translation.
+         */
+        TextKey: {
+            /**
+             * Code
+             * @description Of `frontend/server-messages.json`.
+             * @example motor_out_of_range
+             */
+            code: string;
+            /**
+             * Params
+             * @example {
+             *       "motor": 3
+             *     }
+             */
+            params: {
+                [key: string]: number | string | components["schemas"]["NestedText"] | components["schemas"]["NestedText"][];
+            };
         };
         /**
          * Trim
@@ -7488,16 +7615,26 @@ export interface components {
             pointer: string;
             /**
              * Field
-             * @description What the field is called, in the user's language.
+             * @description What the field is called.
              * @example birth date
              */
             field: string;
             /**
              * Detail
-             * @description What is wrong with it, in the user's language.
+             * @description What is wrong with it.
              * @example must be between 1900 and today
              */
             detail: string;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            field_key: components["schemas"]["TextKey"] | null;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            detail_key: components["schemas"]["TextKey"] | null;
         };
         /**
          * Problem
@@ -7529,7 +7666,7 @@ export interface components {
             detail: string;
             /**
              * Code
-             * @description Stable name of the cause.
+             * @description Stable name of the kind of problem, for programs.
              * @example is_idle
              */
             code: string;
@@ -7540,6 +7677,16 @@ export interface components {
              * @example Load a recording first.
              */
             next_step: string;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            detail_key: components["schemas"]["TextKey"] | null;
+            /**
+             * @description Code and parameters of the English text beside it; null: it has none.
+             * @default null
+             */
+            next_step_key: components["schemas"]["TextKey"] | null;
             /**
              * Errors
              * @description Which fields, where the request itself is wrong.

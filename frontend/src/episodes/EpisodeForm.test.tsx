@@ -112,7 +112,15 @@ describe("changing an episode", () => {
     update.mockRejectedValue(
       new ProblemError({
         ...problem,
-        errors: [{ pointer: "#/max_speed_deg_s", field: "max_speed_deg_s", detail: "At most 150." }],
+        errors: [
+          {
+            pointer: "#/max_speed_deg_s",
+            field: "max_speed_deg_s",
+            detail: "At most 150.",
+            field_key: null,
+            detail_key: null,
+          },
+        ],
       }),
     );
     show(edit());
@@ -125,7 +133,7 @@ describe("changing an episode", () => {
   it("says why it was not saved, and keeps what was written", async () => {
     update.mockRejectedValue(
       new ProblemError({
-        detail: "It is not said which doctor set the limits.",
+        detail: "The name of the doctor who set the limits is missing.",
         next_step: "Write the name.",
       }),
     );

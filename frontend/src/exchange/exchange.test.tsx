@@ -97,8 +97,20 @@ describe("a motion from a CSV file", () => {
       new ProblemError({
         detail: "This file cannot be used.",
         errors: [
-          { pointer: "line 3, column time_s", field: "", detail: "'x' is not a number" },
-          { pointer: "line 9, column time_s", field: "", detail: "'y' is not a number" },
+          {
+            pointer: "line 3, column time_s",
+            field: "",
+            detail: "'x' is not a number",
+            field_key: null,
+            detail_key: null,
+          },
+          {
+            pointer: "line 9, column time_s",
+            field: "",
+            detail: "'y' is not a number",
+            field_key: null,
+            detail_key: null,
+          },
         ],
       }),
     );

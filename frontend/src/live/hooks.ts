@@ -2,7 +2,7 @@ import { useQueryClient } from "@tanstack/react-query";
 import { useEffect, useState, useSyncExternalStore } from "react";
 import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
 import { say } from "../shared/language";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { ageTenths, isAlive, type LiveState, store } from "./store";
 
 const AGE_EVERY_MS = 500;
@@ -47,7 +47,9 @@ export function useLive<Name extends keyof Live>(name: Name): Live[Name] | null 
 }
 
 /** Why a command is not possible now; null when it is. */
-export function useRefusal(command: CommandName): Schemas["RefusalLive"] | null {
+export function useRefusal(
+  command: CommandName,
+): Pick<Schemas["RefusalLive"], "code" | "message" | "next_step"> | null {
   const alive = useAlive();
   const refusal = useStore((state) => state.live?.refusals[command] ?? null);
   if (!alive) {
@@ -57,7 +59,13 @@ export function useRefusal(command: CommandName): Schemas["RefusalLive"] | null 
       next_step: NOT_ALIVE.nextStep,
     };
   }
-  return refusal && { ...refusal, message: told(refusal.message), next_step: told(refusal.next_step) };
+  return (
+    refusal && {
+      code: refusal.code,
+      message: translateServerText(refusal.message, refusal.message_key),
+      next_step: translateServerText(refusal.next_step, refusal.next_step_key),
+    }
+  );
 }
 
 /** Keep lists fresh as takes and runs reach the database. */

@@ -68,7 +68,13 @@ describe("the form of a patient", () => {
 
   it("puts what is wrong at its field", async () => {
     const errors = [
-      { pointer: "#/birth_date", field: "birth date", detail: "must be between 1900 and today" },
+      {
+        pointer: "#/birth_date",
+        field: "birth date",
+        detail: "must be between 1900 and today",
+        field_key: null,
+        detail_key: null,
+      },
     ];
     update.mockRejectedValue(new ProblemError({ detail: "Please check what was entered.", errors }));
     render(within(<PatientForm patient={PATIENT} onDone={onDone} />));

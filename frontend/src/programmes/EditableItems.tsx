@@ -3,7 +3,7 @@ import { IconAdjustments, IconArrowDown, IconArrowUp, IconTrash } from "@tabler/
 import { useEffect, useRef, useState } from "react";
 import type { Schemas } from "../api/client";
 import { formatSpan } from "../shared/format";
-import { told as said } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { type Draft, moved } from "./draft";
 import { itemWords } from "./told";
 import { ITEMS } from "./words";
@@ -75,7 +75,7 @@ export function EditableItems(props: {
                   {itemWords(item)}
                   {checked[place]?.problem && (
                     <Text fw={600} c="grape.9" role="alert">
-                      {said(checked[place].problem)}
+                      {translateServerText(checked[place].problem, checked[place].problem_key)}
                     </Text>
                   )}
                 </Table.Td>

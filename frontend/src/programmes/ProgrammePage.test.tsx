@@ -148,7 +148,7 @@ describe("a programme", { timeout: 30_000 }, () => {
       duration_s: 30,
       items: [
         { duration_s: 30, problem: null },
-        { duration_s: null, problem: "Item 2 cannot be played like that: motor 3 is too fast." },
+        { duration_s: null, problem: "Item 2 cannot be played with these settings: motor 3 is too fast." },
       ],
     });
     show();

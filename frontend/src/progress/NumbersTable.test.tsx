@@ -26,6 +26,7 @@ describe("the numbers behind a chart", () => {
               [AT, "Lift", 1.234, -3],
               [AT, "Turn", 0, null],
             ],
+            texts: [],
           }}
         />
       </MantineProvider>,
@@ -58,10 +59,11 @@ describe("the numbers behind a chart", () => {
 
 describe("a figure's days", () => {
   it("are those of the browser, and the rest is left as it is", () => {
-    const figure = { data: [{ x: [0], customdata: [AT] }, { x: [1, 2] }], layout: { height: 3 } };
+    const figure = { data: [{ x: [0], customdata: [AT] }, { x: [1, 2] }], layout: { height: 3 }, texts: [] };
     expect(withLocalDays(figure)).toEqual({
       data: [{ x: [0], customdata: [formatDayOf(AT)] }, { x: [1, 2] }],
       layout: { height: 3 },
+      texts: [],
     });
   });
 });

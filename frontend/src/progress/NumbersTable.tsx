@@ -3,13 +3,14 @@ import { useDisclosure } from "@mantine/hooks";
 import { IconTable } from "@tabler/icons-react";
 import type { Schemas } from "../api/client";
 import { formatDeg, formatMoment } from "../shared/format";
-import { told } from "../shared/told";
+import { translatePlaced } from "../shared/serverText";
 import { PROGRESS } from "./words";
 
 type Column = Schemas["ProgressColumn"];
 
 /** What a chart was drawn from, to be read without seeing it. */
-export function NumbersTable({ title, table }: { title: string; table: Schemas["ProgressTable"] }) {
+export function NumbersTable({ title, table: sent }: { title: string; table: Schemas["ProgressTable"] }) {
+  const table = translatePlaced(sent);
   const [shown, rows] = useDisclosure(false);
   return (
     <>
@@ -30,7 +31,7 @@ export function NumbersTable({ title, table }: { title: string; table: Schemas["
               <Table.Tr>
                 {table.columns.map((column) => (
                   <Table.Th key={column.name} scope="col" ta={alignment(column)}>
-                    {told(column.name)}
+                    {column.name}
                   </Table.Th>
                 ))}
               </Table.Tr>
@@ -59,6 +60,5 @@ function cellText(column: Column, value: string | number | null): string {
   if (typeof value === "number") return formatDeg(value, column.digits);
   if (value === null) return "–";
   if (column.kind === "moment") return formatMoment(value);
-  // A name that somebody gave stays as it is.
-  return column.name === "Recording" ? value : told(value);
+  return value;
 }

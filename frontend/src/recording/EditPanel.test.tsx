@@ -17,6 +17,7 @@ const RECORDING: Recording = {
   take: 1,
   parent_id: null,
   done: [],
+  done_keys: [],
   name: "Lift",
   side: "right",
   station: "Station 1",
@@ -46,7 +47,7 @@ const onKept = vi.fn();
 
 beforeEach(() => {
   vi.resetAllMocks();
-  preview.mockResolvedValue({ data: [], layout: {} });
+  preview.mockResolvedValue({ data: [], layout: {}, texts: [] });
   derive.mockResolvedValue(MADE);
   render(
     <MantineProvider env="test">

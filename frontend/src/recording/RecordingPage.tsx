@@ -13,10 +13,10 @@ import { EditableNote } from "../shared/EditableNote";
 import { formatMoment, formatSpan } from "../shared/format";
 import { ButtonLink, PageLink } from "../shared/links";
 import { MotorRanges } from "../shared/MotorRanges";
+import { doneWords } from "../shared/madeOf";
 import { ProblemNote } from "../shared/problem";
 import { replaceData } from "../shared/replaceData";
 import { useTitle } from "../shared/title";
-import { told } from "../shared/told";
 import { FIXTURES, FORMAT } from "../shared/words";
 import { EditPanel } from "./EditPanel";
 import { RecordingFigure } from "./RecordingFigure";
@@ -156,7 +156,7 @@ export function RecordingPage() {
       </Group>
       {it.parent_id && (
         <Text data-testid="made-of">
-          <Around words={(parent) => RECORDING.madeOf(parent, FORMAT.list(it.done.map(told)))}>
+          <Around words={(parent) => RECORDING.madeOf(parent, FORMAT.list(doneWords(it)))}>
             <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
               {parent.data?.name ?? RECORDING.another}
             </PageLink>

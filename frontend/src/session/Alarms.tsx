@@ -3,7 +3,7 @@ import { useQuery } from "@tanstack/react-query";
 import { api } from "../api/client";
 import { formatClock } from "../shared/format";
 import { ProblemNote } from "../shared/problem";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { ALARMS } from "./words";
 
 const clock = (moment: string) => formatClock(new Date(moment));
@@ -26,8 +26,12 @@ export function Alarms({ sessionId }: { sessionId: string }) {
         {items.map((one) => (
           <Text key={one.id}>
             {one.ended_at
-              ? ALARMS.acknowledged(clock(one.at), told(one.message), clock(one.ended_at))
-              : ALARMS.notAcknowledged(clock(one.at), told(one.message))}
+              ? ALARMS.acknowledged(
+                  clock(one.at),
+                  translateServerText(one.message, one.message_key),
+                  clock(one.ended_at),
+                )
+              : ALARMS.notAcknowledged(clock(one.at), translateServerText(one.message, one.message_key))}
           </Text>
         ))}
       </Stack>

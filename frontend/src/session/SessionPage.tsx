@@ -12,9 +12,9 @@ import { LOAD_LEVELS } from "../shared/levels";
 import { ButtonLink, PageLink } from "../shared/links";
 import { NoteCard } from "../shared/NoteCard";
 import { ProblemNote } from "../shared/problem";
+import { translateServerText } from "../shared/serverText";
 import { settingsWords } from "../shared/settings";
 import { useTitle } from "../shared/title";
-import { told } from "../shared/told";
 import { FORMAT } from "../shared/words";
 import { Alarms } from "./Alarms";
 import { Beside } from "./Beside";
@@ -100,7 +100,7 @@ function RunCard({ run, number }: { run: Run; number: number }) {
         {run.load_level !== null && <Text c="dimmed">{SESSION.level(run.load_level, LOAD_LEVELS)}</Text>}
         {changes && <Text>{changes}</Text>}
         <Text data-testid="done">{doneWords(run)}</Text>
-        {run.stop && <Text fw={600}>{told(run.stop.message)}</Text>}
+        {run.stop && <Text fw={600}>{translateServerText(run.stop.message, run.stop.message_key)}</Text>}
         {run.comparison ? (
           <>
             <Group justify="end">
@@ -172,7 +172,7 @@ function Motions({ motions }: { motions: Comparison["motions"] }) {
           {motions.map((motion) => (
             <Row
               key={motion.motion}
-              first={COMPARED.motionNamed(motion.motion, told(motion.name))}
+              first={COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key))}
               others={[
                 ...errorCells(motion),
                 formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),

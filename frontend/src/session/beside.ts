@@ -1,6 +1,6 @@
 import type { Run, Session } from "../api/client";
 import { formatDeg, formatRange } from "../shared/format";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { BESIDE, COMPARED } from "./words";
 
 /** One thing that two sessions tell: in the other one, in this one, and what has changed where that is a number. */
@@ -55,7 +55,9 @@ function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
         const same = run?.comparison?.motions.find((one) => one.motion === motion.motion);
         return formatRange(same?.played_min_deg ?? null, same?.played_max_deg ?? null);
       };
-      const what = BESIDE.reached(COMPARED.motionNamed(motion.motion, told(motion.name)));
+      const what = BESIDE.reached(
+        COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key)),
+      );
       return { what, other: reached(other), here: reached(here), change: "" };
     }),
   ];

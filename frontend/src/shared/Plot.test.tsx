@@ -25,7 +25,7 @@ const plotly = vi.hoisted(() => {
 vi.mock("plotly.js-cartesian-dist-min", () => ({ default: plotly }));
 afterEach(cleanup);
 
-const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 } });
+const figure = (name: string) => ({ data: [{ name }], layout: { height: 300 }, texts: [] });
 
 test("what somebody looks at closer is asked for, and the same place draws it", async () => {
   const asked = vi.fn();

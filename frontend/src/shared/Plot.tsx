@@ -4,7 +4,7 @@ import type { Schemas } from "../api/client";
 import { FIGURE, PLOTLY, PLOTLY_DAYS } from "./figureWords";
 import { LANGUAGE } from "./language";
 import { inScheme } from "./plotColours";
-import { spoken } from "./plotWords";
+import { translatePlaced } from "./serverText";
 import { type PlotWindow, windowOf } from "./window";
 
 // A double click shows all of it again, whatever part was last asked for.
@@ -50,7 +50,7 @@ export function Plot({
         Plotly.register({ moduleType: "locale", name: LANGUAGE, dictionary: PLOTLY, format: PLOTLY_DAYS });
       }
       // Plotly writes into the layout it is given what is done to it.
-      const { data, layout } = inScheme(spoken(figure), scheme);
+      const { data, layout } = inScheme(translatePlaced(figure), scheme);
       const plot = await Plotly.react(element, data, layout, config);
       plot.removeAllListeners("plotly_relayout");
       plot.on("plotly_relayout", (change) => {

@@ -7,7 +7,7 @@ import { useAlive, useLive, useRefusal } from "../live/hooks";
 import { store } from "../live/store";
 import hold from "./hold.module.css";
 import { ProblemNote } from "./problem";
-import { told } from "./told";
+import { translateServerText } from "./serverText";
 import { useHold } from "./useHold";
 import { STOPPED } from "./words";
 
@@ -32,10 +32,10 @@ export function StopBanner({ whole = false }: { whole?: boolean }) {
             {stop.causes.map((cause) => (
               <List.Item key={`${cause.code}-${cause.axis}`}>
                 <Text span inherit fw={600}>
-                  {told(cause.message)}
+                  {translateServerText(cause.message, cause.message_key)}
                 </Text>{" "}
                 {alive && cause.cleared && !held ? STOPPED.cleared : ""}
-                {told(cause.next_step)}
+                {translateServerText(cause.next_step, cause.next_step_key)}
               </List.Item>
             ))}
           </List>

@@ -26,7 +26,7 @@ export function inScheme(figure: Schemas["Figure"], scheme: "light" | "dark"): S
   const told = JSON.stringify(figure).replace(/"(#[0-9a-fA-F]{6}|white)"/g, (whole, colour: string) =>
     `"${IN_THE_DARK[colour.toLowerCase()] ?? ""}"`.replace('""', whole),
   );
-  const { data, layout } = JSON.parse(told) as Schemas["Figure"];
+  const { data, layout, texts } = JSON.parse(told) as Schemas["Figure"];
   const font = { ...(layout.font as object | undefined), color: "#e6e8eb" };
-  return { data, layout: { ...layout, font, paper_bgcolor: "#242424", plot_bgcolor: "#242424" } };
+  return { data, layout: { ...layout, font, paper_bgcolor: "#242424", plot_bgcolor: "#242424" }, texts };
 }

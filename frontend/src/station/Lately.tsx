@@ -1,7 +1,7 @@
 import { Card, Group, Stack, Text, Title } from "@mantine/core";
 import { useEvents } from "../live/hooks";
 import { formatClock } from "../shared/format";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { STATION } from "./words";
 
 const SHOWN = 6;
@@ -19,7 +19,7 @@ export function Lately() {
         {events.slice(0, SHOWN).map((event) => (
           <Group key={`${event.at} ${event.number}`} gap="md" wrap="nowrap" align="start">
             <Text c="dimmed">{formatClock(new Date(event.at))}</Text>
-            <Text>{told(event.message)}</Text>
+            <Text>{translateServerText(event.message, event.message_key)}</Text>
           </Group>
         ))}
       </Stack>

@@ -18,8 +18,8 @@ import { PageLink } from "../shared/links";
 import { useHighestLevel, useRecordings } from "../shared/ofPatient";
 import { arePlayable, PlaySettings } from "../shared/PlaySettings";
 import { ProblemNote } from "../shared/problem";
+import { translateServerText } from "../shared/serverText";
 import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "../shared/settings";
-import { told } from "../shared/told";
 import { FORMAT } from "../shared/words";
 import { CommandButton } from "./CommandButton";
 import { pathWords, TakenBack } from "./TakenBack";
@@ -171,7 +171,11 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
         </Text>
       </Text>
       {run.changes.length > 0 && (
-        <Text data-testid="changes">{PLAY.played(FORMAT.list(run.changes.map(told)))}</Text>
+        <Text data-testid="changes">
+          {PLAY.played(
+            FORMAT.list(run.changes.map((one, place) => translateServerText(one, run.changes_keys[place]))),
+          )}
+        </Text>
       )}
       {mode === "ready" && (
         <>

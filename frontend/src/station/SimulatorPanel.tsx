@@ -6,7 +6,7 @@ import { api, type Schemas } from "../api/client";
 import { useConnected } from "../live/hooks";
 import { ProblemNote } from "../shared/problem";
 import { replaceData } from "../shared/replaceData";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import classes from "./station.module.css";
 import { HAND, SIMULATOR, SOURCES } from "./words";
 
@@ -37,7 +37,10 @@ export function SimulatorPanel() {
         .filter((motion) => motion.source === source)
         .map((motion) => ({
           value: motion.id,
-          label: SIMULATOR.lasting(told(motion.name), motion.duration_s.toFixed(0)),
+          label: SIMULATOR.lasting(
+            translateServerText(motion.name, motion.name_key),
+            motion.duration_s.toFixed(0),
+          ),
         })),
     }))
     .filter(({ items }) => items.length > 0);

@@ -2,7 +2,7 @@ import { Alert, Text } from "@mantine/core";
 import { IconArrowBackUpDouble } from "@tabler/icons-react";
 import type { Live, Schemas } from "../api/client";
 import { Around } from "../shared/Around";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import { STOP } from "../shared/words";
 import { PLAY, TAKEN_BACK } from "./words";
 
@@ -31,7 +31,7 @@ export function TakenBack({ mode, run }: { mode: Live["mode"]; run: Schemas["Run
       role="status"
       data-testid="taken-back"
     >
-      <Text>{told(run.resistance ?? "")}</Text>
+      <Text>{translateServerText(run.resistance ?? "", run.resistance_key)}</Text>
       {waits && (
         <Text mt="xs">
           {TAKEN_BACK.look}

@@ -3,7 +3,7 @@ import { IconAlertTriangle, IconPlugConnectedX } from "@tabler/icons-react";
 import type { ReactNode } from "react";
 import { AlarmFrame } from "../alarms/Alarms";
 import { EstopSign } from "../shared/EstopBadge";
-import { told } from "../shared/told";
+import { translateServerText } from "../shared/serverText";
 import {
   doingWords,
   operatedBy,
@@ -80,7 +80,7 @@ function Doing({ state }: { state: State }) {
           key={`${cause.code} ${cause.axis}`}
           priority={cause.cleared && !state.arm_held ? "medium" : "high"}
         >
-          {told(cause.message)}
+          {translateServerText(cause.message, cause.message_key)}
         </AlarmFrame>
       ))}
       <Text fw={600}>{state.patient ? state.patient.name : STATIONS.nobody}</Text>

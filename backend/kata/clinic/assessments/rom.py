@@ -12,6 +12,8 @@ contracture can keep an arm from neutral.
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
+from kata.clinic import texts
+
 MotionId = Literal[
     "flexion",
     "extension",
@@ -58,30 +60,22 @@ _EXTERNAL: Final = Loinc("41387-2", "41388-0")
 _INTERNAL: Final = Loinc("41391-4", "41392-2")
 
 MEASURES: Final = (
-    Measure("flexion", "", "Flexion", "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
-    Measure("extension", "", "Extension", "伸展", -30, 90, 50, Loinc("41385-6", "41386-4")),
-    Measure("abduction", "", "Abduction", "外転", -20, 200, 180, Loinc("41381-5", "41382-3")),
-    Measure("adduction", "", "Adduction", "内転", -60, 90, 0),
-    Measure("external_rotation", "at_side", "External rotation, arm at the side", "外旋(1st)", -60, 120, 60, _EXTERNAL),
-    Measure("internal_rotation", "at_side", "Internal rotation, arm at the side", "内旋(1st)", -60, 120, 80, _INTERNAL),
-    Measure(
-        "external_rotation", "abducted_90", "External rotation, arm abducted 90°", "外旋(2nd)", -60, 130, 90, _EXTERNAL
-    ),
-    Measure(
-        "internal_rotation", "abducted_90", "Internal rotation, arm abducted 90°", "内旋(2nd)", -60, 120, 70, _INTERNAL
-    ),
-    Measure(
-        "external_rotation", "flexed_90", "External rotation, arm flexed 90°", "外旋(3rd)", -60, 130, 25, _EXTERNAL
-    ),
-    Measure(
-        "internal_rotation", "flexed_90", "Internal rotation, arm flexed 90°", "内旋(3rd)", -60, 120, 80, _INTERNAL
-    ),
-    Measure("horizontal_flexion", "", "Horizontal flexion", "水平屈曲", -30, 170, 135),
-    Measure("horizontal_extension", "", "Horizontal extension", "水平伸展", -60, 90, 30),
-    Measure("scapular_flexion", "", "Scapular flexion", "肩甲帯 屈曲", -20, 60, 20),
-    Measure("scapular_extension", "", "Scapular extension", "肩甲帯 伸展", -20, 60, 20),
-    Measure("scapular_elevation", "", "Scapular elevation", "肩甲帯 挙上", -20, 60, 20),
-    Measure("scapular_depression", "", "Scapular depression", "肩甲帯 引き下げ", -20, 60, 10),
+    Measure("flexion", "", texts.ROM_FLEXION(), "屈曲", -20, 200, 180, Loinc("41389-8", "41390-6")),
+    Measure("extension", "", texts.ROM_EXTENSION(), "伸展", -30, 90, 50, Loinc("41385-6", "41386-4")),
+    Measure("abduction", "", texts.ROM_ABDUCTION(), "外転", -20, 200, 180, Loinc("41381-5", "41382-3")),
+    Measure("adduction", "", texts.ROM_ADDUCTION(), "内転", -60, 90, 0),
+    Measure("external_rotation", "at_side", texts.ROM_EXTERNAL_ROTATION_1(), "外旋(1st)", -60, 120, 60, _EXTERNAL),
+    Measure("internal_rotation", "at_side", texts.ROM_INTERNAL_ROTATION_1(), "内旋(1st)", -60, 120, 80, _INTERNAL),
+    Measure("external_rotation", "abducted_90", texts.ROM_EXTERNAL_ROTATION_2(), "外旋(2nd)", -60, 130, 90, _EXTERNAL),
+    Measure("internal_rotation", "abducted_90", texts.ROM_INTERNAL_ROTATION_2(), "内旋(2nd)", -60, 120, 70, _INTERNAL),
+    Measure("external_rotation", "flexed_90", texts.ROM_EXTERNAL_ROTATION_3(), "外旋(3rd)", -60, 130, 25, _EXTERNAL),
+    Measure("internal_rotation", "flexed_90", texts.ROM_INTERNAL_ROTATION_3(), "内旋(3rd)", -60, 120, 80, _INTERNAL),
+    Measure("horizontal_flexion", "", texts.ROM_HORIZONTAL_FLEXION(), "水平屈曲", -30, 170, 135),
+    Measure("horizontal_extension", "", texts.ROM_HORIZONTAL_EXTENSION(), "水平伸展", -60, 90, 30),
+    Measure("scapular_flexion", "", texts.ROM_SCAPULAR_FLEXION(), "肩甲帯 屈曲", -20, 60, 20),
+    Measure("scapular_extension", "", texts.ROM_SCAPULAR_EXTENSION(), "肩甲帯 伸展", -20, 60, 20),
+    Measure("scapular_elevation", "", texts.ROM_SCAPULAR_ELEVATION(), "肩甲帯 挙上", -20, 60, 20),
+    Measure("scapular_depression", "", texts.ROM_SCAPULAR_DEPRESSION(), "肩甲帯 引き下げ", -20, 60, 10),
 )
 """In the order in which they are asked for and listed."""
 

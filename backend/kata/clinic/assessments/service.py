@@ -9,6 +9,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.assessments import rom, spadi
 from kata.clinic.assessments.schemas import (
     Assessment,
@@ -58,7 +59,7 @@ def episode_of(session: Session, episode_id: UUID) -> EpisodeRow:
     """
     row = session.get(EpisodeRow, episode_id)
     if row is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     return row
 
 
@@ -69,7 +70,7 @@ def get(session: Session, assessment_id: UUID) -> AssessmentRow:
     """
     row = session.get(AssessmentRow, assessment_id)
     if row is None:
-        raise not_found("assessment")
+        raise not_found(texts.ASSESSMENT_NOT_FOUND)
     return row
 
 
@@ -110,7 +111,7 @@ def create(session: Session, episode_id: UUID, found: AssessmentCreate) -> Asses
     episode = episode_of(session, episode_id)
     patient = patients.get(session, episode.patient_id)
     if patient.archived_at:
-        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
     row = AssessmentRow(
         id=uuid4(),
         episode_id=episode_id,
@@ -132,18 +133,14 @@ def change(session: Session, assessment_id: UUID, given: AssessmentUpdate) -> As
     """
     row = _to_change(session, assessment_id, given.updated_at)
     if row.withdrawn_at:
-        raise ProblemError(
-            409, "withdrawn", "This assessment was withdrawn and stays as it is.", "Enter a new one instead."
-        )
+        raise ProblemError(409, "withdrawn", texts.ASSESSMENT_WITHDRAWN(), texts.ENTER_NEW_ASSESSMENT())
     for name, value in given.model_dump(exclude_unset=True, exclude={"rom", "updated_at"}).items():
         if value is not None or name in _MAY_BE_EMPTIED:
             setattr(row, name, value)
     if given.rom is not None:
         row.rom = _rows(given.rom)
     if not has_findings(as_assessment(row)):
-        raise ProblemError(
-            422, "nothing_found", "Nothing would be left in this assessment.", "Withdraw it if it was a mistake."
-        )
+        raise ProblemError(422, "nothing_found", texts.ASSESSMENT_WOULD_BE_EMPTY(), texts.WITHDRAW_IF_MISTAKEN())
     row.spadi_score = _total(row.spadi)
     row.updated_at = utc_now()
     session.flush()
@@ -196,7 +193,7 @@ def _to_change(session: Session, assessment_id: UUID, seen: datetime) -> Assessm
     """Locked on PostgreSQL, where two could otherwise find the same version and both save; SQLite has one writer."""
     row = session.get(AssessmentRow, assessment_id, with_for_update=True, populate_existing=True)
     if row is None:
-        raise not_found("assessment")
+        raise not_found(texts.ASSESSMENT_NOT_FOUND)
     patients.check_not_erased(patients.get(session, episode_of(session, row.episode_id).patient_id))
     check_version(row.updated_at, seen)
     return row

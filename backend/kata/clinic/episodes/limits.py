@@ -12,17 +12,20 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import MotionLimit
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.types import side_of
 from kata.errors import ProblemError
+from kata.messages import Text
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method, reference
 from kata.motion.shoulder import motion_of_motor_4
+from kata.motion.texts import SIDES
 from kata.motion.trajectory import Trajectory
 
 MotorLimits = tuple[tuple[float, float], ...]
@@ -59,8 +62,8 @@ class Allowed:
             raise ProblemError(
                 422,
                 "level_not_allowed",
-                f"Load level {load_level} is above {self.max_load_level}, the highest that {self.by} allows.",
-                f"Choose level {self.max_load_level} or lower.",
+                texts.LOAD_LEVEL_ABOVE_LIMIT(level=load_level, highest=self.max_load_level, doctor=self.by),
+                texts.CHOOSE_LOAD_LEVEL(highest=self.max_load_level),
             )
         self.check_path(motion, method)
         return _of_motors(self._by_motion)
@@ -94,8 +97,8 @@ def allowed(session: Session, patient_id: UUID, side: Side) -> Allowed:
         raise ProblemError(
             409,
             "no_open_episode",
-            f"No care of the {side} shoulder of {name} goes on.",
-            "Open an episode of that shoulder on the patient's page first.",
+            texts.NO_OPEN_CARE_OF_SHOULDER(side=SIDES[side], patient=name),
+            texts.OPEN_EPISODE_FIRST(),
         )
     return of_episode(episode)
 
@@ -121,9 +124,14 @@ def _check_speed(path: Trajectory, limit_deg_s: float, doctor: str) -> None:
             422,
             "too_fast_for_doctor",
             # Rounded up, so that a refused speed never reads like an allowed one.
-            f"Motor {axis + 1} would move at {math.ceil(fastest * 10) / 10:.1f} deg/s at {times_s[at]:.1f} s; "
-            f"{doctor} allows no more than {limit_deg_s:g} deg/s.",
-            "Choose a lower speed, or another recording.",
+            texts.MOTOR_FASTER_THAN_ALLOWED(
+                motor=axis + 1,
+                speed_deg_s=math.ceil(fastest * 10) / 10,
+                at_s=times_s[at],
+                doctor=doctor,
+                limit_deg_s=limit_deg_s,
+            ),
+            texts.CHOOSE_LOWER_SPEED(),
         )
 
 
@@ -145,12 +153,17 @@ def _check_path(limits: dict[int, MotionLimit], side: Side, path: Trajectory, do
             over = angle[worst] > highest
             # Away from the limit, so that what is refused never reads like what is allowed.
             shown = (math.ceil if over else math.floor)(angle[worst] * 10) / 10
+            name = Text(basic.name.lower(), basic.name.key)
+            beyond_limit = {
+                "number": number, "motion": name, "angle_deg": shown, "at_s": times_s[worst], "doctor": doctor
+            }  # fmt: skip
             raise ProblemError(
                 422,
                 "beyond_doctors_limit",
-                f"Motion {number} ({basic.name.lower()}) would go to {shown:.1f} deg at {times_s[worst]:.1f} s; "
-                f"{doctor} allows {f'no more than {highest:g}' if over else f'no less than {lowest:g}'} deg.",
-                "Choose less range, or make a recording with less of this one.",
+                texts.MOTION_BEYOND_HIGHEST(**beyond_limit, highest_deg=highest)
+                if over
+                else texts.MOTION_BELOW_LOWEST(**beyond_limit, lowest_deg=lowest),
+                texts.CHOOSE_LESS_RANGE(),
             )
 
 
@@ -161,8 +174,8 @@ def _body(motors_deg: Floats, side: Side) -> Floats:
         raise ProblemError(
             422,
             "scapula_unknown",
-            "Where this recording takes the scapula cannot be told, so the doctor's limit of it cannot be kept.",
-            "Teach the motion again.",
+            texts.SCAPULA_UNKNOWN(),
+            texts.TEACH_AGAIN(),
         ) from error
 
 

@@ -7,6 +7,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.episodes.schemas import EpisodeClose, EpisodeCreate, EpisodeUpdate, StageCreate
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.patients import service as patients
@@ -14,6 +15,8 @@ from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
+from kata.messages import Template
+from kata.motion.texts import SIDES
 
 _MAY_BE_EMPTIED: Final = {"onset_on", "max_load_level", "max_speed_deg_s"}
 
@@ -34,7 +37,7 @@ def get(session: Session, episode_id: UUID) -> EpisodeRow:
     """
     row = session.get(EpisodeRow, episode_id)
     if row is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     return row
 
 
@@ -88,9 +91,7 @@ def close(session: Session, episode_id: UUID, given: EpisodeClose) -> EpisodeRow
     check_version(row.updated_at, given.updated_at)
     unended = select(SessionRow.id).where(SessionRow.episode_id == episode_id, SessionRow.ended_at.is_(None))
     if session.scalars(unended.limit(1)).first():
-        raise ProblemError(
-            409, "session_open", "A session of this episode has not ended.", "End the session, then close the episode."
-        )
+        raise ProblemError(409, "session_open", texts.EPISODE_SESSION_OPEN(), texts.END_SESSION_THEN_CLOSE())
     row.closed_at = row.updated_at = utc_now()
     row.closing_note = given.closing_note
     return row
@@ -115,11 +116,9 @@ def add_stage(session: Session, episode_id: UUID, given: StageCreate) -> Episode
     """
     row, patient = _to_change(session, episode_id)
     _must_go_on(row)
-    _not_before_birth(given.since, patient, "the stage")
+    _not_before_birth(given.since, patient, texts.STAGE_BEFORE_BIRTH)
     if any(stage.since == given.since for stage in row.stages):
-        raise ProblemError(
-            409, "stage_noted", "A stage is noted for that day already.", "Remove that one first, or give another day."
-        )
+        raise ProblemError(409, "stage_noted", texts.STAGE_NOTED(), texts.REMOVE_STAGE_OR_OTHER_DAY())
     session.add(StageRow(id=uuid4(), episode_id=episode_id, noted_at=utc_now(), **given.model_dump()))
     session.flush()
     session.refresh(row)
@@ -135,7 +134,7 @@ def remove_stage(session: Session, episode_id: UUID, stage_id: UUID) -> EpisodeR
     _must_go_on(row)
     stage = next((stage for stage in row.stages if stage.id == stage_id), None)
     if stage is None:
-        raise not_found("stage")
+        raise not_found(texts.STAGE_NOT_FOUND)
     session.delete(stage)
     session.flush()
     session.refresh(row)
@@ -154,19 +153,19 @@ def _to_change(session: Session, episode_id: UUID) -> tuple[EpisodeRow, PatientR
 
 def _may_open(session: Session, patient: PatientRow, side: str) -> None:
     if patient.archived_at:
-        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
     if going_on(session, patient.id, side):
         raise ProblemError(
             409,
             "episode_open",
-            f"The care of the {side} shoulder goes on already.",
-            "Go on with that episode, or close it first.",
+            texts.EPISODE_OPEN(side=SIDES[side]),
+            texts.CONTINUE_OR_CLOSE_EPISODE(),
         )
 
 
 def _must_go_on(row: EpisodeRow) -> None:
     if row.closed_at:
-        raise ProblemError(409, "episode_closed", "This episode is closed.", "Reopen it first.")
+        raise ProblemError(409, "episode_closed", texts.EPISODE_CLOSED(), texts.REOPEN_FIRST())
 
 
 def _check(row: EpisodeRow, patient: PatientRow) -> None:
@@ -174,18 +173,18 @@ def _check(row: EpisodeRow, patient: PatientRow) -> None:
         raise ProblemError(
             422,
             "limits_by_nobody",
-            "It is not said which doctor set the limits.",
-            "Write the doctor's name beside them.",
+            texts.LIMITS_WITHOUT_DOCTOR(),
+            texts.WRITE_DOCTOR_NAME(),
         )
     if row.onset_on:
-        _not_before_birth(row.onset_on, patient, "onset")
+        _not_before_birth(row.onset_on, patient, texts.ONSET_BEFORE_BIRTH)
 
 
-def _not_before_birth(day: date, patient: PatientRow, what: str) -> None:
+def _not_before_birth(day: date, patient: PatientRow, message: Template) -> None:
     if patient.birth_date and day < patient.birth_date:
         raise ProblemError(
             422,
             "before_birth",
-            f"The day of {what} lies before the patient's birth, {patient.birth_date}.",
-            "Correct the day, or the birth date.",
+            message(birth_date=patient.birth_date),
+            texts.CORRECT_DAY_OR_BIRTH_DATE(),
         )

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Final, Literal
+from typing import Any, Final, Literal
 from uuid import UUID, uuid4
 
+from kata.clinic import texts
 from kata.database.base import utc_now
-from kata.station.schemas import EventLive, Live
+from kata.messages import MessageKey, Text, sent_key, with_key
+from kata.station.schemas import EventLive, Live, TextKey
 from kata.station.station import Occupation
 
 ESTOP_TESTED: Final = "estop_tested"
@@ -25,6 +27,7 @@ class Happening:
     kind: Literal["alarm", "event"]
     code: str
     message: str
+    message_key: dict[str, Any] | None = None
     category: int | None = None
     axis: int | None = None
     patient_id: UUID | None = None
@@ -55,7 +58,7 @@ class Observer:
         """One of the device's events."""
         if event.code == _TOLD_AS_ALARM:
             return []
-        return [self._happening(event.at, "event", event.code, event.message)]
+        return [self._happening(event.at, "event", event.code, _text(event.message, event.message_key))]
 
     def look(self, live: Live, occupation: Occupation | None) -> list[Happening | Ended]:
         """What is new in the state, seen again and again."""
@@ -82,7 +85,14 @@ class Observer:
         for cause in live.stop.causes:
             key = (cause.code, cause.axis)
             if key not in self._alarms:
-                alarm = self._happening(utc_now(), "alarm", cause.code, cause.message, cause.category, cause.axis)
+                alarm = self._happening(
+                    utc_now(),
+                    "alarm",
+                    cause.code,
+                    _text(cause.message, cause.message_key),
+                    cause.category,
+                    cause.axis,
+                )
                 self._alarms[key] = alarm.id
                 new.append(alarm)
         return new
@@ -99,7 +109,7 @@ class Observer:
             self._pressed = True
         elif live.estop == "released" and self._pressed:
             self._pressed = False
-            message = "The emergency stop was pressed and released."
+            message = texts.ESTOP_TESTED()
             return [self._happening(utc_now(), "event", ESTOP_TESTED, message)]
         elif live.estop == "closed":
             self._pressed = False
@@ -110,7 +120,7 @@ class Observer:
         at: datetime,
         kind: Literal["alarm", "event"],
         code: str,
-        message: str,
+        message: Text,
         category: int | None = None,
         axis: int | None = None,
     ) -> Happening:
@@ -119,10 +129,15 @@ class Observer:
             at=at,
             kind=kind,
             code=code,
-            message=message,
+            message=str(message),
+            message_key=sent_key(message),
             category=category,
             axis=axis,
             patient_id=self._whose.patient.id if self._whose else None,
             session_id=self._whose.session_id if self._whose else None,
             run_id=self._run_id,
         )
+
+
+def _text(message: str, key: TextKey | None) -> Text:
+    return with_key(message, MessageKey(key.code, key.model_dump()["params"]) if key else None)

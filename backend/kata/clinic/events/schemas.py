@@ -7,6 +7,7 @@ from pydantic import Field
 
 from kata.clinic.pagination import Next
 from kata.clinic.types import Moment, Schema
+from kata.station.schemas import OptionalKey
 
 EventKind = Literal["alarm", "event"]
 
@@ -20,6 +21,7 @@ class DeviceEvent(Schema):
     kind: EventKind
     code: str = Field(examples=["estop_pressed"])
     message: str = Field(examples=["The emergency stop was pressed."])
+    message_key: OptionalKey = None
     category: int | None = Field(ge=0, le=2, description="Of the stop, where it is an alarm.")
     axis: int | None = Field(ge=1, le=5, description="Motor number, where it belongs to one.")
     patient_id: UUID | None

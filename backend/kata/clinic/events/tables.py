@@ -1,9 +1,10 @@
 """Table of what happened on the apparatus."""
 
 from datetime import datetime
+from typing import Any
 from uuid import UUID
 
-from sqlalchemy import ForeignKey, Index, String, Text
+from sqlalchemy import JSON, ForeignKey, Index, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from kata.database.base import Base, UtcDateTime
@@ -22,6 +23,8 @@ class DeviceEventRow(Base):
     """alarm or event."""
     code: Mapped[str] = mapped_column(String(32))
     message: Mapped[str] = mapped_column(Text)
+    message_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """Code and parameters of the message; None in rows from before 0009, and for a mode."""
     category: Mapped[int | None]
     """Of the stop, where it is an alarm."""
     axis: Mapped[int | None]

@@ -9,6 +9,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import Select, select, update
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.interop import service
@@ -48,7 +49,7 @@ def note(session: Session, patient_id: UUID, asked: ErasureRequest) -> ErasureRo
     patients.get(session, patient_id, to_change=True)
     service.person(session, patient_id)
     if any(row.decided_at is None for row in of_patient(session, patient_id)):
-        raise ProblemError(409, "already_asked", "A request of this patient is not decided yet.", "Decide that one.")
+        raise ProblemError(409, "already_asked", texts.ERASURE_ALREADY_REQUESTED(), texts.DECIDE_THAT_REQUEST())
     row = ErasureRow(
         id=uuid4(), patient_id=patient_id, asked_at=utc_now(), reason=asked.reason, noted_by=asked.noted_by
     )
@@ -79,13 +80,13 @@ def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> Erasur
         raise ProblemError(
             422,
             "other_number",
-            "This is not the patient's clinic number.",
-            "Compare the name, and type the number as it stands in the record.",
-            [("#/clinic_number", "is not this patient's")],
+            texts.CLINIC_NUMBER_WRONG(),
+            texts.COMPARE_NAME_AND_NUMBER(),
+            [("#/clinic_number", texts.CLINIC_NUMBER_WRONG_FIELD())],
         )
     going_on = select(SessionRow.id).where(SessionRow.patient_id == patient.id, SessionRow.ended_at.is_(None))
     if session.scalars(going_on).first():
-        raise ProblemError(409, "session_open", "A session of this patient is still open.", "End it first.")
+        raise ProblemError(409, "session_open", texts.PATIENT_SESSION_OPEN(), texts.END_FIRST())
     now = utc_now()
     _take_away(session, patient)
     patient.erased_at, patient.updated_at = now, now
@@ -102,9 +103,9 @@ def erase(session: Session, erasure_id: UUID, consent: ErasureConsent) -> Erasur
 def _open(session: Session, erasure_id: UUID) -> ErasureRow:
     row = session.get(ErasureRow, erasure_id, with_for_update=True)
     if row is None:
-        raise not_found("request")
+        raise not_found(texts.ERASURE_REQUEST_NOT_FOUND)
     if row.decided_at:
-        raise ProblemError(409, "decided", "This request has been decided.", "Reload the page to see how.")
+        raise ProblemError(409, "decided", texts.ERASURE_DECIDED(), texts.RELOAD_PAGE())
     return row
 
 

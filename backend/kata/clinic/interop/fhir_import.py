@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
+from kata.clinic import texts
 from kata.clinic.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.types import Side
@@ -19,10 +20,10 @@ _NOT_KEPT: Final = {
 }  # fmt: skip
 _UNDERSTOOD: Final = {"resourceType", "id", "identifier", "active", "name", "gender", "birthDate"}
 _CHANGES_MEANING: Final = {
-    "modifierExtension": "may change the meaning of all the rest, and is not understood here",
-    "implicitRules": "may change the meaning of all the rest, and is not understood here",
-    "link": "says that this is also another patient; import the record that counts",
-    "deceasedDateTime": "says that this patient has died",
+    "modifierExtension": texts.FHIR_MAY_CHANGE_MEANING(),
+    "implicitRules": texts.FHIR_MAY_CHANGE_MEANING(),
+    "link": texts.FHIR_OTHER_LINK(),
+    "deceasedDateTime": texts.FHIR_DECEASED(),
 }
 _NOT_A_NAME: Final = {"old", "nickname", "maiden", "anonymous", "temp"}
 _GENDERS: Final = ("female", "male", "other", "unknown")
@@ -34,6 +35,8 @@ class NotUnderstoodError(ValueError):
 
     def __init__(self, places: list[tuple[str, str]]) -> None:
         super().__init__("; ".join(f"{path} {what}" for path, what in places))
+        self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
+        """What is wrong, a text a place."""
         self.places = tuple(places)
 
 
@@ -73,7 +76,7 @@ def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str
         yield "Patient", resource
         return
     if kind != "Bundle":
-        reading.wrong.append(("resourceType", "must be Patient, or Bundle with Patients in it"))
+        reading.wrong.append(("resourceType", texts.FHIR_NOT_PATIENT()))
         return
     entries = [
         (f"Bundle.entry[{place}].resource", entry["resource"])
@@ -82,7 +85,7 @@ def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str
     ]
     patients = [(path, one) for path, one in entries if one.get("resourceType") == "Patient"]
     if not 0 < len(patients) <= MOST_PATIENTS:
-        reading.wrong.append(("Bundle.entry", f"must hold at least one Patient, and at most {MOST_PATIENTS}"))
+        reading.wrong.append(("Bundle.entry", texts.FHIR_PATIENT_COUNT(most=MOST_PATIENTS)))
         return
     reading.left_out += [
         f"{path} ({_shown(str(one.get('resourceType')))})"
@@ -99,7 +102,7 @@ def _patient(one: dict[str, Any], path: str, affected_side: Side, reading: _Read
     name_path, name, kana = _names(one, path, reading)
     gender = one.get("gender", "unknown")
     if gender not in _GENDERS:
-        reading.wrong.append((f"{path}.gender", f"must be one of {', '.join(_GENDERS)}"))
+        reading.wrong.append((f"{path}.gender", texts.FHIR_ONE_OF(choices=", ".join(_GENDERS))))
     born = _birth_date(one, path, reading)
     if len(reading.wrong) > wrong_before:
         return None
@@ -123,13 +126,13 @@ def _elements(one: dict[str, Any], path: str, reading: _Reading) -> None:
             reading.wrong.append((where, _CHANGES_MEANING[name]))
         elif name == "deceasedBoolean":
             if value is not False:
-                reading.wrong.append((where, "says that this patient has died"))
+                reading.wrong.append((where, texts.FHIR_DECEASED()))
         elif name == "active" and value is not True:
-            reading.wrong.append((where, "says that this record is not in use"))
+            reading.wrong.append((where, texts.FHIR_INACTIVE()))
         elif name in _NOT_KEPT or (name.removeprefix("_") in _UNDERSTOOD | _NOT_KEPT and name.startswith("_")):
             reading.left_out.append(where)
         elif name not in _UNDERSTOOD:
-            reading.wrong.append((where, "is no element of a Patient in FHIR R4"))
+            reading.wrong.append((where, texts.FHIR_UNKNOWN_ELEMENT()))
 
 
 def _number(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
@@ -145,13 +148,13 @@ def _number(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str
     if len(reading.wrong) > wrong_before:
         return "", ""
     if len(numbers) != 1:
-        several = "which of these is the clinic's number cannot be told: mark one as type MR"
-        reading.wrong.append((f"{path}.identifier", several if numbers else "must have the clinic's number"))
+        several = texts.FHIR_NUMBER_AMBIGUOUS()
+        reading.wrong.append((f"{path}.identifier", several if numbers else texts.FHIR_CLINIC_NUMBER_NEEDED()))
         return "", ""
     ((where, identifier),) = numbers
     value = identifier.get("value")
     if not isinstance(value, str):
-        reading.wrong.append((f"{where}.value", "must be a text"))
+        reading.wrong.append((f"{where}.value", texts.FHIR_NOT_TEXT()))
         return where, ""
     reading.left_out += [path_of for path_of, _ in found if path_of != where]
     return f"{where}.value", value
@@ -179,7 +182,7 @@ def _names(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str,
     if len(reading.wrong) > wrong_before:
         return "", "", None
     if not spoken and not written:
-        reading.wrong.append((f"{path}.name", "must have a name"))
+        reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
         return f"{path}.name", "", None
     # Stable: of equal rank the first counts.
     chosen = min(written or spoken, key=lambda told: told[0])
@@ -192,7 +195,7 @@ def _text(name: dict[str, Any], where: str, reading: _Reading) -> str:
     given = name.get("given", [])
     parts = [name.get("family"), *(given if isinstance(given, list) else [given])]
     if any(part is not None and not isinstance(part, str) for part in (*parts, name.get("text"))):
-        reading.wrong.append((where, "must be made of texts"))
+        reading.wrong.append((where, texts.FHIR_NOT_TEXTS()))
         return ""
     return (name.get("text") or " ".join(part for part in parts if part)).strip()
 
@@ -214,7 +217,7 @@ def _birth_date(one: dict[str, Any], path: str, reading: _Reading) -> date | Non
             return date.fromisoformat(told)
     except ValueError:
         pass
-    reading.wrong.append((f"{path}.birthDate", f"must be a whole date such as 1968-04-12, not {str(told)[:40]!r}"))
+    reading.wrong.append((f"{path}.birthDate", texts.FHIR_NOT_DATE(given=repr(str(told)[:40]))))
     return None
 
 
@@ -226,6 +229,6 @@ def _shown(text: str) -> str:
 def _objects(one: dict[str, Any], name: str, path: str, reading: _Reading) -> list[dict[str, Any]]:
     found = one.get(name, [])
     if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
-        reading.wrong.append((f"{path}.{name}", "must be a list of objects"))
+        reading.wrong.append((f"{path}.{name}", texts.FHIR_NOT_OBJECTS()))
         return []
     return found

@@ -9,10 +9,11 @@ from typing import Final, Literal
 
 import numpy as np
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
+from kata.messages import text_of
 from kata.motion.axes import AXES, Side
 from kata.motion.csv_table import Complaint, Table, TableError, read_table
 from kata.motion.edit import LONGEST_S
@@ -24,7 +25,7 @@ from kata.motion.trajectory import TrajectoryError
 Layout = Literal["poses", "motors"]
 MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
 """As a recording's own samples go out (:mod:`kata.clinic.interop.samples`)."""
-DONE: Final = "imported from a CSV file"
+DONE: Final = texts.IMPORTED_FROM_CSV()
 _LIKE_RADIANS: Final = 3.5
 """No motion that is worth playing stays within so few degrees of 0 in every motor; in radians everyone does."""
 _WHOLE_TURN_DEG: Final = 360.0
@@ -78,14 +79,14 @@ def understand(data: bytes, side: Side, config: StationConfig) -> Understood:
 
 def _text(data: bytes) -> str:
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise TableError("the file is in UTF-16; save it as CSV in UTF-8")
+        raise TableError(texts.FILE_UTF16())
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         if _is_shift_jis(data):
-            raise TableError(f"line {line} is in Shift-JIS; save the file as CSV in UTF-8") from error
-        raise TableError(f"line {line} is not text in UTF-8; is this a CSV file?") from error
+            raise TableError(texts.LINE_SHIFT_JIS(line=line)) from error
+        raise TableError(texts.LINE_NOT_UTF8(line=line)) from error
 
 
 def _is_shift_jis(data: bytes) -> bool:
@@ -99,16 +100,16 @@ def _check_clock(table: Table) -> None:
     times_s = table.values[:, 0]
     steps = np.diff(times_s)
     if len(steps) > 1 and np.median(steps) > _LONGEST_GAP_S:
-        told = f"most rows are {np.median(steps):g} s apart; time_s is in seconds: are these milliseconds?"
+        told = texts.ROWS_FAR_APART(step_s=np.median(steps))
         table.complain([(1, 0, told)])
     check_time(table)
     if times_s[-1] - times_s[0] > LONGEST_S:
         row = int(np.argmax(times_s - times_s[0] > LONGEST_S))
-        table.complain([(row, 0, "the motion is longer than an hour from here on")])
+        table.complain([(row, 0, texts.MOTION_LONGER_THAN_AN_HOUR())])
 
     def gaps() -> Iterator[tuple[int, int, str]]:
         for row in np.flatnonzero(steps > _LONGEST_GAP_S).tolist():
-            yield row + 1, 0, f"nothing is known of the {steps[row]:.1f} s before; {_LONGEST_GAP_S:g} s is the most"
+            yield row + 1, 0, texts.GAP_BEFORE(gap_s=steps[row], longest_s=_LONGEST_GAP_S)
 
     table.complain(gaps())
 
@@ -116,12 +117,12 @@ def _check_clock(table: Table) -> None:
 def _check_degrees(table: Table) -> None:
     angles = table.values[:, 1:]
     table.complain(
-        (row, axis + 1, f"{angles[row, axis]:g} deg is more than a whole turn")
+        (row, axis + 1, texts.MORE_THAN_A_TURN(angle_deg=angles[row, axis]))
         for row, axis in np.argwhere(np.abs(angles) > _WHOLE_TURN_DEG).tolist()
     )
     if np.abs(angles).max() <= _LIKE_RADIANS and np.ptp(angles, axis=0).max() > 0:
         row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
-        told = f"{angles[row, axis]:g} is the largest angle of all; this looks like radians, and degrees are needed"
+        told = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
         table.complain([(int(row), int(axis) + 1, told)])
 
 
@@ -130,7 +131,7 @@ def _of_poses(table: Table, side: Side) -> Floats:
     try:
         return motor_angles_deg(table.values[:, 1:], side)
     except OutOfReachError as error:
-        what = str(error).removesuffix(f" (row {error.index})")
+        what = error.text
         table.complain([(error.index, 2 if error.motor == 2 else 1, what)])
         raise
 
@@ -138,10 +139,10 @@ def _of_poses(table: Table, side: Side) -> Floats:
 def _at_its_line(error: TrajectoryError, table: Table, times_s: Floats, layout: Layout) -> TableError:
     """The same, with the line and the column that it is about."""
     if error.at_s is None or error.motor is None:
-        return TableError(str(error))
+        return TableError(text_of(error))
     row = min(int(np.searchsorted(times_s, error.at_s)), len(times_s) - 1)
     column = table.columns[error.motor]
     if layout == "poses" and error.motor <= 2:
         column = f"{table.columns[1]} and {table.columns[2]}"
-    found = Complaint(int(table.lines[row]), column, str(error))
-    return TableError(str(found), [found])
+    found = Complaint(int(table.lines[row]), column, text_of(error))
+    return TableError(found.text, [found])

@@ -7,6 +7,7 @@ from uuid import UUID
 from fastapi import APIRouter, Body, Query
 from fastapi.responses import StreamingResponse
 
+from kata.clinic import texts
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.clinic.figures import FigureWorker
 from kata.clinic.interop import bundle, patient_export, samples, service
@@ -22,6 +23,7 @@ from kata.clinic.recordings.schemas import Recording, RecordingDetail
 from kata.clinic.types import By, Name, Side
 from kata.database.series import Series, unpack
 from kata.errors import ProblemError
+from kata.messages import text_of
 from kata.motion.csv_table import TableError
 from kata.station.station import Station
 
@@ -38,7 +40,7 @@ _FHIR: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {bundle.MEDIA_
 _ZIP: Final[dict[int | str, dict[str, Any]]] = {
     200: {"content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}}}
 }
-_MEND: Final = "Mend the file and try again."
+_MEND: Final = texts.MEND_FILE()
 
 MotionName = Annotated[Name, Query(description="What to call the recording.")]
 MotionSide = Annotated[Side, Query(description="The shoulder that it is for.")]
@@ -172,7 +174,9 @@ def import_fhir_patients(
     try:
         found, left_out = read_patients(resource, affected_side)
     except NotUnderstoodError as error:
-        raise ProblemError(422, "not_understood", f"This cannot be imported: {error}.", _MEND, error.places) from error
+        raise ProblemError(
+            422, "not_understood", texts.IMPORT_REFUSED(reasons=error.texts), _MEND, error.places
+        ) from error
     with database.write() as session:
         rows = service.sign_up(session, found)
     return ImportedPatients(items=[Patient.model_validate(row) for row in rows], left_out=left_out)
@@ -205,7 +209,7 @@ def _understood(worker: FigureWorker, station: Station, csv: bytes, side: Side) 
         raise ProblemError(
             422,
             "not_a_motion",
-            f"This file cannot be used: {error}.",
+            texts.FILE_REFUSED(reason=text_of(error)),
             _MEND,
             [(f"line {one.line}, column {one.column}", one.what) for one in error.complaints],
         ) from error

@@ -4,6 +4,7 @@ from uuid import UUID, uuid4
 
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.interop.fhir_import import PatientIn
 from kata.clinic.interop.motion_csv import DONE, Understood
 from kata.clinic.interop.samples import Origin
@@ -18,6 +19,7 @@ from kata.clinic.sessions.tables import SessionRow
 from kata.database.base import utc_now
 from kata.database.series import Series
 from kata.errors import ProblemError
+from kata.messages import sent_key
 from kata.motion.axes import Side
 
 
@@ -31,8 +33,8 @@ def person(session: Session, patient_id: UUID) -> PatientRow:
         raise ProblemError(
             409,
             "erased",
-            "This record was erased: nobody knows any more whose it is.",
-            "Recordings and runs can still be downloaded one by one.",
+            texts.RECORD_WITHOUT_PATIENT(),
+            texts.DOWNLOAD_ONE_BY_ONE(),
         )
     return row
 
@@ -56,7 +58,7 @@ def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
     """
     if found := measured(session, run_id):
         return found
-    raise ProblemError(409, "nothing_played", "Nothing was measured in this run.", "There is nothing to download.")
+    raise ProblemError(409, "nothing_played", texts.NOTHING_MEASURED(), texts.NOTHING_TO_DOWNLOAD())
 
 
 def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
@@ -91,9 +93,7 @@ def sign_up(session: Session, patients_in: list[PatientIn]) -> list[PatientRow]:
         try:
             made.append(patients.create(session, one.patient))
         except ProblemError as error:
-            raise ProblemError(
-                error.status, error.code, f"{one.path}: {error.message}", error.next_step, [(one.path, error.message)]
-            ) from error
+            raise error.at(one.path, texts.IMPORTED_PLACE(place=one.path, problem=error.message)) from error
     return made
 
 
@@ -106,14 +106,15 @@ def keep_motion(
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
-        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
     row = RecordingRow(
         id=uuid4(),
         patient_id=patient_id,
         teaching_id=None,
         take=None,
         parent_id=None,
-        done=[DONE],
+        done=[str(DONE)],
+        done_keys=[sent_key(DONE)],
         name=name,
         side=side,
         station=station,

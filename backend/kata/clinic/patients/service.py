@@ -8,6 +8,7 @@ from sqlalchemy import ColumnElement, Select, or_, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, joinedload
 
+from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.pagination import Keyset
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
@@ -55,7 +56,7 @@ def get(session: Session, patient_id: UUID, *, to_change: bool = False) -> Patie
     """
     row = session.get(PatientRow, patient_id, with_for_update=to_change or None)
     if row is None:
-        raise not_found("patient")
+        raise not_found(texts.PATIENT_NOT_FOUND)
     return row
 
 
@@ -98,9 +99,7 @@ def check_not_erased(row: PatientRow) -> None:
     :raises ProblemError: 409.
     """
     if row.erased_at:
-        raise ProblemError(
-            409, "erased", "This record was erased and stays as it is.", "Sign the patient up anew, should they return."
-        )
+        raise ProblemError(409, "erased", texts.RECORD_ERASED(), texts.REGISTER_PATIENT_ANEW())
 
 
 def _flush(session: Session, clinic_number: str) -> None:
@@ -110,6 +109,6 @@ def _flush(session: Session, clinic_number: str) -> None:
         raise ProblemError(
             409,
             "number_taken",
-            f"Another patient has the clinic number {clinic_number}.",
-            "Choose another number, or look the patient up: archived ones keep theirs.",
+            texts.CLINIC_NUMBER_TAKEN(clinic_number=clinic_number),
+            texts.CHOOSE_ANOTHER_CLINIC_NUMBER(),
         ) from error

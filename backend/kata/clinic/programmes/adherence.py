@@ -11,6 +11,7 @@ from pydantic import Field
 from sqlalchemy import and_, case, func, select
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
@@ -82,7 +83,7 @@ def of_episode(session: Session, episode_id: UUID, utc_offset_minutes: int) -> A
     """
     episode = session.get(EpisodeRow, episode_id)
     if episode is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     until = episode.closed_at or utc_now()
     weeks = by_week(
         _visits(session, episode_id), _said(session, episode_id), until, timedelta(minutes=utc_offset_minutes)

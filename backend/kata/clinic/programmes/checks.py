@@ -5,11 +5,12 @@ of motion must not keep the service from its heartbeats, and outside of any tran
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from uuid import UUID
 
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.episodes import limits
 from kata.clinic.episodes.limits import Allowed
 from kata.clinic.episodes.tables import EpisodeRow
@@ -21,9 +22,11 @@ from kata.database.arrays import UnreadableError
 from kata.database.series import Series, unpack
 from kata.device.config import StationConfig
 from kata.errors import ProblemError, not_found
+from kata.messages import Text, text_of
 from kata.motion.edit import EditError, Motion, PlaybackSettings, with_settings
 from kata.motion.method import Method, reference
 from kata.motion.repetitions import pace
+from kata.motion.texts import SIDES
 from kata.motion.trajectory import TrajectoryError
 
 
@@ -40,10 +43,9 @@ class Found:
 class Unfit:
     """Why one recording cannot be played in its way."""
 
-    why: str
-    """Goes on behind a colon, without a full stop."""
+    why: Text
     code: str = "unplayable"
-    next_step: str = "Choose other settings, or another recording."
+    next_step: Text = field(default_factory=texts.CHOOSE_OTHER_SETTINGS_OR_RECORDING)
 
 
 @dataclass(frozen=True)
@@ -109,41 +111,35 @@ def _duration(one: Way, series: Series, config: StationConfig, allowed: Allowed)
         config.check_reference(one.method, reference(one.method, few.times_s, few.angles_deg))
         allowed.check_path(few, one.method)
     except UnreadableError:
-        return Unfit("its samples are damaged")
+        return Unfit(texts.ITEM_SAMPLES_DAMAGED())
     except (EditError, TrajectoryError) as error:
-        return Unfit(str(error))
+        return Unfit(text_of(error))
     except ProblemError as problem:
-        return Unfit(problem.message.rstrip("."), problem.code, problem.next_step)
+        return Unfit(problem.message, problem.code, problem.next_step)
     return found.duration_s
 
 
 def _unplayable(place: int, unfit: Unfit) -> ProblemError:
-    return ProblemError(422, unfit.code, f"Item {place} cannot be played like that: {unfit.why}.", unfit.next_step)
+    return ProblemError(422, unfit.code, texts.ITEM_NOT_PLAYABLE(place=place, reason=unfit.why), unfit.next_step)
 
 
 def _misfit(recording: RecordingRow | None, item: ItemWanted, episode: EpisodeRow, place: int) -> ProblemError | None:
     if recording is None:
-        return not_found("recording")
-    what = f"Item {place}, {recording.name},"
+        return not_found(texts.RECORDING_NOT_FOUND)
+    item_of = {"place": place, "recording": recording.name}
     if recording.patient_id != episode.patient_id:
-        return ProblemError(
-            409, "other_patient", f"{what} was taught to another patient.", "Choose one of this patient's own."
-        )
+        return ProblemError(409, "other_patient", texts.ITEM_OF_OTHER_PATIENT(**item_of), texts.CHOOSE_OWN_RECORDING())
     if recording.side != episode.side:
-        return ProblemError(
-            409,
-            "other_side",
-            f"{what} is of the {recording.side} shoulder, and the {episode.side} one is treated.",
-            "Choose another recording, or make one for the other shoulder of it.",
-        )
+        other = texts.ITEM_OF_OTHER_SIDE(**item_of, side=SIDES[recording.side], treated=SIDES[episode.side])
+        return ProblemError(409, "other_side", other, texts.CHOOSE_OTHER_SHOULDER_RECORDING())
     if recording.archived_at:
-        return ProblemError(409, "archived", f"{what} is archived.", "Restore it first, or choose another.")
+        return ProblemError(409, "archived", texts.ITEM_ARCHIVED(**item_of), texts.RESTORE_OR_CHOOSE_ANOTHER())
     if episode.max_load_level is not None and item.load_level > episode.max_load_level:
-        by = f" by {episode.limits_by}" if episode.limits_by else ""
-        return ProblemError(
-            409,
-            "above_limit",
-            f"{what} has resistance level {item.load_level}, and {episode.max_load_level} is the highest allowed{by}.",
-            "Choose a lower level, or have the limit changed.",
+        levels = {"level": item.load_level, "highest": episode.max_load_level}
+        above = (
+            texts.ITEM_ABOVE_LOAD_LEVEL_BY(**item_of, **levels, doctor=episode.limits_by)
+            if episode.limits_by
+            else texts.ITEM_ABOVE_LOAD_LEVEL(**item_of, **levels)
         )
+        return ProblemError(409, "above_limit", above, texts.CHOOSE_LOWER_LEVEL())
     return None

@@ -8,6 +8,7 @@ from pydantic import Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session, lazyload
 
+from kata.clinic import texts
 from kata.clinic.programmes import service
 from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
@@ -114,8 +115,8 @@ def timer_over(minutes: float) -> ProblemError:
     return ProblemError(
         409,
         "timer_over",
-        f"The {minutes:g} minutes of this programme are over.",
-        "Go on to the pain after it; what is still to be played can be chosen besides the programme.",
+        texts.TIMER_OVER(minutes=minutes),
+        texts.GO_ON_TO_PAIN_AFTER(),
     )
 
 
@@ -148,7 +149,7 @@ def of_session(session: Session, session_id: UUID) -> SessionPlan:
         select(SessionRow.ended_at, SessionRow.programme_version_id).where(SessionRow.id == session_id)
     ).one_or_none()
     if visit is None:
-        raise not_found("session")
+        raise not_found(texts.SESSION_NOT_FOUND)
     version = session.get(ProgrammeVersionRow, visit.programme_version_id) if visit.programme_version_id else None
     runs = _runs(session, session_id)
     played_s = sum(run.played_s or 0.0 for run in runs)

@@ -24,6 +24,7 @@ from kata.clinic.programmes.schemas import (
     VersionCreate,
 )
 from kata.errors import ProblemError
+from kata.station.schemas import TextKey
 from kata.station.station import Station
 
 router = APIRouter(tags=["programmes"])
@@ -59,7 +60,7 @@ def preview_programme(
         found = checks.look_up(session, episode, wanted.items)
     checked = checks.check(worker, found, wanted.items, station.config)
     items = [
-        ItemPreview(duration_s=None, problem=one.message)
+        ItemPreview(duration_s=None, problem=one.message, problem_key=TextKey.of(one.message))
         if isinstance(one, ProblemError)
         else ItemPreview(duration_s=one, problem=None)
         for one in checked

@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool
 from kata.clinic.sessions.schemas import PlaybackSettings
 from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.motion.method import Method
-from kata.station.schemas import LoadLevel
+from kata.station.schemas import LoadLevel, OptionalKey
 
 MOST_ITEMS = 50
 
@@ -142,6 +142,7 @@ class ItemPreview(Schema):
 
     duration_s: float | None = Field(ge=0, description="Playing time, seconds; null where it cannot be played.")
     problem: str | None = Field(description="Why not, in a sentence.")
+    problem_key: OptionalKey = None
 
 
 class Preview(Schema):

@@ -7,6 +7,7 @@ from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session, aliased, contains_eager
 
+from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
 from kata.clinic.programmes import checks
@@ -57,7 +58,7 @@ def get(session: Session, programme_id: UUID) -> ProgrammeRow:
     """
     row = session.get(ProgrammeRow, programme_id)
     if row is None:
-        raise not_found("programme")
+        raise not_found(texts.PROGRAMME_NOT_FOUND)
     return row
 
 
@@ -68,15 +69,15 @@ def open_episode(session: Session, patient_id: UUID, episode_id: UUID | None = N
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
-        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
     if episode_id is None:
         episode = patient.episode
         if episode is None:
-            raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
+            raise ProblemError(409, "no_episode", texts.NO_EPISODE(), texts.OPEN_ONE_FIRST())
     else:
         episode = next((one for one in patient.episodes if one.id == episode_id), None)
         if episode is None:
-            raise not_found("episode of this patient")
+            raise not_found(texts.EPISODE_OF_PATIENT_NOT_FOUND)
     return _still_open(episode)
 
 
@@ -87,7 +88,7 @@ def changeable(session: Session, programme_id: UUID) -> ProgrammeRow:
     """
     row = get(session, programme_id)
     if row.archived_at:
-        raise ProblemError(409, "archived", f"{row.name} is archived.", "Restore it first.")
+        raise ProblemError(409, "archived", texts.PROGRAMME_ARCHIVED(programme=row.name), texts.RESTORE_FIRST())
     open_episode(session, row.episode.patient_id, row.episode_id)
     return row
 
@@ -149,7 +150,7 @@ def update(session: Session, programme_id: UUID, change: ProgrammeUpdate) -> Pro
 
 def _still_open(episode: EpisodeRow) -> EpisodeRow:
     if episode.closed_at:
-        raise ProblemError(409, "episode_closed", "This episode of care is closed.", "Open a new one for the patient.")
+        raise ProblemError(409, "episode_closed", texts.EPISODE_OF_CARE_CLOSED(), texts.OPEN_NEW_EPISODE())
     return episode
 
 

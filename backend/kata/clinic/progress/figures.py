@@ -9,9 +9,11 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
+from kata.clinic import texts
 from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import (
+    KINDS,
     PAIN_CONTEXTS,
     PAIN_IN_SESSIONS,
     Line,
@@ -46,6 +48,11 @@ _LAYOUT: Final = {
 _PANEL_HEIGHT: Final = 260
 _MARGINS: Final = 120
 _COLUMNS: Final = 2
+_NAMED_BY_METHOD: Final = {
+    "smooth": texts.FIGURE_RECORDING_SMOOTH,
+    "learned": texts.FIGURE_RECORDING_LEARNED,
+    "paper": texts.FIGURE_RECORDING_PAPER,
+}
 
 
 def rom(panels: Sequence[RomPanel]) -> Figure:
@@ -62,10 +69,10 @@ def rom(panels: Sequence[RomPanel]) -> Figure:
         lowest = min([0.0, *(value for line in panel.lines for value in _values(line))])
         spare = 0.08 * (highest - lowest) + 2
         layout |= axes.layout(last, [lowest - spare, highest + spare])
-        layout["annotations"].append(axes.title(f"{panel.measure.english}, deg"))
+        layout["annotations"].append(axes.title(texts.FIGURE_MEASURE_DEG(measure=panel.measure.english)))
         for line in panel.lines:
             traces += [axes.own(trace, first=place == 0) for trace in _rom_line(line, last)]
-        level = _level("Reference", panel.measure.reference_deg, last, _SLATE, "solid", width=3.0)
+        level = _level(texts.FIGURE_REFERENCE(), panel.measure.reference_deg, last, _SLATE, "solid", width=3.0)
         traces.append(axes.own(level, first=place == 0))
     _show_each_name_once(traces)
     return _figure(traces, layout)
@@ -73,35 +80,35 @@ def rom(panels: Sequence[RomPanel]) -> Figure:
 
 def pain(lines: Sequence[Line]) -> Figure:
     """Pain 0 to 10 over the weeks; of assessments in whole lines, around sessions in broken ones."""
-    looks = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
+    looks: dict[str, tuple[int, str]] = {name: (place, "solid") for place, name in enumerate(PAIN_CONTEXTS)}
     broken = zip(PAIN_IN_SESSIONS, ("dash", "dot", "dashdot"), strict=True)
     looks |= {name: (len(PAIN_CONTEXTS) + place, dash) for place, (name, dash) in enumerate(broken)}
     traces = []
     for line in lines:
         place, dash = looks[line.name]
-        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], "%{y}"))
+        traces.append(_line(line, _COLOURS[place % len(_COLOURS)], dash, _MARKERS[place], "%{customdata}: %{y}"))
     last = _last_week(point for line in lines for point in line.points)
-    return _figure(traces, _layout(420) | _axes("Pain, 0 to 10", [-0.4, 10.4], last))
+    return _figure(traces, _layout(420) | _axes(texts.FIGURE_PAIN_SCALE(), [-0.4, 10.4], last))
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Figure:
     """Total and both halves over the weeks; how far below its baseline the total has to come to matter."""
-    halves = (("SPADI", "total"), ("Pain", "pain"), ("Disability", "disability"))
+    halves = (("SPADI", "total"), (texts.FIGURE_PAIN(), "pain"), (texts.FIGURE_DISABILITY(), "disability"))
     lines = [
         Line(
             name, tuple(Point(one.at, one.week, getattr(one, part)) for one in points if getattr(one, part) is not None)
         )
         for name, part in halves
     ]
-    traces = [_course(line, place, "%{y:.0f}") for place, line in enumerate(lines) if line.points]
+    traces = [_course(line, place, "%{customdata}: %{y:.0f}") for place, line in enumerate(lines) if line.points]
     last = _last_week(points)
-    layout = _layout(420) | _axes("SPADI, 0 (none) to 100 (worst)", [-4, 104], last)
+    layout = _layout(420) | _axes(texts.FIGURE_SPADI_SCALE(), [-4, 104], last)
     if lines[0].points:
         baseline = lines[0].points[0].value
         least, most = IMPORTANT_CHANGE
-        traces.append(_level("Baseline", baseline, last, _INDIGO, "dot"))
-        traces.append(_level(f"{least:g} better: perhaps important", baseline - least, last, _GREEN, "dash"))
-        traces.append(_level(f"{most:g} better: important", baseline - most, last, _GREEN, "longdashdot"))
+        traces.append(_level(texts.FIGURE_BASELINE(), baseline, last, _INDIGO, "dot"))
+        traces.append(_level(texts.FIGURE_BETTER_PERHAPS(points=least), baseline - least, last, _GREEN, "dash"))
+        traces.append(_level(texts.FIGURE_BETTER_IMPORTANT(points=most), baseline - most, last, _GREEN, "longdashdot"))
         layout["shapes"] = [
             {
                 "type": "rect",
@@ -123,20 +130,22 @@ def tracking(tracked: Sequence[Tracked]) -> Figure:
     """Error of each recording's playbacks by each method, session by session: mean RMSE above, largest error below."""
     by_recording: dict[str, list[Tracked]] = defaultdict(list)
     for one in tracked:
-        by_recording[f"{one.recording}, {one.method}"].append(one)
+        by_recording[_NAMED_BY_METHOD[one.method](recording=one.recording)].append(one)
     height = _MARGINS + 2 * _PANEL_HEIGHT
     layout = _layout(height)
     layout["annotations"] = []
     last = _last_week(tracked)
     traces: list[_Trace] = []
-    for row, (title, part) in enumerate((("Mean RMSE, deg", "rmse_deg"), ("Largest error, deg", "peak_deg"))):
+    for row, (title, part) in enumerate(
+        ((texts.FIGURE_MEAN_RMSE(), "rmse_deg"), (texts.FIGURE_LARGEST_ERROR(), "peak_deg"))
+    ):
         axes = _Panel(row, 2, height, columns=1)
         highest = max((getattr(one, part) for one in tracked), default=1.0)
         layout |= axes.layout(last, [0, 1.1 * highest + 0.2])
         layout["annotations"].append(axes.title(title))
         for place, (name, own) in enumerate(by_recording.items()):
             line = Line(name, tuple(Point(one.at, one.week, getattr(one, part)) for one in own))
-            traces.append(axes.own(_course(line, place, "%{y:.2f} deg"), first=row == 0))
+            traces.append(axes.own(_course(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()), first=row == 0))
     return _figure(traces, layout)
 
 
@@ -145,18 +154,18 @@ def correction(lines: Sequence[Line]) -> Figure:
     highest = max((point.value for line in lines for point in line.points), default=0.5)
     last = _last_week(point for line in lines for point in line.points)
     return _figure(
-        [_course(line, place, "%{y:.2f} deg") for place, line in enumerate(lines)],
-        _layout(420) | _axes("Learned correction (RMS), deg", [0, 1.15 * highest + 0.05], last),
+        [_course(line, place, texts.FIGURE_NAMED_ANGLE_HOVER()) for place, line in enumerate(lines)],
+        _layout(420) | _axes(texts.FIGURE_CORRECTION(), [0, 1.15 * highest + 0.05], last),
     )
 
 
 def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     """Sessions a week as bars, and as a line how many there were to be."""
     mondays = [week.begins_on for week in weeks]
-    hover = "Week from %{x|%d %b %Y}: %{y}"
+    hover = texts.FIGURE_WEEK_HOVER()
     came = {
         "type": "bar",
-        "name": "Sessions",
+        "name": texts.FIGURE_SESSIONS(),
         "x": mondays,
         "y": [week.sessions for week in weeks],
         "marker": {"color": _INDIGO},
@@ -165,7 +174,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     wished = {
         "type": "scatter",
         "mode": "lines+markers",
-        "name": "As prescribed",
+        "name": texts.FIGURE_AS_PRESCRIBED(),
         "x": mondays,
         "y": [week.sessions_wished for week in weeks],
         "line": {"color": _ORANGE, "dash": "dot", "shape": "hvh"},
@@ -175,8 +184,9 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Figure:
     traces = [came, *([wished] if any(week.sessions_wished for week in weeks) else [])]
     highest = max((max(week.sessions, week.sessions_wished or 0) for week in weeks), default=1)
     axes: dict[str, dict[str, Any]] = {
-        "xaxis": _GRID | {"type": "date", "tickformat": "%d %b", "title": {"text": "Week from"}},
-        "yaxis": _GRID | {"title": {"text": "Sessions"}, "range": [0, highest + 0.5]},
+        "xaxis": _GRID
+        | {"type": "date", "tickformat": texts.FIGURE_DAY_FORMAT(), "title": {"text": texts.FIGURE_WEEK_FROM()}},
+        "yaxis": _GRID | {"title": {"text": texts.FIGURE_SESSIONS()}, "range": [0, highest + 0.5]},
     }
     if highest <= 10:
         axes["yaxis"]["dtick"] = 1
@@ -221,19 +231,20 @@ class _Panel:
 
     def own(self, trace: _Trace, *, first: bool) -> _Trace:
         """A trace in it; panels share one legend."""
-        shared = {"xaxis": f"x{self._number}", "yaxis": f"y{self._number}", "legendgroup": trace["name"]}
+        shared = {"xaxis": f"x{self._number}", "yaxis": f"y{self._number}", "legendgroup": str(trace["name"])}
         return trace | shared | {"showlegend": first}
 
 
 def _rom_line(line: RomLine, last: float) -> list[_Trace]:
     colour, dash, marker = {"active": (_INDIGO, "solid", "circle"), "passive": (_ORANGE, "dash", "square")}[line.kind]
-    name = line.kind.capitalize()
+    name = texts.FIGURE_ACTIVE() if line.kind == "active" else texts.FIGURE_PASSIVE()
+    kind = KINDS[line.kind]
     traces = [
-        _line(Line(name, line.points), colour, dash, marker, "%{y:.0f} deg"),
-        _level(f"Baseline, {line.kind}", line.points[0].value, last, colour, "dot"),
+        _line(Line(name, line.points), colour, dash, marker, texts.FIGURE_NAMED_WHOLE_ANGLE_HOVER()),
+        _level(texts.FIGURE_BASELINE_OF(kind=kind), line.points[0].value, last, colour, "dot"),
     ]
     if line.other_side_deg is not None:
-        traces.append(_level(f"Other side, {line.kind}", line.other_side_deg, last, colour, "longdashdot"))
+        traces.append(_level(texts.FIGURE_OTHER_SIDE_OF(kind=kind), line.other_side_deg, last, colour, "longdashdot"))
     return traces
 
 
@@ -258,7 +269,7 @@ def _line(line: Line, colour: str, dash: str, marker: str, hover: str) -> _Trace
         "customdata": [point.at for point in line.points],
         "line": {"color": colour, "width": 2, "dash": dash},
         "marker": {"color": colour, "size": 8, "symbol": marker},
-        "hovertemplate": f"%{{customdata}}: {hover}",
+        "hovertemplate": hover,
     }
 
 
@@ -295,7 +306,7 @@ def _layout(height: int) -> dict[str, Any]:
 
 def _week_axis(last: float, *, named: bool = True) -> dict[str, Any]:
     """Whole weeks, about a dozen of them."""
-    title = {"text": "Week" if named else ""}
+    title = {"text": texts.FIGURE_WEEK() if named else ""}
     return _GRID | {"title": title, "range": [-0.2, last + 0.2], "tick0": 0, "dtick": max(1, round(last / 12))}
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from kata.clinic import texts
 from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
-from kata.clinic.progress.series import Line, RomPanel, SpadiPoint, Tracked
+from kata.clinic.progress.series import KINDS, METHODS, Line, RomPanel, SpadiPoint, Tracked
 
 Cell = str | float | datetime | None
 
@@ -35,7 +36,7 @@ def rom(panels: Sequence[RomPanel]) -> Table:
     rows: list[list[Cell]] = [
         [
             panel.measure.english,
-            line.kind,
+            KINDS[line.kind],
             point.at,
             point.value,
             point.value - line.points[0].value,
@@ -46,8 +47,18 @@ def rom(panels: Sequence[RomPanel]) -> Table:
         for line in panel.lines
         for point in line.points
     ]
-    numbers = ("Angle, deg", "Change from baseline, deg", "Other side (newest), deg", "Reference, deg")
-    columns = [_text("Motion"), _text("Kind"), _moment("Assessed"), *(_number(name) for name in numbers)]
+    numbers = (
+        texts.FIGURE_ANGLE(),
+        texts.FIGURE_CHANGE_DEG(),
+        texts.FIGURE_OTHER_SIDE_DEG(),
+        texts.FIGURE_REFERENCE_DEG(),
+    )
+    columns = [
+        _text(texts.FIGURE_MOTION()),
+        _text(texts.FIGURE_KIND()),
+        _moment(texts.FIGURE_ASSESSED()),
+        *(_number(name) for name in numbers),
+    ]
     return Table(columns=columns, rows=rows)
 
 
@@ -58,7 +69,7 @@ def pain(lines: Sequence[Line]) -> Table:
         for point in line.points:
             told[point.at][line.name] = point.value
     rows: list[list[Cell]] = [[at, *(values.get(line.name) for line in lines)] for at, values in sorted(told.items())]
-    return Table(columns=[_moment("When"), *(_number(line.name) for line in lines)], rows=rows)
+    return Table(columns=[_moment(texts.FIGURE_WHEN()), *(_number(line.name) for line in lines)], rows=rows)
 
 
 def spadi(points: Sequence[SpadiPoint]) -> Table:
@@ -68,8 +79,12 @@ def spadi(points: Sequence[SpadiPoint]) -> Table:
     for point in points:
         change = None if point.total is None or baseline is None else point.total - baseline
         rows.append([point.at, point.total, point.pain, point.disability, change, verdict(change)])
-    numbers = ("SPADI", "Pain", "Disability", "Change from baseline")
-    columns = [_moment("Assessed"), *(_number(name, digits=1) for name in numbers), _text("Important change")]
+    numbers = ("SPADI", texts.FIGURE_PAIN(), texts.FIGURE_DISABILITY(), texts.FIGURE_CHANGE())
+    columns = [
+        _moment(texts.FIGURE_ASSESSED()),
+        *(_number(name, digits=1) for name in numbers),
+        _text(texts.FIGURE_IMPORTANT_CHANGE()),
+    ]
     return Table(columns=columns, rows=rows)
 
 
@@ -79,18 +94,25 @@ def verdict(change: float | None) -> str:
     if change is None:
         return ""
     if abs(change) < least:
-        return "no"
-    direction = "better" if change < 0 else "worse"
-    return direction if abs(change) >= most else f"perhaps {direction}"
+        return texts.FIGURE_NO()
+    if abs(change) >= most:
+        return texts.FIGURE_BETTER() if change < 0 else texts.FIGURE_WORSE()
+    return texts.FIGURE_PERHAPS_BETTER() if change < 0 else texts.FIGURE_PERHAPS_WORSE()
 
 
 def tracking(tracked: Sequence[Tracked]) -> Table:
     """A row a recording, method and session."""
     rows: list[list[Cell]] = [
-        [one.at, one.recording, one.method, one.playbacks, one.rmse_deg, one.peak_deg] for one in tracked
+        [one.at, one.recording, METHODS[one.method], one.playbacks, one.rmse_deg, one.peak_deg] for one in tracked
     ]
-    errors = [_number("Mean RMSE, deg", digits=2), _number("Largest error, deg", digits=2)]
-    columns = [_moment("Session"), _text("Recording"), _text("Method"), _number("Playbacks"), *errors]
+    errors = [_number(texts.FIGURE_MEAN_RMSE(), digits=2), _number(texts.FIGURE_LARGEST_ERROR(), digits=2)]
+    columns = [
+        _moment(texts.FIGURE_SESSION()),
+        _text(texts.FIGURE_RECORDING()),
+        _text(texts.FIGURE_METHOD()),
+        _number(texts.FIGURE_PLAYBACKS()),
+        *errors,
+    ]
     return Table(columns=columns, rows=rows)
 
 
@@ -98,7 +120,11 @@ def correction(lines: Sequence[Line]) -> Table:
     """A row a recording and session in which something was learned."""
     learned = sorted((point.at, line.name, point.value) for line in lines for point in line.points)
     rows: list[list[Cell]] = [[at, name, value] for at, name, value in learned]
-    columns = [_moment("Session"), _text("Recording"), _number("Learned correction (RMS), deg", digits=2)]
+    columns = [
+        _moment(texts.FIGURE_SESSION()),
+        _text(texts.FIGURE_RECORDING()),
+        _number(texts.FIGURE_CORRECTION(), digits=2),
+    ]
     return Table(columns=columns, rows=rows)
 
 
@@ -115,7 +141,7 @@ def adherence(weeks: Sequence[AdherenceWeek]) -> Table:
         for week in weeks
     ]
     columns = [
-        _text("Week from"), _number("Sessions"), _number("As prescribed"), _number("Repetitions planned"), _number("done")
+        _text(texts.FIGURE_WEEK_FROM()), _number(texts.FIGURE_SESSIONS()), _number(texts.FIGURE_AS_PRESCRIBED()), _number(texts.FIGURE_REPETITIONS_PLANNED()), _number(texts.FIGURE_REPETITIONS_DONE())
     ]  # fmt: skip
     return Table(columns=columns, rows=rows)
 

@@ -1,6 +1,7 @@
 """REST for progress."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any, Final
 from uuid import UUID
 
@@ -9,6 +10,7 @@ from fastapi import APIRouter, Response
 from sqlalchemy.orm import Session
 
 from kata.clinic.dependencies import PROBLEMS, TheDatabase
+from kata.clinic.placed_texts import with_texts
 from kata.clinic.progress import figures, numbers, service
 from kata.clinic.progress.schemas import Progress
 from kata.clinic.progress.series import Chart
@@ -38,5 +40,6 @@ def get_progress(database: TheDatabase, episode_id: UUID, chart: Chart) -> Respo
     read, draw, tabulate = _CHARTS[chart]
     with database.read() as session:
         found = read(session, service.course(session, episode_id))
-    told = msgspec.json.encode({"figure": draw(found), "table": tabulate(found)})
+    table = with_texts(asdict(tabulate(found)))
+    told = msgspec.json.encode({"figure": with_texts(draw(found)), "table": table})
     return Response(told, media_type="application/json")

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from kata.clinic.recordings.schemas import Figure
+from kata.clinic.recordings.schemas import Figure, PlacedText
 from kata.clinic.types import Schema
 
 
@@ -21,6 +21,7 @@ class ProgressTable(Schema):
 
     columns: list[ProgressColumn]
     rows: list[list[str | float | None]] = Field(description="A value a column; null where there is none.")
+    texts: list[PlacedText] = Field([], description="For the translation of its English texts.")
 
 
 class Progress(Schema):

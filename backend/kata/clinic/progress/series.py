@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Final, Literal
 
+from kata.clinic import texts
 from kata.clinic.assessments.rom import Kind, Measure
 
 Chart = Literal["rom", "pain", "spadi", "tracking", "correction", "adherence"]
@@ -23,6 +24,7 @@ class Line:
     """One thing over the weeks, oldest first."""
 
     name: str
+    """A Text, or the name of a recording."""
     points: tuple[Point, ...]
 
 
@@ -70,6 +72,15 @@ class Tracked:
     """The largest, without sign."""
 
 
-PAIN_CONTEXTS: Final = ("At rest", "Moving the arm", "Being moved", "Average of the week")
+KINDS: Final = {"active": texts.FIGURE_KIND_ACTIVE(), "passive": texts.FIGURE_KIND_PASSIVE()}
+"""What the kinds of a measurement are called."""
+METHODS: Final = {"smooth": texts.FIGURE_SMOOTH(), "learned": texts.FIGURE_LEARNED(), "paper": texts.FIGURE_PAPER()}
+"""What the methods are called."""
+PAIN_CONTEXTS: Final = (
+    texts.FIGURE_PAIN_AT_REST(),
+    texts.FIGURE_PAIN_MOVING(),
+    texts.FIGURE_PAIN_MOVED(),
+    texts.FIGURE_PAIN_AVERAGE(),
+)
 """Of assessments."""
-PAIN_IN_SESSIONS: Final = ("Before the session", "During the session", "After the session")
+PAIN_IN_SESSIONS: Final = (texts.FIGURE_PAIN_BEFORE(), texts.FIGURE_PAIN_DURING(), texts.FIGURE_PAIN_AFTER())

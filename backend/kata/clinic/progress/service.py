@@ -10,6 +10,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, Row, func, select
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.assessments import rom, spadi
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
@@ -54,7 +55,7 @@ def course(session: Session, episode_id: UUID) -> Course:
         select(EpisodeRow.side, EpisodeRow.opened_at).where(EpisodeRow.id == episode_id)
     ).one_or_none()
     if episode is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     firsts = (
         session.scalar(select(func.min(AssessmentRow.assessed_at)).where(*_counted(episode_id))),
         session.scalar(select(func.min(SessionRow.started_at)).where(SessionRow.episode_id == episode_id)),

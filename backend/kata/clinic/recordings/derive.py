@@ -5,12 +5,13 @@ To be run in the worker process that builds figures: an hour of motion must not 
 
 from dataclasses import dataclass, replace
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
 from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Scale, Stretch, Trim, WarmUp
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
 from kata.motion import edit
+from kata.motion import texts as motion_texts
 from kata.motion.axes import Side
 from kata.motion.edit import LONGEST_S, EditError, Motion
 from kata.motion.linkage import OutOfReachError
@@ -51,7 +52,7 @@ def derive(source: Source, wanted: Edit, config: StationConfig) -> Derived:
     side: Side = ("left" if source.side == "right" else "right") if isinstance(wanted, Mirror) else source.side
     made = _done(motion, wanted, source.side, side)
     if made.duration_s > LONGEST_S:
-        raise EditError(f"it would last {made.duration_s / 60:.0f} minutes, longer than an hour")
+        raise EditError(motion_texts.WOULD_LAST_TOO_LONG(minutes=made.duration_s / 60))
     series = pack({"time_s": made.times_s, "angle_deg": made.angles_deg}, SAMPLE_COLUMNS)
     # What is stored is what will be played.
     stored = unpack(series)
@@ -82,6 +83,6 @@ def _mirrored(motion: Motion, from_side: Side, to_side: Side) -> Motion:
     try:
         angles = mirrored_deg(motion.angles_deg, from_side, to_side)
     except OutOfReachError as error:
-        what = str(error).removesuffix(f" (row {error.index})")
-        raise EditError(f"{what}, at {motion.times_s[error.index]:.1f} s") from error
-    return replace(motion, angles_deg=angles, done=(*motion.done, f"mirrored for the {to_side} shoulder"))
+        raise EditError(texts.AT_SECOND(reason=error.text, at_s=motion.times_s[error.index])) from error
+    mirrored = texts.DONE_MIRRORED_LEFT() if to_side == "left" else texts.DONE_MIRRORED_RIGHT()
+    return replace(motion, angles_deg=angles, done=(*motion.done, mirrored))

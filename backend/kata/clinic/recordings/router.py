@@ -5,7 +5,7 @@ from uuid import UUID
 from fastapi import APIRouter
 from fastapi.responses import StreamingResponse
 
-from kata.clinic import figures
+from kata.clinic import figures, texts
 from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.clinic.figures import FigureWorker
 from kata.clinic.patients import service as patients
@@ -24,6 +24,7 @@ from kata.clinic.recordings.schemas import (
 from kata.clinic.types import side_of
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.messages import text_of
 from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
 from kata.station.station import Station
@@ -113,15 +114,15 @@ def _derived(
         raise ProblemError(
             422,
             "impossible",
-            f"This cannot be done to this recording: {error}.",
-            "Choose other numbers, or trim it first.",
+            texts.EDIT_REFUSED(reason=text_of(error)),
+            texts.CHOOSE_OTHER_NUMBERS(),
         ) from error
     except TrajectoryError as error:
         raise ProblemError(
             422,
             "unplayable",
-            f"What comes of this cannot be played: {error}.",
-            "Choose other numbers, or trim it first.",
+            texts.EDITED_NOT_PLAYABLE(reason=text_of(error)),
+            texts.CHOOSE_OTHER_NUMBERS(),
         ) from error
 
 

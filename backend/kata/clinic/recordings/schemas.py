@@ -3,9 +3,10 @@
 from typing import Annotated, Any
 from uuid import UUID
 
-from pydantic import Field, StrictBool
+from pydantic import BeforeValidator, Field, StrictBool
 
 from kata.clinic.types import Fixture, Moment, Motor, Name, Note, Schema, Side
+from kata.station.schemas import OptionalKey, TextKey
 
 Fixtures = Annotated[
     set[Fixture],
@@ -31,6 +32,9 @@ class Recording(Schema):
     done: list[str] = Field(
         description="What was done to what was taught, in order; the last of it to the parent.",
         examples=[["trimmed to 1.0 s to 6.5 s", "mirrored for the left shoulder"]],
+    )
+    done_keys: Annotated[list[OptionalKey], BeforeValidator(lambda keys: keys or [])] = Field(
+        [], description="Code and parameters of each of `done`; none for a recording from before they were stored."
     )
     name: str = Field(examples=["Flexion, take 1"])
     side: Side
@@ -77,8 +81,15 @@ class RecordingUpdate(Schema):
     updated_at: Moment | None = None
 
 
+class PlacedText(TextKey):
+    """Code and parameters of an English text, and where it stands."""
+
+    places: list[str] = Field(description="JSON pointers.", examples=[["/layout/xaxis/title/text"]])
+
+
 class Figure(Schema):
     """A Plotly figure, to be drawn as it is."""
 
     data: list[dict[str, Any]]
     layout: dict[str, Any]
+    texts: list[PlacedText] = Field([], description="For the translation of its English texts.")

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from typing import Final
+from typing import Any, Final
 from uuid import UUID, uuid4, uuid5
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
 from kata.clinic.figures import RecordingParts, Window
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
@@ -22,6 +22,7 @@ from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
+from kata.messages import sent_key
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""
@@ -50,7 +51,7 @@ def get(session: Session, recording_id: UUID, *, to_change: bool = False) -> Rec
     """
     row = session.get(RecordingRow, recording_id, with_for_update=to_change or None)
     if row is None:
-        raise not_found("recording")
+        raise not_found(texts.RECORDING_NOT_FOUND)
     return row
 
 
@@ -65,8 +66,8 @@ def samples(session: Session, recording_id: UUID) -> Samples:
         raise ProblemError(
             410,
             "unreadable_samples",
-            "This recording's samples are damaged and cannot be read.",
-            "Restore them from a backup, or teach the motion again.",
+            texts.RECORDING_SAMPLES_DAMAGED(),
+            texts.RESTORE_OR_TEACH_AGAIN(),
         ) from error
     return Samples(columns["time_s"], columns["angle_deg"])
 
@@ -133,7 +134,8 @@ def keep_derived(session: Session, parent_id: UUID, made: Derived, name: str | N
         teaching_id=None,
         take=None,
         parent_id=parent.id,
-        done=list(made.done),
+        done=[str(one) for one in made.done],
+        done_keys=[*_known_keys(parent), *(sent_key(one) for one in made.done[len(parent.done) :])],
         name=name or f"{parent.name[: LONGEST_NAME - len(what) - 2]}, {what}",
         side=made.side,
         station=station,
@@ -214,3 +216,8 @@ def keep_teaching(session: Session, journal: Journal) -> list[RecordingRow] | No
 def _wall_time(journal: Journal, t_ns: int) -> datetime:
     """UTC of a sample: the journal was begun at a known time, a little before its first sample."""
     return journal.started_at + timedelta(seconds=(t_ns - journal.started_ns) / 1e9)
+
+
+def _known_keys(row: RecordingRow) -> list[dict[str, Any] | None]:
+    """Return the codes of what was done to a recording; None for each of one from before they were stored."""
+    return list(row.done_keys) if row.done_keys is not None else [None] * len(row.done)

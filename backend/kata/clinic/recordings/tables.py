@@ -1,6 +1,7 @@
 """Tables of teachings and of the recordings that came out of them."""
 
 from datetime import datetime
+from typing import Any
 from uuid import UUID
 
 from sqlalchemy import JSON, ForeignKey, String, Text, UniqueConstraint
@@ -44,6 +45,8 @@ class RecordingRow(Base):
     parent_id: Mapped[UUID | None] = mapped_column(ForeignKey("recordings.id"))
     done: Mapped[list[str]] = mapped_column(JSON, default=list)
     """What was done to what was taught, in order and in words; the last of it to the parent."""
+    done_keys: Mapped[list[dict[str, Any] | None] | None] = mapped_column(JSON(none_as_null=True))
+    """Code and parameters of each of ``done``, None for one from before 0009; None where all are."""
     name: Mapped[str] = mapped_column(String(100))
     side: Mapped[str] = mapped_column(String(8))
     station: Mapped[str] = mapped_column(String(100))

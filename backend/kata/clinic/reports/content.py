@@ -1,7 +1,9 @@
 """What stands in a report, in no language yet: plain values that cross to the process which draws them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date, datetime
+from typing import Any
 
 from kata.clinic.figures import RunParts
 from kata.motion.edit import PlaybackSettings
@@ -34,6 +36,14 @@ class Stop:
 
     code: str
     message: str
+    motor: int | None = None
+    """From 1; None where it belongs to none, or was stored before 0009."""
+
+
+def motor_of(key: Mapping[str, Any] | None) -> int | None:
+    """Return the motor that is a parameter of a stored text."""
+    motor: int | None = key["params"].get("motor") if key else None
+    return motor
 
 
 @dataclass(frozen=True)

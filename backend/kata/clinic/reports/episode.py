@@ -7,6 +7,7 @@ from uuid import UUID
 from sqlalchemy import select
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.assessments import rom
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes.tables import EpisodeRow
@@ -21,6 +22,7 @@ from kata.clinic.reports.content import (
     Stage,
     Stop,
     Visit,
+    motor_of,
 )
 from kata.clinic.reports.session import person
 from kata.clinic.sessions.tables import RunRow, SessionRow
@@ -43,7 +45,7 @@ def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
     """
     row = session.get(EpisodeRow, episode_id)
     if row is None:
-        raise not_found("episode")
+        raise not_found(texts.EPISODE_NOT_FOUND)
     found = session.scalars(
         select(AssessmentRow)
         .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))
@@ -162,14 +164,15 @@ def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played])
 
 def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[Stop, int], ...]:
     """Each cause with its newest sentence, the most frequent first."""
-    counted: dict[str, tuple[str, set[UUID]]] = {}
+    counted: dict[str, tuple[Stop, set[UUID]]] = {}
     for run in session.execute(
-        select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message)
+        select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message, RunRow.stop_key)
         .join(SessionRow, SessionRow.id == RunRow.session_id)
         .where(SessionRow.episode_id == episode_id, RunRow.stop_code.is_not(None))
         .order_by(RunRow.started_at)
     ):
-        _, where = counted.get(run.stop_code, ("", set()))
-        counted[run.stop_code] = (run.stop_message or "", where | {run.session_id})
-    causes = [(Stop(code, message), len(where)) for code, (message, where) in counted.items()]
+        stop = Stop(run.stop_code, run.stop_message or "", motor_of(run.stop_key))
+        _, where = counted.get(run.stop_code, (stop, set()))
+        counted[run.stop_code] = (stop, where | {run.session_id})
+    causes = [(stop, len(where)) for stop, where in counted.values()]
     return tuple(sorted(causes, key=lambda cause: -cause[1]))

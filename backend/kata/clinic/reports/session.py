@@ -21,6 +21,7 @@ from kata.clinic.reports.content import (
     RunContent,
     SessionContent,
     Stop,
+    motor_of,
 )
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions
@@ -98,7 +99,7 @@ def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
-        stop=Stop(row.stop_code, row.stop_message or "") if row.stop_code else None,
+        stop=Stop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
         how=How(runs.asked_of(row), row.load_level, row.method),
         rate_hz=row.rate_hz,
         reversals=row.reversals,

@@ -1,6 +1,5 @@
 """What a report says, in English and in Japanese, and how it writes numbers, days and times."""
 
-import re
 from datetime import date, datetime
 from typing import Final, Literal
 from zoneinfo import ZoneInfo
@@ -10,7 +9,6 @@ from kata.clinic.assessments import rom
 Language = Literal["en", "ja"]
 LANGUAGES: Final[tuple[Language, ...]] = ("en", "ja")
 
-_MOTOR: Final = re.compile(r"Motor (\d)")
 _MONTHS: Final = (
     "January", "February", "March", "April", "May", "June",
     "July", "August", "September", "October", "November", "December",
@@ -295,12 +293,15 @@ class Speaker:
             return f"{motion} {position}".replace("_", " ").strip()
         return known.english if self.language == "en" else known.japanese
 
-    def stop(self, code: str, message: str) -> str:
-        """What stopped something."""
-        if self.language == "en" or code not in STOPS_JA:
+    def stop(self, code: str, message: str, motor: int | None) -> str:
+        """Return what stopped something; in English where it belongs to a motor and none is stored.
+
+        ``motor``: from 1.
+        """
+        words = STOPS_JA.get(code, message)
+        if self.language == "en" or (motor is None and "{motor}" in words):
             return message
-        motor = _MOTOR.search(message)
-        return STOPS_JA[code].format(motor=motor[1] if motor else "")
+        return words.format(motor=motor)
 
     def number(self, value: float | None, digits: int = 1, *, sign: bool = False) -> str:
         """With a real minus; a dash where there is none."""

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from kata.access.actor import Actor
 from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow
+from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
@@ -76,8 +77,8 @@ def change(session: Session, patient_id: UUID, wanted: RecordAccessChange) -> No
         raise ProblemError(
             422,
             "no_account",
-            "Somebody of this care team has no account.",
-            "Reload the list of accounts, and choose again.",
+            texts.CARE_TEAM_WITHOUT_ACCOUNT(),
+            texts.RELOAD_ACCOUNTS(),
             [("#/account_ids", str(one)) for one in sorted(unknown, key=str)],
         )
     patient.restricted = wanted.restricted
@@ -93,7 +94,7 @@ def break_glass(session: Session, actor: Actor, patient_id: UUID, reason: str) -
     """
     patients.get(session, patient_id)
     if may_see(session, actor, [patient_id]):
-        raise ProblemError(409, "not_restricted", "This record is open to you.", "Go on as usual.")
+        raise ProblemError(409, "not_restricted", texts.RECORD_NOT_RESTRICTED(), texts.GO_ON_AS_USUAL())
     now = utc_now()
     row = BrokenGlassRow(
         id=uuid4(), patient_id=patient_id, account_id=actor.account_id, reason=reason, at=now, until=now + GLASS_LASTS
@@ -123,11 +124,11 @@ def review(session: Session, actor: Actor, glass_id: UUID) -> BrokenGlass:
     row = session.get(BrokenGlassRow, glass_id, with_for_update=True)
     account = session.get(AccountRow, row.account_id) if row else None
     if row is None or account is None:
-        raise not_found("emergency access")
+        raise not_found(texts.EMERGENCY_ACCESS_NOT_FOUND)
     if row.account_id == actor.account_id:
-        raise ProblemError(409, "own_glass", "This was you.", "Another administrator looks at it.")
+        raise ProblemError(409, "own_glass", texts.OWN_EMERGENCY_ACCESS(), texts.OTHER_ADMINISTRATOR_REVIEWS())
     if row.reviewed_at:
-        raise ProblemError(409, "reviewed", "Somebody has looked at this already.", "Reload the list.")
+        raise ProblemError(409, "reviewed", texts.EMERGENCY_ACCESS_REVIEWED(), texts.RELOAD_LIST())
     row.reviewed_at, row.reviewed_by = utc_now(), actor.name
     return _told(row, account.name)
 

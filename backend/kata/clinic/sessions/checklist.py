@@ -8,16 +8,19 @@ playback, and so is arm fixer 1; what holds the elbow is not.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import reduce
 from typing import Final, Literal
 
+from kata.clinic import texts
 from kata.clinic.types import Fixture, Side
+from kata.messages import NO_TEXT, Text
 
 CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
-_FIXTURE_WORDS: Final[dict[Fixture, str]] = {
-    "arm_fixer_1": "arm fixer 1",
-    "arm_fixer_2": "arm fixer 2",
-    "elbow_fixer_1": "elbow fixer 1",
-    "elbow_fixer_2": "elbow fixer 2",
+_FIXTURE_WORDS: Final[dict[Fixture, Text]] = {
+    "arm_fixer_1": texts.FIXTURE_ARM_FIXER_1(),
+    "arm_fixer_2": texts.FIXTURE_ARM_FIXER_2(),
+    "elbow_fixer_1": texts.FIXTURE_ELBOW_FIXER_1(),
+    "elbow_fixer_2": texts.FIXTURE_ELBOW_FIXER_2(),
 }
 
 
@@ -28,7 +31,7 @@ class Need:
     check: CheckName
     subject: str
     """What an answer is good for; empty where there is only one thing it can mean."""
-    sentence: str
+    sentence: Text
     detected: bool
     """The apparatus itself tells; nobody can tick it."""
 
@@ -64,19 +67,23 @@ def playback_fixtures(taught_with: Sequence[str], *, rotates: bool) -> tuple[Fix
 
 def needed(side: Side, fixtures: Sequence[Fixture]) -> tuple[Need, ...]:
     """Everything, in the order in which one goes through it."""
-    words = " and ".join(_FIXTURE_WORDS[fixture] for fixture in fixtures)
     return (
-        Need("side", side, f"The apparatus stands for the {side} shoulder, and its pin is in.", detected=False),
-        Need("fixtures", "+".join(fixtures), f"The arm lies in {words}, closed.", detected=False),
-        Need("belt", "", "The belt holds the patient in the seat.", detected=False),
-        Need("pedal", "", "The foot pedal answers.", detected=True),
+        Need("side", side, texts.CHECK_LEFT_SIDE() if side == "left" else texts.CHECK_RIGHT_SIDE(), detected=False),
+        Need("fixtures", "+".join(fixtures), texts.CHECK_FIXTURES(fixtures=_fixtures_text(fixtures)), detected=False),
+        Need("belt", "", texts.CHECK_BELT(), detected=False),
+        Need("pedal", "", texts.CHECK_PEDAL(), detected=True),
         Need(
             "estop",
             "",
-            "The emergency stop was pressed and released today, after the apparatus was connected or turned.",
+            texts.CHECK_ESTOP(),
             detected=True,
         ),
     )
+
+
+def _fixtures_text(fixtures: Sequence[Fixture]) -> Text:
+    words = [_FIXTURE_WORDS[fixture] for fixture in fixtures]
+    return reduce(lambda first, second: texts.FIXTURES_AND(first=first, second=second), words) if words else NO_TEXT
 
 
 def checked(

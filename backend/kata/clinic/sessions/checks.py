@@ -12,6 +12,7 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.events import service as events
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.recordings import service as recordings
@@ -24,7 +25,7 @@ from kata.clinic.types import Fixture, Side, side_of
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion.linkage import Floats
-from kata.station.schemas import Live
+from kata.station.schemas import Live, TextKey
 
 _ROTATES_DEG: Final = 15.0
 """A hand turns the arm a little along with every motion; motion 6 is what turns it by more."""
@@ -134,7 +135,7 @@ def teaching_side(patient: PatientRow, side: Side | None) -> Side:
     """
     treated = side or patient.affected_side
     if treated is None:
-        raise ProblemError(409, "no_episode", "This patient has no episode of care.", "Open one first.")
+        raise ProblemError(409, "no_episode", texts.NO_EPISODE(), texts.OPEN_ONE_FIRST())
     return side_of(treated)
 
 
@@ -160,13 +161,9 @@ def to_tick(asked: Sequence[Need], check: CheckName) -> Need:
     """
     need = next((one for one in asked if one.check == check), None)
     if need is None:
-        raise ProblemError(
-            409, "no_recording", "Which fixtures are meant depends on what is played.", "Choose a recording first."
-        )
+        raise ProblemError(409, "no_recording", texts.FIXTURES_DEPEND_ON_RECORDING(), texts.CHOOSE_RECORDING_FIRST())
     if need.detected:
-        raise ProblemError(
-            409, "detected", "The apparatus tells this itself; it cannot be ticked.", "Do it, and it shows."
-        )
+        raise ProblemError(409, "detected", texts.CHECK_IS_AUTOMATIC(), texts.DO_IT_AND_IT_SHOWS())
     return need
 
 
@@ -185,13 +182,13 @@ def require_all(checks: Sequence[Checked]) -> None:
 
     :raises ProblemError: 409 naming what is open.
     """
-    still_open = [one.need.sentence.rstrip(".") for one in checks if one.answer is None]
+    still_open = [one.need.sentence for one in checks if one.answer is None]
     if still_open:
         raise ProblemError(
             409,
             "checklist_open",
-            f"Not everything is in order yet: {'; '.join(still_open)}.",
-            "Go through the checklist first.",
+            texts.CHECKS_OPEN(checks=still_open),
+            texts.GO_THROUGH_CHECKLIST(),
         )
 
 
@@ -203,6 +200,7 @@ def as_checklist(checks: tuple[Checked, ...]) -> Checklist:
                 check=one.need.check,
                 subject=one.need.subject,
                 sentence=one.need.sentence,
+                sentence_key=TextKey.of(one.need.sentence),
                 detected=one.need.detected,
                 given=one.answer is not None,
                 checked_by=(one.answer.by or None) if one.answer else None,

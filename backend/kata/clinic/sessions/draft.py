@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from typing import Final
 
+from kata.clinic.reports.content import motor_of
 from kata.clinic.reports.words import Language
 from kata.clinic.sessions.draft_words import NoteSpeaker
-from kata.clinic.sessions.schemas import Run, Session
+from kata.clinic.sessions.schemas import Run, RunStop, Session
 
 _HARDLY_LESS: Final = 99.5
 _TOLD_METHODS: Final = ("learned", "paper")
@@ -120,7 +121,11 @@ def _reversals(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
 def _stops(speaker: NoteSpeaker, runs: Sequence[Run]) -> list[str]:
     return [
         *(
-            speaker.say("stopped", name=run.recording_name, cause=speaker.stop(run.stop.code, run.stop.message))
+            speaker.say(
+                "stopped",
+                name=run.recording_name,
+                cause=speaker.stop(run.stop.code, run.stop.message, _motor(run.stop)),
+            )
             for run in runs
             if run.stop
         ),
@@ -161,3 +166,7 @@ def _settings(speaker: NoteSpeaker, run: Run) -> list[str]:
 
 def _deg(value: float) -> str:
     return f"{round(value):d}"
+
+
+def _motor(stop: RunStop) -> int | None:
+    return motor_of(stop.message_key.model_dump()) if stop.message_key else None

@@ -83,6 +83,6 @@ class NoteSpeaker:
             return f"{english[0].lower()}{english[1:]}"
         return self._of_reports.named("motion", number).partition(" ")[2]
 
-    def stop(self, code: str, message: str) -> str:
-        """What stopped something."""
-        return self._of_reports.stop(code, message)
+    def stop(self, code: str, message: str, motor: int | None) -> str:
+        """Return what stopped something (:meth:`kata.clinic.reports.words.Speaker.stop`)."""
+        return self._of_reports.stop(code, message, motor)

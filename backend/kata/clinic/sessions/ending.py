@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Protocol
 
+from kata.clinic import texts
 from kata.clinic.sessions.schemas import EndReason, SessionItem
 from kata.errors import ProblemError
 
@@ -26,7 +27,7 @@ def check_goes_on(ended_at: datetime | None) -> None:
     :raises ProblemError: 409.
     """
     if ended_at:
-        raise ProblemError(409, "session_ended", "This session has ended.", "Begin a new one.")
+        raise ProblemError(409, "session_ended", texts.SESSION_ENDED(), texts.BEGIN_NEW_SESSION())
 
 
 def check_played(played: Iterable[Played]) -> None:
@@ -49,14 +50,14 @@ def check_results(played: Iterable[Played]) -> None:
         raise ProblemError(
             409,
             "run_not_arrived",
-            "The result of a playback in this session has not arrived yet.",
-            "Wait a moment and sign again.",
+            texts.RUN_NOT_ARRIVED(),
+            texts.SIGN_AGAIN_SOON(),
         )
 
 
 def run_not_ended() -> ProblemError:
     """Something is played in the session, or may be."""
-    return ProblemError(409, "run_not_ended", "A playback in this session has not ended.", "End it first, or stop it.")
+    return ProblemError(409, "run_not_ended", texts.RUN_NOT_ENDED(), texts.END_OR_STOP_FIRST())
 
 
 def suggested_reason(planned: Sequence[SessionItem], runs: Sequence[Played]) -> EndReason:

@@ -5,6 +5,7 @@ from uuid import UUID
 
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import SessionItem, SessionProgramme
 from kata.clinic.sessions.tables import SessionRow
@@ -18,14 +19,14 @@ def choose(session: DatabaseSession, row: SessionRow, version_id: UUID) -> None:
     """
     version = session.get(ProgrammeVersionRow, version_id)
     if version is None:
-        raise not_found("programme")
+        raise not_found(texts.PROGRAMME_NOT_FOUND)
     episode = row.patient.episode
     if episode is None or episode.closed_at or version.programme.episode_id != episode.id:
         raise ProblemError(
             409,
             "other_episode",
-            "This programme is not of the patient's open episode of care.",
-            "Choose one of this episode's own.",
+            texts.PROGRAMME_OF_OTHER_EPISODE(),
+            texts.CHOOSE_OWN_PROGRAMME(),
         )
     row.programme_version = version
 
@@ -47,8 +48,8 @@ def check_place(places: Iterable[tuple[int, UUID]], position: int, recording_id:
         raise ProblemError(
             409,
             "not_planned",
-            "This recording is not at that place of the session's programme.",
-            "Reload the session; its programme may have been changed.",
+            texts.RECORDING_NOT_AT_PLACE(),
+            texts.RELOAD_SESSION(),
         )
 
 

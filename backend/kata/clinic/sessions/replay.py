@@ -14,6 +14,7 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session as DatabaseSession
 
 from kata.access import chain
+from kata.clinic import texts
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import Allowed
 from kata.clinic.events.tables import DeviceEventRow
@@ -28,6 +29,7 @@ from kata.clinic.sessions.schemas import EndReason, PainWhen
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.clinic.types import side_of
 from kata.errors import ProblemError
+from kata.messages import Template, Text, sent_key
 from kata.motion import edit
 from kata.motion.method import Method
 
@@ -36,24 +38,24 @@ Change = Literal[
     "ended", "archived", "closed", "limits",
     "another", "programme", "care_closed", "patient_archived", "restricted", "ended_already",
 ]  # fmt: skip
-CHANGED: Final[dict[Change, str]] = {
+CHANGED: Final[dict[Change, Text]] = {
     # Of a playback.
-    "ended": "Played while the database was away; somebody had ended the session elsewhere by then.",
-    "archived": "Played while the database was away; somebody had archived the recording elsewhere by then.",
-    "closed": "Played while the database was away; somebody had closed the episode of care elsewhere by then.",
-    "limits": "Played while the database was away; somebody had changed the doctor's limits elsewhere by then.",
+    "ended": texts.PLAYED_IN_ENDED_SESSION(),
+    "archived": texts.PLAYED_ARCHIVED_RECORDING(),
+    "closed": texts.PLAYED_IN_CLOSED_EPISODE(),
+    "limits": texts.PLAYED_UNDER_OLD_LIMITS(),
     # Of a session.
-    "another": "Begun while the database was away; another session of this patient was begun elsewhere.",
-    "programme": "Begun while the database was away; somebody has changed the programme elsewhere.",
-    "care_closed": "Begun while the database was away; somebody has closed the episode of care elsewhere.",
-    "patient_archived": "Begun while the database was away; somebody has archived the patient's record elsewhere.",
-    "restricted": "Begun while the database was away; somebody has restricted the patient's record elsewhere.",
-    "ended_already": "Ended while the database was away; in the record it had been ended already, and stays as it was.",
+    "another": texts.BEGUN_BESIDE_ANOTHER(),
+    "programme": texts.BEGUN_WITH_OLD_PROGRAMME(),
+    "care_closed": texts.BEGUN_IN_CLOSED_EPISODE(),
+    "patient_archived": texts.BEGUN_FOR_ARCHIVED_PATIENT(),
+    "restricted": texts.BEGUN_FOR_RESTRICTED_PATIENT(),
+    "ended_already": texts.ENDED_ALREADY(),
 }
-NOT_KEPT: Final[dict[PainWhen, str]] = {
-    "pain_before": "Pain before, said while the database was away: {pain}. The session says another one, from elsewhere.",
-    "pain_during": "Worst pain, said while the database was away: {pain}. The session says another one, from elsewhere.",
-    "pain_after": "Pain after, said while the database was away: {pain}. The session says another one, from elsewhere.",
+NOT_KEPT: Final[dict[PainWhen, Template]] = {
+    "pain_before": texts.PAIN_BEFORE_DIFFERS,
+    "pain_during": texts.WORST_PAIN_DIFFERS,
+    "pain_after": texts.PAIN_AFTER_DIFFERS,
 }
 
 
@@ -178,7 +180,7 @@ def _store_session(session: DatabaseSession, opened: SessionOpened) -> None:
 def _store_pain(session: DatabaseSession, said: PainRecorded) -> None:
     visit = _visit(session, said.session_id)
     if visit.signed_at or getattr(visit, said.when) not in (said.before, said.pain):
-        sentence = NOT_KEPT[said.when].format(pain="-" if said.pain is None else said.pain)
+        sentence = NOT_KEPT[said.when](pain="-" if said.pain is None else said.pain)
         _add_alarm(session, visit, said.station, said.at, sentence)
         return
     setattr(visit, said.when, said.pain)
@@ -256,7 +258,8 @@ def _add_alarm(
             ended_at=None,
             kind="alarm",
             code=CHANGED_MEANWHILE,
-            message=message,
+            message=str(message),
+            message_key=sent_key(message),
             patient_id=visit.patient_id,
             session_id=visit.id,
             run_id=run_id,

@@ -6,11 +6,12 @@ from datetime import datetime, timedelta
 from functools import cached_property
 from uuid import UUID, uuid4
 
+import msgspec
 import numpy as np
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic import downsampling
+from kata.clinic import downsampling, texts
 from kata.clinic.figures import RunParts, Window
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
@@ -40,6 +41,7 @@ from kata.device.config import StationConfig
 from kata.device.journal import PHASE_LESSENED, PHASE_PLAYING, Journal
 from kata.device.messages import LOAD_LEVELS
 from kata.errors import ProblemError, not_found
+from kata.messages import text_of
 from kata.motion import edit
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
@@ -55,7 +57,7 @@ def get(session: DatabaseSession, run_id: UUID) -> RunRow:
     """
     row = session.get(RunRow, run_id)
     if row is None:
-        raise not_found("run")
+        raise not_found(texts.RUN_NOT_FOUND)
     return row
 
 
@@ -121,15 +123,13 @@ def _allowed(
 ) -> RunRow:
     visit = session.get(SessionRow, session_id)
     if visit is None:
-        raise not_found("session")
+        raise not_found(texts.SESSION_NOT_FOUND)
     recording = recordings.get(session, recording_id)
     ending.check_goes_on(visit.ended_at)
     if recording.patient_id != visit.patient_id:
-        raise ProblemError(
-            409, "other_patient", "This recording was taught to another patient.", "Choose one of this patient's own."
-        )
+        raise ProblemError(409, "other_patient", texts.RECORDING_OF_OTHER_PATIENT(), texts.CHOOSE_OWN_RECORDING())
     if recording.archived_at:
-        raise ProblemError(409, "archived", "This recording is archived.", "Restore it first, or choose another.")
+        raise ProblemError(409, "archived", texts.RECORDING_ARCHIVED(), texts.RESTORE_OR_CHOOSE_ANOTHER())
     if programme_position is not None:
         plans.require(visit, programme_position, recording_id)
     return new(uuid4(), session_id, recording_id, utc_now(), load_level, asked, method, programme_position)
@@ -213,7 +213,7 @@ def with_settings(taught: edit.Motion, asked: edit.PlaybackSettings) -> edit.Mot
         return edit.with_settings(taught, asked)
     except edit.EditError as error:
         raise ProblemError(
-            422, "unplayable", f"This recording cannot be played like that: {error}.", "Choose other settings."
+            422, "unplayable", texts.RUN_NOT_PLAYABLE(reason=text_of(error)), texts.CHOOSE_OTHER_SETTINGS()
         ) from error
 
 
@@ -236,6 +236,7 @@ def keep(session: DatabaseSession, journal: Journal, config: StationConfig) -> R
     row.outcome = outcome_of(journal)
     row.stop_code = journal.end.cause_code if journal.end else None
     row.stop_message = journal.end.cause_message if journal.end else None
+    row.stop_key = msgspec.to_builtins(journal.end.cause_key) if journal.end else None
     row.rate_hz = journal.rate_hz
     made = Made(session, row)
     counting.keep(row, journal, lambda: (made.taught, made.motion))
@@ -368,7 +369,7 @@ def figure_parts(session: DatabaseSession, run_id: UUID, window: Window | None =
     """
     row = get(session, run_id)
     if row.samples is None:
-        raise ProblemError(409, "nothing_played", "Nothing was played in this run.", "There is nothing to compare.")
+        raise ProblemError(409, "nothing_played", texts.NOTHING_PLAYED(), texts.NOTHING_TO_COMPARE())
     seen = None if window else SAMPLES.overview(session, run_id)
     if seen is not None:
         return RunParts(None, None, asked_of(row), seen, None)
@@ -398,7 +399,9 @@ def as_run(row: RunRow, recording_name: str | None = None) -> Run:
         started_at=row.started_at,
         ended_at=row.ended_at,
         outcome=row.outcome,
-        stop=RunStop(code=row.stop_code, message=row.stop_message or "") if row.stop_code else None,
+        stop=RunStop(code=row.stop_code, message=row.stop_message or "", message_key=row.stop_key)
+        if row.stop_code
+        else None,
         rate_hz=row.rate_hz,
         method=row.method,
         load_level=row.load_level,

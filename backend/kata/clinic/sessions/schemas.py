@@ -10,7 +10,7 @@ from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 from kata.motion import edit
 from kata.motion.method import Method
-from kata.station.schemas import LoadLevel
+from kata.station.schemas import LoadLevel, OptionalKey
 
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
 """completed: as planned. shortened: by the therapist. stopped: a stop ended it."""
@@ -81,6 +81,7 @@ class MotionTracking(Tracking):
 
     motion: int = Field(ge=1, le=6, description="Its row of Table 2 of Sun et al. (2025).", examples=[4])
     name: str = Field(examples=["Abduction / adduction of the shoulder"])
+    name_key: OptionalKey = None
     apparatus_min_deg: float = Field(description="Lower end of the apparatus' range, degrees.", examples=[0.0])
     apparatus_max_deg: float = Field(description="Upper end of the apparatus' range, degrees.", examples=[120.0])
     reference_min_deg: float = Field(description="Lower end of a healthy shoulder's range, degrees.", examples=[0.0])
@@ -102,6 +103,7 @@ class RunStop(Schema):
 
     code: str = Field(examples=["estop_pressed"])
     message: str = Field(examples=["The emergency stop was pressed."])
+    message_key: OptionalKey = None
 
 
 class Run(PlaybackSettings):
@@ -225,6 +227,7 @@ class SessionCheck(Schema):
     check: CheckName
     subject: str = Field(description="What an answer is good for: a side, fixtures.", examples=["arm_fixer_1"])
     sentence: str = Field(examples=["The belt holds the patient in the seat."])
+    sentence_key: OptionalKey = None
     detected: bool = Field(description="The apparatus itself tells; it cannot be ticked.")
     given: bool
     checked_by: str | None = Field(description="Null where it was detected, or is open.")

@@ -7,6 +7,7 @@ from uuid import UUID, uuid4
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.sessions import ending, plans, runs
 from kata.clinic.sessions.schemas import (
@@ -43,7 +44,7 @@ def begin(
     """
     patient = patients.get(session, patient_id)
     if patient.archived_at:
-        raise ProblemError(409, "archived", f"{patient.name} is archived.", "Restore the patient's record first.")
+        raise ProblemError(409, "archived", texts.PATIENT_ARCHIVED(patient=patient.name), texts.RESTORE_PATIENT_FIRST())
     row = open_of(session, patient.id)
     if row is None:
         episode_id = patient.episode.id if patient.episode else None
@@ -88,7 +89,7 @@ def get(session: DatabaseSession, session_id: UUID) -> SessionRow:
     """
     row = session.get(SessionRow, session_id)
     if row is None:
-        raise not_found("session")
+        raise not_found(texts.SESSION_NOT_FOUND)
     return row
 
 
@@ -107,9 +108,9 @@ def to_change(session: DatabaseSession, session_id: UUID, seen_at: datetime | No
     """
     row = session.get(SessionRow, session_id, with_for_update=True)
     if row is None:
-        raise not_found("session")
+        raise not_found(texts.SESSION_NOT_FOUND)
     if row.signed_at:
-        raise ProblemError(409, "signed", "This session is signed and stays as it is.", "Write an addendum.")
+        raise ProblemError(409, "signed", texts.SESSION_SIGNED(), texts.WRITE_ADDENDUM())
     patients.check_not_erased(row.patient)
     check_version(row.updated_at, seen_at)
     return row

@@ -4,6 +4,7 @@ from uuid import UUID, uuid4
 
 from sqlalchemy.orm import Session as DatabaseSession
 
+from kata.clinic import texts
 from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.schemas import AddendumCreate, SessionSign
 from kata.clinic.sessions.tables import AddendumRow, SessionRow
@@ -19,7 +20,7 @@ def sign(session: DatabaseSession, session_id: UUID, given: SessionSign) -> Sess
     """
     row = service.to_change(session, session_id, given.updated_at)
     if row.ended_at is None:
-        raise ProblemError(409, "session_open", "This session has not ended.", "End it first.")
+        raise ProblemError(409, "session_open", texts.SESSION_NOT_ENDED(), texts.END_FIRST())
     ending.check_results(row.runs)
     row.note = given.note
     row.signed_at = row.updated_at = utc_now()
@@ -34,7 +35,7 @@ def add(session: DatabaseSession, session_id: UUID, given: AddendumCreate) -> Se
     """
     row = service.get(session, session_id)
     if row.signed_at is None:
-        raise ProblemError(409, "not_signed", "This note has not been signed.", "Change the note itself.")
+        raise ProblemError(409, "not_signed", texts.NOTE_NOT_SIGNED(), texts.CHANGE_NOTE_ITSELF())
     written = AddendumRow(
         id=uuid4(), session_id=session_id, written_at=utc_now(), written_by=given.written_by, text=given.text
     )

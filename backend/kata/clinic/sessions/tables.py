@@ -14,6 +14,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.arrays import Column
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.samples import SampleBlockColumns, SamplesColumns, SampleTables
+from kata.messages import sent_key
 from kata.motion.axes import BASIC_MOTIONS
 
 SAMPLE_COLUMNS = (
@@ -117,6 +118,8 @@ class RunRow(Base):
     outcome: Mapped[str] = mapped_column(String(16))
     stop_code: Mapped[str | None] = mapped_column(String(32))
     stop_message: Mapped[str | None] = mapped_column(Text)
+    stop_key: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """Code and parameters of the message; None in rows from before 0009."""
     rate_hz: Mapped[int | None]
     load_level: Mapped[int | None]
     """None where it was played before there were levels."""
@@ -193,6 +196,11 @@ class MotionTrackingRow(_TrackingColumns, Base):
     def name(self) -> str:
         """As Table 2 calls it."""
         return BASIC_MOTIONS[self.motion - 1].name
+
+    @property
+    def name_key(self) -> dict[str, Any] | None:
+        """Code of the name."""
+        return sent_key(BASIC_MOTIONS[self.motion - 1].name)
 
     @property
     def apparatus_min_deg(self) -> float:

@@ -8,6 +8,7 @@ import msgspec
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from kata.clinic import texts
 from kata.clinic.stations.tables import StationRow, StationVersionRow
 from kata.device.config import StationConfig, as_toml
 from kata.errors import not_found
@@ -57,6 +58,6 @@ def versions(session: Session, station: str) -> Sequence[StationVersionRow]:
     :raises ProblemError: 404 when there is no such station.
     """
     if session.get(StationRow, station) is None:
-        raise not_found("station")
+        raise not_found(texts.STATION_NOT_FOUND)
     query = select(StationVersionRow).where(StationVersionRow.station == station)
     return session.scalars(query.order_by(StationVersionRow.number.desc())).all()

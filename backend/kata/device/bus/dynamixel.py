@@ -22,6 +22,7 @@ from typing import Final
 
 from fastcrc import crc16
 
+from kata.device import texts
 from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
 from kata.device.bus.registers import (
@@ -436,26 +437,26 @@ class DynamixelBus:
         model, *others = registers
         self._check_model(motor, axis, model)
         if self._register(motor, axis.id, _NO_TORQUE) != _NO_TORQUE.data:
-            raise BusError(f"motor {motor} (id {axis.id}) has torque: its settings are left as they are")
+            raise BusError(texts.DRIVE_HAS_TORQUE(motor=motor, drive_id=axis.id))
         self._write(motor, axis.id, BUS_WATCHDOG, b"\0")
         for register in others:
             # What lives in EEPROM is written only where it differs: its cells wear.
             if register.address >= TORQUE_ENABLE or self._register(motor, axis.id, register) != register.data:
                 self._write(motor, axis.id, register.address, register.data)
             if self._register(motor, axis.id, register) != register.data:
-                raise BusError(f"motor {motor} (id {axis.id}) does not take its {register.name}")
+                raise BusError(texts.DRIVE_SETTING_REFUSED(motor=motor, drive_id=axis.id, setting=register.name))
 
     def _check_model(self, motor: int, axis: Axis, model: Register) -> None:
         data = self._register(motor, axis.id, model)
         if data != model.data:
             number = int.from_bytes(data, "little")
-            raise BusError(f"motor {motor} (id {axis.id}) is of model {number}; the station wants {axis.model}")
+            raise BusError(texts.DRIVE_OTHER_MODEL(motor=motor, drive_id=axis.id, model=number, wanted=axis.model))
 
     def _register(self, motor: int, drive_id: int, register: Register) -> bytes:
         self._slack_left_ns = self._slack_ns
         read = self._read_registers(drive_id, register.address, len(register.data), patient=True)
         if read is None:
-            raise BusError(f"motor {motor} (id {drive_id}) does not answer")
+            raise BusError(texts.DRIVE_DOES_NOT_ANSWER(motor=motor, drive_id=drive_id))
         return read[1]
 
     def _meet(self, motor: int, drive_id: int) -> None:
@@ -465,10 +466,10 @@ class DynamixelBus:
             # One may have been on its way still to whoever asked before; two drives answer twice again.
             answers, damaged = self._ping(drive_id)
         if answers > 1:
-            raise BusError(f"two drives answer to id {drive_id}, motor {motor}'s")
+            raise BusError(texts.DRIVES_SHARE_ID(drive_id=drive_id, motor=motor))
         if not answers:
-            why = "answers, but damaged: do two drives share its id?" if damaged else "does not answer"
-            raise BusError(f"motor {motor} (id {drive_id}) {why}")
+            problem = texts.DRIVE_ANSWERS_DAMAGED if damaged else texts.DRIVE_DOES_NOT_ANSWER
+            raise BusError(problem(motor=motor, drive_id=drive_id))
 
     def _ping(self, drive_id: int) -> tuple[int, bool]:
         """How many sound answers come, and whether anything else does."""
@@ -486,10 +487,10 @@ class DynamixelBus:
         request = encode(drive_id, _WRITE, struct.pack("<H", address) + data)
         status = self._transact(request, [drive_id], StatusParser(), 0).of
         if drive_id not in status:
-            raise BusError(f"motor {motor} (id {drive_id}) does not answer")
+            raise BusError(texts.DRIVE_DOES_NOT_ANSWER(motor=motor, drive_id=drive_id))
         error = status[drive_id][1] & ~_ALERT
         if error:
-            raise BusError(f"motor {motor} (id {drive_id}) refused register {address} (error {error})")
+            raise BusError(texts.DRIVE_REGISTER_REFUSED(motor=motor, drive_id=drive_id, register=address, error=error))
 
     # -- packets --------------------------------------------------------------------------------------------------
 
@@ -577,5 +578,5 @@ class DynamixelBus:
 
     def _the_line(self) -> Line:
         if self._line is None:
-            raise BusError(f"{self._config.port} is not open")
+            raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
         return self._line

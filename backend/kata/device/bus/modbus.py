@@ -16,6 +16,7 @@ from typing import Final
 
 from fastcrc import crc16
 
+from kata.device import texts
 from kata.device.bus.poll_backoff import PollBackoff
 from kata.device.bus.port import BusError, DriveReading, DriveStatus, InputReading, Reading, input_reading
 from kata.device.bus.serial_transport import Line
@@ -270,13 +271,13 @@ class ModbusBus:
     def _configure(self, motor: int, axis: Axis, registers: Sequence[tuple[str, int, bytes]]) -> None:
         status = self._read_back(motor, axis.id, range(self._map.status, self._map.status + 1))
         if int.from_bytes(status, "big") >> self._map.status_torque_bit & 1:
-            raise BusError(f"motor {motor} (id {axis.id}) has torque: its settings are left as they are")
+            raise BusError(texts.DRIVE_HAS_TORQUE(motor=motor, drive_id=axis.id))
         if self._map.watchdog_ms != NO_REGISTER:
             self._set(motor, axis.id, self._map.watchdog_ms, struct.pack(">H", 0))
         for name, first, data in registers:
             self._set(motor, axis.id, first, data)
             if self._read_back(motor, axis.id, range(first, first + len(data) // 2)) != data:
-                raise BusError(f"motor {motor} (id {axis.id}) does not take its {name}")
+                raise BusError(texts.DRIVE_SETTING_REFUSED(motor=motor, drive_id=axis.id, setting=name))
 
     def _read_back(self, motor: int, slave: int, span: range) -> bytes:
         self._slack_left_ns = self._slack_ns
@@ -286,14 +287,18 @@ class ModbusBus:
         self._slack_left_ns = self._slack_ns
         answer = self._transact(slave, _WRITE, self._written(register, data), _WRITTEN_BYTES)
         if answer.exception:
-            raise BusError(f"motor {motor} (id {slave}) refused register {register} (exception {answer.exception})")
+            raise BusError(
+                texts.DRIVE_REGISTER_EXCEPTION(
+                    motor=motor, drive_id=slave, register=register, exception=answer.exception
+                )
+            )
         self._contents(motor, slave, answer)
 
     @staticmethod
     def _contents(motor: int, slave: int, answer: _Answer) -> bytes:
         if answer.data is None:
-            why = "answers, but damaged: do two drives share its id?" if answer.garbled else "does not answer"
-            raise BusError(f"motor {motor} (id {slave}) {why}")
+            problem = texts.DRIVE_ANSWERS_DAMAGED if answer.garbled else texts.DRIVE_DOES_NOT_ANSWER
+            raise BusError(problem(motor=motor, drive_id=slave))
         return answer.data
 
     # -- registers and frames -------------------------------------------------------------------------------------
@@ -367,5 +372,5 @@ class ModbusBus:
 
     def _the_line(self) -> Line:
         if self._line is None:
-            raise BusError(f"{self._config.port} is not open")
+            raise BusError(texts.PORT_NOT_OPEN(port=self._config.port))
         return self._line

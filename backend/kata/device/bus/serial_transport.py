@@ -12,6 +12,7 @@ from typing import Final, Protocol
 
 import serial
 
+from kata.device import texts
 from kata.device.bus.port import BusError
 
 log = logging.getLogger(__name__)
@@ -53,7 +54,7 @@ class SerialLine:
         try:
             self._serial = serial.Serial(port, baud, timeout=0, write_timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
-            raise BusError(f"{port} cannot be opened: {error}") from error
+            raise BusError(texts.PORT_CANNOT_BE_OPENED(port=port, error=error)) from error
         self._fd: int = self._serial.fileno()
         # A USB adapter that keeps replies back for 16 ms would cost a cycle. Not every port can be asked.
         try:
@@ -70,9 +71,9 @@ class SerialLine:
         try:
             self._forget()
             if os.write(self._fd, data) != len(data):
-                raise BusError(f"{self._port} does not take what is sent")
+                raise BusError(texts.PORT_TAKES_NOTHING(port=self._port))
         except OSError as error:
-            raise BusError(f"{self._port} is gone: {error}") from error
+            raise BusError(texts.PORT_GONE(port=self._port, error=error)) from error
 
     def receive(self, earliest_ns: int, deadline_ns: int) -> bytes:
         """See :class:`Line`."""
@@ -83,9 +84,9 @@ class SerialLine:
             ready, _, _ = select.select([self._fd], [], [], max(left_s, 0.0))
             data = os.read(self._fd, 4096) if ready else None
         except (OSError, ValueError) as error:
-            raise BusError(f"{self._port} is gone: {error}") from error
+            raise BusError(texts.PORT_GONE(port=self._port, error=error)) from error
         if data == b"":
-            raise BusError(f"{self._port} is gone: it was hung up")
+            raise BusError(texts.PORT_HUNG_UP(port=self._port))
         return data or b""
 
     def _forget(self) -> None:

@@ -7,7 +7,7 @@ import { api, type Check, type Schemas } from "../../api/client";
 import { formatClock } from "../../shared/format";
 import { ProblemNote } from "../../shared/problem";
 import { replaceData } from "../../shared/replaceData";
-import { told } from "../../shared/told";
+import { translateServerText } from "../../shared/serverText";
 import { CheckPicture } from "./pictures";
 import { HOW, VISIT } from "./words";
 
@@ -69,7 +69,7 @@ export function CheckList(props: {
               flex="none"
               variant={toLookAt.length > 1 ? "default" : "filled"}
               disabled={tick.isPending}
-              aria-label={VISIT.isSoThat(told(check.sentence))}
+              aria-label={VISIT.isSoThat(translateServerText(check.sentence, check.sentence_key))}
               onClick={() => tick.mutate([check])}
             >
               {VISIT.isSo}
@@ -98,7 +98,7 @@ export function CheckLine({ check, children }: { check: Check; children?: ReactN
           {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
           <CheckPicture check={check} />
           <div>
-            <Text size="lg">{told(check.sentence)}</Text>
+            <Text size="lg">{translateServerText(check.sentence, check.sentence_key)}</Text>
             <Text size="sm">{answerWords(check)}</Text>
           </div>
         </Group>

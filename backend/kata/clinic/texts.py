@@ -1,0 +1,386 @@
+"""Messages about patients, sessions, recordings and their figures. See :mod:`kata.messages`."""
+
+from typing import Final
+
+from kata.messages import message
+
+PATIENT_ARCHIVED: Final = message("patient_archived", "{patient:name} is archived.")
+PROGRAMME_ARCHIVED: Final = message("programme_archived", "{programme:name} is archived.")
+RESTORE_PATIENT_FIRST: Final = message("restore_patient_first", "Restore the patient's record first.")
+ASSESSMENT_WITHDRAWN: Final = message("assessment_withdrawn", "This assessment was withdrawn and stays as it is.")
+ENTER_NEW_ASSESSMENT: Final = message("enter_new_assessment", "Enter a new one instead.")
+ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "Nothing would be left in this assessment.")
+WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw it if it was a mistake.")
+WINDOW_ENDS_BEFORE_START: Final = message("window_ends_before_start", "The window ends before it begins.")
+GIVE_END_AFTER_START: Final = message("give_end_after_start", "Give an end_s after start_s.")
+NO_OPEN_CARE_OF_SHOULDER: Final = message(
+    "no_open_care_of_shoulder", "{patient:name} has no open episode of care for the {side:text} shoulder."
+)
+OPEN_EPISODE_FIRST: Final = message(
+    "open_episode_first", "Open an episode of that shoulder on the patient's page first."
+)
+LOAD_LEVEL_ABOVE_LIMIT: Final = message(
+    "load_level_above_limit", "Load level {level:d} is above {highest:d}, the highest that {doctor:name} allows."
+)
+CHOOSE_LOAD_LEVEL: Final = message("choose_load_level", "Choose level {highest:d} or lower.")
+MOTION_BEYOND_HIGHEST: Final = message(
+    "motion_beyond_highest",
+    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no more than {highest_deg:g} deg.",
+)
+MOTION_BELOW_LOWEST: Final = message(
+    "motion_below_lowest",
+    "Motion {number:d} ({motion:text}) would go to {angle_deg:.1f} deg at {at_s:.1f} s; {doctor:name} allows no less than {lowest_deg:g} deg.",
+)
+MOTOR_FASTER_THAN_ALLOWED: Final = message(
+    "motor_faster_than_allowed",
+    "Motor {motor:d} would move at {speed_deg_s:.1f} deg/s at {at_s:.1f} s; {doctor:name} allows no more than {limit_deg_s:g} deg/s.",
+)
+CHOOSE_LOWER_SPEED: Final = message("choose_lower_speed", "Choose a lower speed, or another recording.")
+CHOOSE_LESS_RANGE: Final = message("choose_less_range", "Reduce the range, or make a recording with less range.")
+SCAPULA_UNKNOWN: Final = message(
+    "scapula_unknown",
+    "The scapula's path in this recording is unknown, so the doctor's limit cannot be kept.",
+)
+TEACH_AGAIN: Final = message("teach_again", "Teach the motion again.")
+EPISODE_SESSION_OPEN: Final = message("episode_session_open", "A session of this episode has not ended.")
+END_SESSION_THEN_CLOSE: Final = message("end_session_then_close", "End the session, then close the episode.")
+STAGE_NOTED: Final = message("stage_noted", "A stage is noted for that day already.")
+REMOVE_STAGE_OR_OTHER_DAY: Final = message("remove_stage_or_other_day", "Remove that one first, or give another day.")
+EPISODE_OPEN: Final = message("episode_open", "An episode of care for the {side:text} shoulder is already open.")
+CONTINUE_OR_CLOSE_EPISODE: Final = message("continue_or_close_episode", "Continue that episode, or close it first.")
+EPISODE_CLOSED: Final = message("episode_closed", "This episode is closed.")
+REOPEN_FIRST: Final = message("reopen_first", "Reopen it first.")
+LIMITS_WITHOUT_DOCTOR: Final = message("limits_without_doctor", "The name of the doctor who set the limits is missing.")
+WRITE_DOCTOR_NAME: Final = message("write_doctor_name", "Write the doctor's name beside them.")
+ONSET_BEFORE_BIRTH: Final = message(
+    "onset_before_birth", "The day of onset lies before the patient's birth, {birth_date:name}."
+)
+STAGE_BEFORE_BIRTH: Final = message(
+    "stage_before_birth", "The day of the stage lies before the patient's birth, {birth_date:name}."
+)
+CORRECT_DAY_OR_BIRTH_DATE: Final = message("correct_day_or_birth_date", "Correct the day, or the birth date.")
+ERASURE_ALREADY_REQUESTED: Final = message("erasure_already_requested", "A request of this patient is not decided yet.")
+DECIDE_THAT_REQUEST: Final = message("decide_that_request", "Decide that one.")
+CLINIC_NUMBER_WRONG: Final = message("clinic_number_wrong", "This is not the patient's clinic number.")
+COMPARE_NAME_AND_NUMBER: Final = message(
+    "compare_name_and_number", "Compare the name, and type the number as it stands in the record."
+)
+CLINIC_NUMBER_WRONG_FIELD: Final = message("clinic_number_wrong_field", "is not this patient's")
+PATIENT_SESSION_OPEN: Final = message("patient_session_open", "A session of this patient is still open.")
+END_FIRST: Final = message("end_first", "End it first.")
+ERASURE_DECIDED: Final = message("erasure_decided", "This request has been decided.")
+RELOAD_PAGE: Final = message("reload_page", "Reload the page to see the decision.")
+ROWS_FAR_APART: Final = message(
+    "rows_far_apart", "most rows are {step_s:g} s apart; time_s is in seconds: are these milliseconds?"
+)
+MOTION_LONGER_THAN_AN_HOUR: Final = message(
+    "motion_longer_than_an_hour", "the motion is longer than an hour from here on"
+)
+GAP_BEFORE: Final = message("gap_before", "nothing is known of the {gap_s:.1f} s before; {longest_s:g} s is the most")
+MORE_THAN_A_TURN: Final = message("more_than_a_turn", "{angle_deg:g} deg is more than a whole turn")
+LOOKS_LIKE_RADIANS: Final = message(
+    "looks_like_radians", "{angle_deg:g} is the largest angle of all; this looks like radians, and degrees are needed"
+)
+FILE_UTF16: Final = message("file_utf16", "the file is in UTF-16; save it as CSV in UTF-8")
+LINE_NOT_UTF8: Final = message("line_not_utf8", "line {line:d} is not text in UTF-8; is this a CSV file?")
+LINE_SHIFT_JIS: Final = message("line_shift_jis", "line {line:d} is in Shift-JIS; save the file as CSV in UTF-8")
+IMPORT_REFUSED: Final = message("import_refused", "This cannot be imported: {reasons:texts}.")
+MEND_FILE: Final = message("mend_file", "Mend the file and try again.")
+FILE_REFUSED: Final = message("file_refused", "This file cannot be used: {reason:text}.")
+NOTHING_MEASURED: Final = message("nothing_measured", "Nothing was measured in this run.")
+NOTHING_TO_DOWNLOAD: Final = message("nothing_to_download", "There is nothing to download.")
+RECORD_WITHOUT_PATIENT: Final = message("record_without_patient", "This record was erased; its patient is not known.")
+DOWNLOAD_ONE_BY_ONE: Final = message("download_one_by_one", "Recordings and runs can still be downloaded one by one.")
+RUN_SAMPLES_DAMAGED: Final = message("run_samples_damaged", "The samples are damaged and cannot be read.")
+RESTORE_FROM_BACKUP: Final = message("restore_from_backup", "Restore them from a backup.")
+LIST_POSITION_UNREADABLE: Final = message("list_position_unreadable", "The position in the list cannot be read.")
+BEGIN_LIST_ANEW: Final = message("begin_list_anew", "Load the list from its beginning.")
+RECORD_ERASED: Final = message("record_erased", "This record was erased and stays as it is.")
+REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Register the patient again if they return.")
+CLINIC_NUMBER_TAKEN: Final = message(
+    "clinic_number_taken", "Another patient has the clinic number {clinic_number:name}."
+)
+CHOOSE_ANOTHER_CLINIC_NUMBER: Final = message(
+    "choose_another_clinic_number",
+    "Choose another number, or search for the patient: archived patients keep their numbers.",
+)
+ITEM_NOT_PLAYABLE: Final = message(
+    "item_not_playable", "Item {place:d} cannot be played with these settings: {reason:text}."
+)
+ITEM_SAMPLES_DAMAGED: Final = message("item_samples_damaged", "its samples are damaged")
+ITEM_OF_OTHER_PATIENT: Final = message(
+    "item_of_other_patient", "Item {place:d}, {recording:name}, was taught to another patient."
+)
+CHOOSE_OWN_RECORDING: Final = message("choose_own_recording", "Choose one of this patient's own.")
+ITEM_OF_OTHER_SIDE: Final = message(
+    "item_of_other_side",
+    "Item {place:d}, {recording:name}, is of the {side:text} shoulder, and the {treated:text} one is treated.",
+)
+CHOOSE_OTHER_SHOULDER_RECORDING: Final = message(
+    "choose_other_shoulder_recording", "Choose another recording, or make one for the other shoulder of it."
+)
+ITEM_ARCHIVED: Final = message("item_archived", "Item {place:d}, {recording:name}, is archived.")
+RESTORE_OR_CHOOSE_ANOTHER: Final = message("restore_or_choose_another", "Restore it first, or choose another.")
+ITEM_ABOVE_LOAD_LEVEL: Final = message(
+    "item_above_load_level",
+    "Item {place:d}, {recording:name}, has resistance level {level:d}, and {highest:d} is the highest allowed.",
+)
+ITEM_ABOVE_LOAD_LEVEL_BY: Final = message(
+    "item_above_load_level_by",
+    "Item {place:d}, {recording:name}, has resistance level {level:d}, and {highest:d} is the highest allowed by {doctor:name}.",
+)
+CHOOSE_LOWER_LEVEL: Final = message("choose_lower_level", "Choose a lower level, or have the limit changed.")
+TIMER_OVER: Final = message("timer_over", "The {minutes:g} minutes of this programme are over.")
+GO_ON_TO_PAIN_AFTER: Final = message(
+    "go_on_to_pain_after", "Go on to the pain after it; what is still to be played can be chosen besides the programme."
+)
+RESTORE_FIRST: Final = message("restore_first", "Restore it first.")
+EPISODE_OF_CARE_CLOSED: Final = message("episode_of_care_closed", "This episode of care is closed.")
+OPEN_NEW_EPISODE: Final = message("open_new_episode", "Open a new one for the patient.")
+NO_EPISODE: Final = message("no_episode", "This patient has no episode of care.")
+OPEN_ONE_FIRST: Final = message("open_one_first", "Open one first.")
+AT_SECOND: Final = message("at_second", "{reason:text}, at {at_s:.1f} s")
+EDIT_REFUSED: Final = message("edit_refused", "This edit is not possible: {reason:text}.")
+CHOOSE_OTHER_NUMBERS: Final = message("choose_other_numbers", "Choose other numbers, or trim it first.")
+EDITED_NOT_PLAYABLE: Final = message("edited_not_playable", "The edited recording cannot be played: {reason:text}.")
+RECORDING_SAMPLES_DAMAGED: Final = message(
+    "recording_samples_damaged", "This recording's samples are damaged and cannot be read."
+)
+RESTORE_OR_TEACH_AGAIN: Final = message(
+    "restore_or_teach_again", "Restore them from a backup, or teach the motion again."
+)
+CARE_TEAM_WITHOUT_ACCOUNT: Final = message("care_team_without_account", "A member of this care team has no account.")
+RELOAD_ACCOUNTS: Final = message("reload_accounts", "Reload the list of accounts, and choose again.")
+RECORD_NOT_RESTRICTED: Final = message("record_not_restricted", "This record is open to you.")
+GO_ON_AS_USUAL: Final = message("go_on_as_usual", "Go on as usual.")
+OWN_EMERGENCY_ACCESS: Final = message("own_emergency_access", "This is your own emergency access.")
+OTHER_ADMINISTRATOR_REVIEWS: Final = message("other_administrator_reviews", "Another administrator must review it.")
+EMERGENCY_ACCESS_REVIEWED: Final = message("emergency_access_reviewed", "This access has already been reviewed.")
+RELOAD_LIST: Final = message("reload_list", "Reload the list.")
+SESSION_ENDED: Final = message("session_ended", "This session has ended.")
+BEGIN_NEW_SESSION: Final = message("begin_new_session", "Begin a new one.")
+FIXTURES_DEPEND_ON_RECORDING: Final = message("fixtures_depend_on_recording", "The fixtures depend on the recording.")
+CHOOSE_RECORDING_FIRST: Final = message("choose_recording_first", "Choose a recording first.")
+CHECK_IS_AUTOMATIC: Final = message("check_is_automatic", "The apparatus detects this; nobody can confirm it by hand.")
+DO_IT_AND_IT_SHOWS: Final = message("do_it_and_it_shows", "Do it; the check then shows it.")
+CHECKS_OPEN: Final = message("checks_open", "Not everything is in order yet: {checks:texts}.")
+GO_THROUGH_CHECKLIST: Final = message("go_through_checklist", "Go through the checklist first.")
+PROGRAMME_OF_OTHER_EPISODE: Final = message(
+    "programme_of_other_episode", "This programme is not of the patient's open episode of care."
+)
+CHOOSE_OWN_PROGRAMME: Final = message("choose_own_programme", "Choose one of this episode's own.")
+RECORDING_NOT_AT_PLACE: Final = message(
+    "recording_not_at_place", "This recording is not at that place of the session's programme."
+)
+RELOAD_SESSION: Final = message("reload_session", "Reload the session; its programme may have been changed.")
+RECORDING_OF_OTHER_PATIENT: Final = message(
+    "recording_of_other_patient", "This recording was taught to another patient."
+)
+RECORDING_ARCHIVED: Final = message("recording_archived", "This recording is archived.")
+NOTHING_PLAYED: Final = message("nothing_played", "Nothing was played in this run.")
+NOTHING_TO_COMPARE: Final = message("nothing_to_compare", "There is nothing to compare.")
+RUN_NOT_PLAYABLE: Final = message(
+    "run_not_playable", "This recording cannot be played with these settings: {reason:text}."
+)
+CHOOSE_OTHER_SETTINGS: Final = message("choose_other_settings", "Choose other settings.")
+SESSION_SIGNED: Final = message("session_signed", "This session is signed and stays as it is.")
+WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")
+RUN_NOT_ENDED: Final = message("run_not_ended", "A playback in this session has not ended.")
+END_OR_STOP_FIRST: Final = message("end_or_stop_first", "End it first, or stop it.")
+RUN_NOT_ARRIVED: Final = message(
+    "run_not_arrived", "The result of a playback in this session has not arrived yet."
+)
+SIGN_AGAIN_SOON: Final = message("sign_again_soon", "Wait a moment and sign again.")
+SESSION_NOT_ENDED: Final = message("session_not_ended", "This session has not ended.")
+NOTE_NOT_SIGNED: Final = message("note_not_signed", "This note has not been signed.")
+CHANGE_NOTE_ITSELF: Final = message("change_note_itself", "Change the note itself.")
+CHECK_LEFT_SIDE: Final = message("check_left_side", "The apparatus stands for the left shoulder, and its pin is in.")
+CHECK_RIGHT_SIDE: Final = message("check_right_side", "The apparatus stands for the right shoulder, and its pin is in.")
+CHECK_BELT: Final = message("check_belt", "The belt holds the patient in the seat.")
+CHECK_PEDAL: Final = message("check_pedal", "The foot pedal answers.")
+CHECK_ESTOP: Final = message(
+    "check_estop", "The emergency stop was pressed and released today, after the apparatus was connected or turned."
+)
+ESTOP_TESTED: Final = message("estop_tested", "The emergency stop was pressed and released.")
+PLAYED_IN_ENDED_SESSION: Final = message(
+    "played_in_ended_session", "Played while the database was away; somebody had ended the session elsewhere by then."
+)
+PLAYED_ARCHIVED_RECORDING: Final = message(
+    "played_archived_recording",
+    "Played while the database was away; somebody had archived the recording elsewhere by then.",
+)
+PLAYED_IN_CLOSED_EPISODE: Final = message(
+    "played_in_closed_episode",
+    "Played while the database was away; somebody had closed the episode of care elsewhere by then.",
+)
+PLAYED_UNDER_OLD_LIMITS: Final = message(
+    "played_under_old_limits",
+    "Played while the database was away; somebody had changed the doctor's limits elsewhere by then.",
+)
+BEGUN_BESIDE_ANOTHER: Final = message(
+    "begun_beside_another", "Begun while the database was away; another session of this patient was begun elsewhere."
+)
+BEGUN_WITH_OLD_PROGRAMME: Final = message(
+    "begun_with_old_programme", "Begun while the database was away; somebody has changed the programme elsewhere."
+)
+BEGUN_IN_CLOSED_EPISODE: Final = message(
+    "begun_in_closed_episode", "Begun while the database was away; somebody has closed the episode of care elsewhere."
+)
+BEGUN_FOR_ARCHIVED_PATIENT: Final = message(
+    "begun_for_archived_patient",
+    "Begun while the database was away; somebody has archived the patient's record elsewhere.",
+)
+BEGUN_FOR_RESTRICTED_PATIENT: Final = message(
+    "begun_for_restricted_patient",
+    "Begun while the database was away; somebody has restricted the patient's record elsewhere.",
+)
+ENDED_ALREADY: Final = message(
+    "ended_already", "Ended while the database was away; in the record it had been ended already, and stays as it was."
+)
+PAIN_BEFORE_DIFFERS: Final = message(
+    "pain_before_differs",
+    "Pain before, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+)
+WORST_PAIN_DIFFERS: Final = message(
+    "worst_pain_differs",
+    "Worst pain, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+)
+PAIN_AFTER_DIFFERS: Final = message(
+    "pain_after_differs",
+    "Pain after, said while the database was away: {pain:name}. The session says another one, from elsewhere.",
+)
+DONE_MIRRORED_LEFT: Final = message("done_mirrored_left", "mirrored for the left shoulder")
+DONE_MIRRORED_RIGHT: Final = message("done_mirrored_right", "mirrored for the right shoulder")
+FHIR_NOT_PATIENT: Final = message("fhir_not_patient", "must be Patient, or Bundle with Patients in it")
+FHIR_PATIENT_COUNT: Final = message("fhir_patient_count", "must hold at least one Patient, and at most {most:d}")
+FHIR_ONE_OF: Final = message("fhir_one_of", "must be one of {choices:name}")
+FHIR_DECEASED: Final = message("fhir_deceased", "says that this patient has died")
+FHIR_INACTIVE: Final = message("fhir_inactive", "says that this record is not in use")
+FHIR_UNKNOWN_ELEMENT: Final = message("fhir_unknown_element", "is no element of a Patient in FHIR R4")
+FHIR_CLINIC_NUMBER_NEEDED: Final = message("fhir_clinic_number_needed", "must have the clinic's number")
+FHIR_NOT_TEXT: Final = message("fhir_not_text", "must be a text")
+FHIR_NAME_NEEDED: Final = message("fhir_name_needed", "must have a name")
+FHIR_NOT_TEXTS: Final = message("fhir_not_texts", "must be made of texts")
+FHIR_NOT_OBJECTS: Final = message("fhir_not_objects", "must be a list of objects")
+FHIR_NOT_DATE: Final = message("fhir_not_date", "must be a whole date such as 1968-04-12, not {given:name}")
+FIGURE_BEFORE: Final = message("figure_before", "Before")
+FIGURE_AFTER: Final = message("figure_after", "After")
+FIGURE_TEACHING: Final = message("figure_teaching", "Teaching")
+FIGURE_PLAYBACK: Final = message("figure_playback", "Playback")
+FIGURE_ERROR: Final = message("figure_error", "Error")
+FIGURE_TIME: Final = message("figure_time", "Time, s")
+FIGURE_ANGLE: Final = message("figure_angle", "Angle, deg")
+FIGURE_ERROR_DEG: Final = message("figure_error_deg", "Error, deg")
+FIGURE_MOTOR: Final = message("figure_motor", "Motor {motor:d}")
+FIGURE_MOTOR_DEG: Final = message("figure_motor_deg", "Motor {motor:d}, deg")
+FIGURE_NO: Final = message("figure_no", "no")
+FIGURE_ANGLE_HOVER: Final = message("figure_angle_hover", "%{{y:.2f}} deg")
+FIGURE_NAMED_ANGLE_HOVER: Final = message("figure_named_angle_hover", "%{{customdata}}: %{{y:.2f}} deg")
+FIGURE_REFERENCE: Final = message("figure_reference", "Reference")
+FIGURE_BASELINE: Final = message("figure_baseline", "Baseline")
+FIGURE_BASELINE_OF: Final = message("figure_baseline_of", "Baseline, {kind:text}")
+FIGURE_OTHER_SIDE_OF: Final = message("figure_other_side_of", "Other side, {kind:text}")
+FIGURE_KIND_ACTIVE: Final = message("figure_kind_active", "active")
+FIGURE_KIND_PASSIVE: Final = message("figure_kind_passive", "passive")
+FIGURE_ACTIVE: Final = message("figure_active", "Active")
+FIGURE_PASSIVE: Final = message("figure_passive", "Passive")
+FIGURE_MEASURE_DEG: Final = message("figure_measure_deg", "{measure:text}, deg")
+FIGURE_PAIN: Final = message("figure_pain", "Pain")
+FIGURE_PAIN_SCALE: Final = message("figure_pain_scale", "Pain, 0 to 10")
+FIGURE_DISABILITY: Final = message("figure_disability", "Disability")
+FIGURE_SPADI_SCALE: Final = message("figure_spadi_scale", "SPADI, 0 (none) to 100 (worst)")
+FIGURE_BETTER_PERHAPS: Final = message("figure_better_perhaps", "{points:g} better: perhaps important")
+FIGURE_BETTER_IMPORTANT: Final = message("figure_better_important", "{points:g} better: important")
+FIGURE_MEAN_RMSE: Final = message("figure_mean_rmse", "Mean RMSE, deg")
+FIGURE_LARGEST_ERROR: Final = message("figure_largest_error", "Largest error, deg")
+FIGURE_CORRECTION: Final = message("figure_correction", "Learned correction (RMS), deg")
+FIGURE_WEEK: Final = message("figure_week", "Week")
+FIGURE_WEEK_FROM: Final = message("figure_week_from", "Week from")
+FIGURE_WEEK_HOVER: Final = message("figure_week_hover", "Week from %{{x|%d %b %Y}}: %{{y}}")
+FIGURE_DAY_FORMAT: Final = message("figure_day_format", "%d %b")
+FIGURE_SESSIONS: Final = message("figure_sessions", "Sessions")
+FIGURE_AS_PRESCRIBED: Final = message("figure_as_prescribed", "As prescribed")
+FIGURE_PAIN_AT_REST: Final = message("figure_pain_at_rest", "At rest")
+FIGURE_PAIN_MOVING: Final = message("figure_pain_moving", "Moving the arm")
+FIGURE_PAIN_MOVED: Final = message("figure_pain_moved", "Being moved")
+FIGURE_PAIN_AVERAGE: Final = message("figure_pain_average", "Average of the week")
+FIGURE_PAIN_BEFORE: Final = message("figure_pain_before", "Before the session")
+FIGURE_PAIN_DURING: Final = message("figure_pain_during", "During the session")
+FIGURE_PAIN_AFTER: Final = message("figure_pain_after", "After the session")
+FIGURE_MOTION: Final = message("figure_motion", "Motion")
+FIGURE_KIND: Final = message("figure_kind", "Kind")
+FIGURE_ASSESSED: Final = message("figure_assessed", "Assessed")
+FIGURE_CHANGE_DEG: Final = message("figure_change_deg", "Change from baseline, deg")
+FIGURE_OTHER_SIDE_DEG: Final = message("figure_other_side_deg", "Other side (newest), deg")
+FIGURE_REFERENCE_DEG: Final = message("figure_reference_deg", "Reference, deg")
+FIGURE_WHEN: Final = message("figure_when", "When")
+FIGURE_CHANGE: Final = message("figure_change", "Change from baseline")
+FIGURE_IMPORTANT_CHANGE: Final = message("figure_important_change", "Important change")
+FIGURE_SESSION: Final = message("figure_session", "Session")
+FIGURE_RECORDING: Final = message("figure_recording", "Recording")
+FIGURE_METHOD: Final = message("figure_method", "Method")
+FIGURE_PLAYBACKS: Final = message("figure_playbacks", "Playbacks")
+FIGURE_REPETITIONS_PLANNED: Final = message("figure_repetitions_planned", "Repetitions planned")
+FIGURE_REPETITIONS_DONE: Final = message("figure_repetitions_done", "done")
+FIGURE_SMOOTH: Final = message("figure_smooth", "smooth")
+FIGURE_LEARNED: Final = message("figure_learned", "learned")
+FIGURE_PAPER: Final = message("figure_paper", "paper")
+FIGURE_BETTER: Final = message("figure_better", "better")
+FIGURE_WORSE: Final = message("figure_worse", "worse")
+FIGURE_PERHAPS_BETTER: Final = message("figure_perhaps_better", "perhaps better")
+FIGURE_PERHAPS_WORSE: Final = message("figure_perhaps_worse", "perhaps worse")
+FIGURE_RECORDING_SMOOTH: Final = message("figure_recording_smooth", "{recording:name}, smooth")
+FIGURE_RECORDING_LEARNED: Final = message("figure_recording_learned", "{recording:name}, learned")
+FIGURE_RECORDING_PAPER: Final = message("figure_recording_paper", "{recording:name}, paper")
+ROM_FLEXION: Final = message("rom_flexion", "Flexion")
+ROM_EXTENSION: Final = message("rom_extension", "Extension")
+ROM_ABDUCTION: Final = message("rom_abduction", "Abduction")
+ROM_ADDUCTION: Final = message("rom_adduction", "Adduction")
+ROM_EXTERNAL_ROTATION_1: Final = message("rom_external_rotation_1", "External rotation, arm at the side")
+ROM_INTERNAL_ROTATION_1: Final = message("rom_internal_rotation_1", "Internal rotation, arm at the side")
+ROM_EXTERNAL_ROTATION_2: Final = message("rom_external_rotation_2", "External rotation, arm abducted 90°")
+ROM_INTERNAL_ROTATION_2: Final = message("rom_internal_rotation_2", "Internal rotation, arm abducted 90°")
+ROM_EXTERNAL_ROTATION_3: Final = message("rom_external_rotation_3", "External rotation, arm flexed 90°")
+ROM_INTERNAL_ROTATION_3: Final = message("rom_internal_rotation_3", "Internal rotation, arm flexed 90°")
+ROM_HORIZONTAL_FLEXION: Final = message("rom_horizontal_flexion", "Horizontal flexion")
+ROM_HORIZONTAL_EXTENSION: Final = message("rom_horizontal_extension", "Horizontal extension")
+ROM_SCAPULAR_FLEXION: Final = message("rom_scapular_flexion", "Scapular flexion")
+ROM_SCAPULAR_EXTENSION: Final = message("rom_scapular_extension", "Scapular extension")
+ROM_SCAPULAR_ELEVATION: Final = message("rom_scapular_elevation", "Scapular elevation")
+ROM_SCAPULAR_DEPRESSION: Final = message("rom_scapular_depression", "Scapular depression")
+PLACE_PROBLEM: Final = message("place_problem", "{place:name} {problem:text}")
+IMPORTED_PLACE: Final = message("imported_place", "{place:name}: {problem:sentence}")
+FHIR_MAY_CHANGE_MEANING: Final = message(
+    "fhir_may_change_meaning", "may change the meaning of all the rest, and is not understood here"
+)
+FHIR_OTHER_LINK: Final = message(
+    "fhir_other_link", "says that this is also another patient; import the record that counts"
+)
+FHIR_NUMBER_AMBIGUOUS: Final = message(
+    "fhir_number_ambiguous", "which of these is the clinic's number cannot be told: mark one as type MR"
+)
+CHOOSE_OTHER_SETTINGS_OR_RECORDING: Final = message(
+    "choose_other_settings_or_recording", "Choose other settings, or another recording."
+)
+EPISODE_NOT_FOUND: Final = message("episode_not_found", "There is no such episode.")
+ASSESSMENT_NOT_FOUND: Final = message("assessment_not_found", "There is no such assessment.")
+STAGE_NOT_FOUND: Final = message("stage_not_found", "There is no such stage.")
+ERASURE_REQUEST_NOT_FOUND: Final = message("erasure_request_not_found", "There is no such request.")
+PATIENT_NOT_FOUND: Final = message("patient_not_found", "There is no such patient.")
+RECORDING_NOT_FOUND: Final = message("recording_not_found", "There is no such recording.")
+SESSION_NOT_FOUND: Final = message("session_not_found", "There is no such session.")
+PROGRAMME_NOT_FOUND: Final = message("programme_not_found", "There is no such programme.")
+EPISODE_OF_PATIENT_NOT_FOUND: Final = message(
+    "episode_of_patient_not_found", "There is no such episode of this patient."
+)
+EMERGENCY_ACCESS_NOT_FOUND: Final = message("emergency_access_not_found", "There is no such emergency access.")
+RUN_NOT_FOUND: Final = message("run_not_found", "There is no such run.")
+STATION_NOT_FOUND: Final = message("station_not_found", "There is no such station.")
+CHECK_FIXTURES: Final = message("check_fixtures", "The arm lies in {fixtures:text}, closed.")
+FIXTURES_AND: Final = message("fixtures_and", "{first:text} and {second:text}")
+FIXTURE_ARM_FIXER_1: Final = message("fixture_arm_fixer_1", "arm fixer 1")
+FIXTURE_ARM_FIXER_2: Final = message("fixture_arm_fixer_2", "arm fixer 2")
+FIXTURE_ELBOW_FIXER_1: Final = message("fixture_elbow_fixer_1", "elbow fixer 1")
+FIXTURE_ELBOW_FIXER_2: Final = message("fixture_elbow_fixer_2", "elbow fixer 2")
+IMPORTED_FROM_CSV: Final = message("imported_from_csv", "imported from a CSV file")
+FIGURE_NAMED_WHOLE_ANGLE_HOVER: Final = message("figure_named_whole_angle_hover", "%{{customdata}}: %{{y:.0f}} deg")

@@ -1,0 +1,228 @@
+"""Messages of the device process: faults, refusals and events. See :mod:`kata.messages`."""
+
+from typing import Final
+
+from kata.messages import message
+
+ESTOP_PRESSED: Final = message("estop_pressed", "The emergency stop was pressed.")
+ESTOP_UNKNOWN: Final = message("estop_unknown", "The emergency stop's state is unknown.")
+CONTACTS_DISAGREE: Final = message("contacts_disagree", "The two contacts of the emergency stop contradict each other.")
+BUS_LOST: Final = message("bus_lost", "The connection to the motors is lost.")
+TORQUE_FOUND: Final = message("torque_found", "Motor {motor:d} has held the arm since before the connection came back.")
+DRIVE_RESET: Final = message("drive_reset", "Motor {motor:d} has lost its settings.")
+DRIVE_SILENT: Final = message("drive_silent", "Motor {motor:d} does not answer.")
+DRIVE_GARBLED: Final = message("drive_garbled", "Motor {motor:d}'s answers come damaged.")
+DRIVE_ERROR: Final = message("drive_error", "Motor {motor:d} reports a hardware error.")
+DRIVE_WATCHDOG: Final = message("drive_watchdog", "Motor {motor:d} stopped by itself because the bus fell silent.")
+TORQUE_LOST: Final = message("torque_lost", "Motor {motor:d} has switched its torque off by itself.")
+TORQUE_REMAINS: Final = message("torque_remains", "Motor {motor:d} still has torque although it was switched off.")
+POSITION_JUMP: Final = message("position_jump", "Motor {motor:d} reported a position that it cannot have reached.")
+POSITION_FROZEN: Final = message("position_frozen", "Motor {motor:d} does not move, or its encoder has stopped.")
+OVERTORQUE: Final = message("overtorque", "Motor {motor:d} gave more than its rated torque.")
+OVERACCELERATION: Final = message("overacceleration", "Motor {motor:d} moved too abruptly.")
+POSITION_LIMIT: Final = message("position_limit", "Motor {motor:d} left its range.")
+OVERSPEED: Final = message("overspeed", "Motor {motor:d} was too fast.")
+FOLLOWING_ERROR: Final = message(
+    "following_error", "Motor {motor:d} could not follow its setpoint: something holds the arm."
+)
+SETPOINT_STEP: Final = message("setpoint_step", "Motor {motor:d} was about to be sent a jump.")
+SETPOINT_LIMIT: Final = message("setpoint_limit", "Motor {motor:d} was about to be sent beyond its limit.")
+SETPOINT_ACCELERATION: Final = message("setpoint_acceleration", "Motor {motor:d} was about to be sent a jerk.")
+SETPOINT_FROZEN: Final = message("setpoint_frozen", "The control program has stopped planning the movement.")
+OVERRUN: Final = message("overrun", "The control computer was too slow.")
+SERVICE_SILENT: Final = message("service_silent", "The control computer lost its connection to the clinic service.")
+OTHER_RUN: Final = message("other_run", "The clinic service and the control computer have different runs loaded.")
+JOURNAL_FAULT: Final = message("journal_fault", "Measurements can no longer be written to the disk.")
+LOAD_REPEATED: Final = message("load_repeated", "Motor {motor:d} met resistance twice in the same place.")
+LOAD_ON_THE_WAY: Final = message("load_on_the_way", "Motor {motor:d} met resistance on the way to the start or back.")
+LOAD_WHILE_HELD: Final = message("load_while_held", "Motor {motor:d} met resistance while the arm was held.")
+OPERATOR_STOP: Final = message("operator_stop", "Stopped by the operator.")
+BROWSER_LOST: Final = message("browser_lost", "The browser that operated the apparatus was gone for too long.")
+UNEXPECTED_ERROR: Final = message("unexpected_error", "The control program met an error of its own.")
+RELEASE_SWITCH: Final = message("release_switch", "Look after the patient, release the switch, then acknowledge.")
+CHECK_SWITCH_CABLE: Final = message(
+    "check_switch_cable", "Check the switch's cable and its drive's power, then acknowledge."
+)
+HAVE_SWITCH_CHECKED: Final = message(
+    "have_switch_checked",
+    "Support the arm. Have the switch and its wires checked, test the emergency stop, then acknowledge.",
+)
+CHECK_ADAPTER_AND_POWER: Final = message(
+    "check_adapter_and_power",
+    "Support the arm: the motors may still hold it. Check the RS-485 adapter and the power supplies; the connection comes back by itself.",
+)
+SUPPORT_AND_RELEASE_TORQUE: Final = message("support_and_release_torque", "Support the arm, then release the torque.")
+WAIT_FOR_SET_UP: Final = message(
+    "wait_for_set_up",
+    "Support the arm. Wait until the motor is set up again, test the emergency stop, then acknowledge.",
+)
+CHECK_MOTOR_CABLE: Final = message(
+    "check_motor_cable",
+    "Support the arm: this motor may still hold it. Check its cable and power supply, then acknowledge.",
+)
+CHECK_BUS_CABLE: Final = message(
+    "check_bus_cable",
+    "Check the bus cable's shield and terminators, and that no two motors share an address; then acknowledge.",
+)
+LET_MOTOR_COOL: Final = message(
+    "let_motor_cool", "Support the arm. Let the motor cool down, switch its power supply off and on, then acknowledge."
+)
+CHECK_PATIENT_AND_ARM: Final = message("check_patient_and_arm", "Look after the patient and the arm, then acknowledge.")
+CHECK_MOTOR_POWER: Final = message(
+    "check_motor_power", "Support the arm. Check the motor's power supply, then acknowledge."
+)
+SUPPORT_AND_SWITCH_OFF: Final = message(
+    "support_and_switch_off", "Support the arm, then switch the power supplies off."
+)
+HAVE_ENCODER_CHECKED: Final = message("have_encoder_checked", "Have its encoder checked, then acknowledge.")
+LOOK_WHETHER_ARM_IS_HELD: Final = message(
+    "look_whether_arm_is_held",
+    "Check whether something holds the arm. If not, have the encoder checked. Then acknowledge.",
+)
+HAVE_LIMITS_CHECKED: Final = message(
+    "have_limits_checked", "Look after the patient, have the motor's limits checked, then acknowledge."
+)
+REPORT_IMPOSSIBLE: Final = message("report_impossible", "Acknowledge, and report this: it should not be possible.")
+ACKNOWLEDGE_AND_LOAD_AGAIN: Final = message("acknowledge_and_load_again", "Acknowledge, and load the recording again.")
+MAKE_ROOM_ON_DISK: Final = message("make_room_on_disk", "Make room on the disk, then acknowledge.")
+SUPPORT_THEN_ACKNOWLEDGE: Final = message(
+    "support_then_acknowledge", "The arm is held: support it, then acknowledge, and its torque goes off."
+)
+ACKNOWLEDGE_WHEN_SAFE: Final = message("acknowledge_when_safe", "Acknowledge when it is safe to go on.")
+CHECK_PATIENT: Final = message("check_patient", "Look after the patient, then acknowledge.")
+REPORT_WITH_DEVICE_LOG: Final = message("report_with_device_log", "Acknowledge, and report this with the log.")
+PORT_NOT_OPEN: Final = message("port_not_open", "{port:name} is not open")
+PORT_GONE: Final = message("port_gone", "{port:name} is gone: {error:name}")
+PORT_CANNOT_BE_OPENED: Final = message("port_cannot_be_opened", "{port:name} cannot be opened: {error:name}")
+DRIVE_ANSWERS_DAMAGED: Final = message(
+    "drive_answers_damaged", "motor {motor:d} (id {drive_id:d}) answers, but damaged: do two drives share its id?"
+)
+NOT_PLAYABLE_PAPER_RATE: Final = message(
+    "not_playable_paper_rate", "this station's cycles do not divide into the paper's 10 Hz"
+)
+NOT_PLAYABLE_LOAD_LEVEL: Final = message("not_playable_load_level", "its load level must be 1 to {levels:d}")
+NOT_PLAYABLE_SOME_LIMITS: Final = message("not_playable_some_limits", "it has limits for some axes only")
+NOT_PLAYABLE_CORRECTION_METHOD: Final = message(
+    "not_playable_correction_method", "a correction belongs to the learned method only"
+)
+NOT_PLAYABLE_CORRECTION_CUT: Final = message("not_playable_correction_cut", "what was learned is cut short")
+NOT_PLAYABLE_CORRECTION_LENGTH: Final = message(
+    "not_playable_correction_length", "what was learned is as long as another recording"
+)
+NOT_PLAYABLE_CORRECTION_LARGE: Final = message(
+    "not_playable_correction_large", "what was learned is more than {largest_deg:g} deg somewhere"
+)
+TOO_MANY_COMMANDS: Final = message("too_many_commands", "Too many commands are waiting.")
+WAIT_A_MOMENT: Final = message("wait_a_moment", "Wait a moment.")
+NOT_PLAYABLE_SAMPLES_CUT: Final = message("not_playable_samples_cut", "its samples are cut short")
+RECORDING_NOT_PLAYABLE: Final = message("recording_not_playable", "This recording cannot be played: {reason:text}.")
+LOOK_AT_ARM_AND_TRY_AGAIN: Final = message(
+    "look_at_arm_and_try_again", "Look at the arm and the patient, then try again."
+)
+CHECKING_ANOTHER_RECORDING: Final = message("checking_another_recording", "Another recording is being checked.")
+WAIT_THEN_LOAD_AGAIN: Final = message("wait_then_load_again", "Wait a moment, then load it again.")
+CHECKING_PROGRAM_FAILED: Final = message(
+    "checking_program_failed", "This recording could not be checked: the program that checks recordings has failed."
+)
+LOAD_RECORDING_AGAIN: Final = message("load_recording_again", "Load it again.")
+NOT_PLAYABLE_CHECK_FAILED: Final = message("not_playable_check_failed", "checking it failed ({error:name})")
+NOT_PLAYABLE_TOO_LONG: Final = message("not_playable_too_long", "it is longer than the apparatus can take")
+NOT_PLAYABLE_REPETITION: Final = message("not_playable_repetition", "its repetition must be 0 s or longer")
+NOT_PLAYABLE_LIMITS_CROSSED: Final = message(
+    "not_playable_limits_crossed", "each of its limits must be a lower and a higher angle"
+)
+NOT_PLAYABLE_PATIENT_SPEED_LOW: Final = message(
+    "not_playable_patient_speed_low", "the patient's speed limit is below what the apparatus can be set to"
+)
+NOT_PLAYABLE_PATIENT_SPEED_ZERO: Final = message(
+    "not_playable_patient_speed_zero", "the patient's speed limit must be above 0 deg/s"
+)
+REFERENCE_TOO_SHORT: Final = message(
+    "reference_too_short", "it lasts {duration_ms:.0f} ms; {shortest_ms:.0f} ms is the shortest"
+)
+TEACH_AGAIN_MORE_SLOWLY: Final = message(
+    "teach_again_more_slowly", "Teach the motion again, within the range and more slowly."
+)
+METHOD_NOT_PLAYABLE: Final = message("method_not_playable", "This method cannot play the recording: {reason:text}.")
+CHOOSE_ANOTHER_METHOD: Final = message("choose_another_method", "Choose another method.")
+NOT_CONNECTED_BECAUSE: Final = message("not_connected_because", "The apparatus is not connected: {reason:text}.")
+SWITCH_ON_AND_CHECK_ADAPTER: Final = message(
+    "switch_on_and_check_adapter", "Switch it on and check the RS-485 adapter."
+)
+DRIVE_DOES_NOT_ANSWER: Final = message("drive_does_not_answer", "motor {motor:d} (id {drive_id:d}) does not answer")
+TORQUE_ON: Final = message("torque_on", "Torque is on.")
+TORQUE_OFF: Final = message("torque_off", "Torque is off.")
+TAKE_ENDED: Final = message("take_ended", "Take {take:d} has ended after {take_s:.1f} s.")
+TAKE_STARTED: Final = message("take_started", "Take {take:d} is being recorded.")
+FAULT_EVENT: Final = message("fault_event", "{fault:sentence} ({fault_code:name}, category {category:d})")
+RESISTANCE_MET: Final = message(
+    "resistance_met", "Motor {motor:d} met resistance at {at_s:.1f} s; the arm is taken back."
+)
+ALREADY_PAUSING: Final = message("already_pausing", "It is already pausing.")
+WAIT_UNTIL_IT_STANDS: Final = message("wait_until_it_stands", "Wait until it has stopped.")
+LESS_RANGE_REQUESTED: Final = message("less_range_requested", "The range was reduced at {at_s:.1f} s.")
+TORQUE_RELEASED_BY_HAND: Final = message("torque_released_by_hand", "Torque is released: the arm is supported.")
+SETTINGS_VERIFIED: Final = message("settings_verified", "Every motor has its settings.")
+IS_OFFLINE: Final = message("is_offline", "The apparatus is not connected.")
+IS_IDLE: Final = message("is_idle", "No recording is loaded.")
+LOAD_RECORDING_FIRST: Final = message("load_recording_first", "Load a recording first.")
+IS_TEACHING: Final = message("is_teaching", "Teaching is going on.")
+FINISH_TEACHING_FIRST: Final = message("finish_teaching_first", "Finish teaching first.")
+IS_READY: Final = message("is_ready", "A recording is loaded, and the arm is not at its start yet.")
+APPROACH_OR_UNLOAD: Final = message("approach_or_unload", "Move to the start, or unload it.")
+IS_APPROACHING: Final = message("is_approaching", "The arm is on its way to the start.")
+WAIT_OR_STOP: Final = message("wait_or_stop", "Wait until it is there, or stop.")
+IS_PLAYING: Final = message("is_playing", "The recording is playing.")
+PAUSE_OR_STOP_FIRST: Final = message("pause_or_stop_first", "Pause first, or stop.")
+IS_PAUSED: Final = message("is_paused", "The arm is held on the recording's path.")
+PLAY_RETURN_OR_STOP: Final = message("play_return_or_stop", "Play on, go back, or stop.")
+IS_RETURNING: Final = message("is_returning", "The arm is on its way back.")
+IS_STOPPED: Final = message("is_stopped", "The apparatus has been stopped.")
+ACKNOWLEDGE_FIRST: Final = message("acknowledge_first", "Acknowledge the stop first.")
+STOPPED_MEANWHILE: Final = message("stopped_meanwhile", "The apparatus was stopped after this command was sent.")
+NOT_STOPPED: Final = message("not_stopped", "Nothing is stopped.")
+NOTHING_TO_DO: Final = message("nothing_to_do", "Nothing to do.")
+NOT_TEACHING: Final = message("not_teaching", "Teaching is not going on.")
+OTHER_SIDE: Final = message(
+    "other_side", "This is for the {wanted:text} shoulder, and the apparatus stands for the {stands_for:text} one."
+)
+TURN_APPARATUS_OR_CHOOSE: Final = message(
+    "turn_apparatus_or_choose", "Turn the apparatus and say so, or choose what was taught on its side."
+)
+RANGE_IS_LEAST: Final = message("range_is_least", "The range cannot be less than {least_percent:.0f} %.")
+PAUSE_OR_STOP: Final = message("pause_or_stop", "Pause, or stop.")
+STILL_STOPPING: Final = message("still_stopping", "The arm is slowing down.")
+OUTSIDE_RANGE: Final = message("outside_range", "Motor {motor:d} stands at {angle_deg:.0f} deg, outside its range.")
+MOVE_BACK_BY_HAND: Final = message("move_back_by_hand", "Move the arm back by hand.")
+TOO_FAR_FROM_START: Final = message(
+    "too_far_from_start",
+    "Motor {motor:d} stands {distance_deg:.0f} deg from where the recording begins; this method goes there in one step.",
+)
+MOVE_WITHIN_OR_OTHER_METHOD: Final = message(
+    "move_within_or_other_method", "Move the arm to within {within_deg:g} deg by hand, or choose another method."
+)
+MOTOR_CANNOT_BE_SET_UP: Final = message("motor_cannot_be_set_up", "A motor cannot be set up: {reason:text}.")
+HAVE_IT_CHECKED: Final = message("have_it_checked", "Have it checked.")
+SETTINGS_BEING_CHECKED: Final = message("settings_being_checked", "The motors' settings are being checked.")
+COMMAND_EXPIRED: Final = message("command_expired", "The command came too late.")
+NO_TORQUE_FOUND: Final = message("no_torque_found", "No motor holds the arm from before.")
+ACKNOWLEDGE_STOP: Final = message("acknowledge_stop", "Acknowledge the stop.")
+DRIVE_HAS_TORQUE: Final = message(
+    "drive_has_torque", "motor {motor:d} (id {drive_id:d}) has torque: its settings are left as they are"
+)
+DRIVE_SETTING_REFUSED: Final = message(
+    "drive_setting_refused", "motor {motor:d} (id {drive_id:d}) does not take its {setting:name}"
+)
+DRIVE_OTHER_MODEL: Final = message(
+    "drive_other_model", "motor {motor:d} (id {drive_id:d}) is of model {model:d}; the station wants {wanted:name}"
+)
+DRIVES_SHARE_ID: Final = message("drives_share_id", "two drives answer to id {drive_id:d}, motor {motor:d}'s")
+DRIVE_REGISTER_REFUSED: Final = message(
+    "drive_register_refused", "motor {motor:d} (id {drive_id:d}) refused register {register:d} (error {error:d})"
+)
+DRIVE_REGISTER_EXCEPTION: Final = message(
+    "drive_register_exception",
+    "motor {motor:d} (id {drive_id:d}) refused register {register:d} (exception {exception:d})",
+)
+PORT_HUNG_UP: Final = message("port_hung_up", "{port:name} is gone: it was hung up")
+PORT_TAKES_NOTHING: Final = message("port_takes_nothing", "{port:name} does not take what is sent")

@@ -1,0 +1,119 @@
+"""Messages about motions: why one cannot be played or edited, and what was done to it. See :mod:`kata.messages`."""
+
+from typing import Final
+
+from kata.messages import Text, message
+
+COLUMN_AT_LINE: Final = message("column_at_line", "line {line:d}, column {column:name}: {problem:text}")
+COLUMN_MISSING_WITH_OTHERS: Final = message(
+    "column_missing_with_others", "line {line:d}, column {column:name}: {problem:text} (missing: {missing:name})"
+)
+COLUMNS_MISSING: Final = message(
+    "columns_missing", "the first line must name the columns {columns:name}; missing: {missing:name}"
+)
+CELL_WITHOUT_COLUMN: Final = message("cell_without_column", "{cell:name} is more than the first line has names for")
+CELL_NOT_NUMBER: Final = message("cell_not_number", "{cell:name} is not a number")
+TIME_MUST_INCREASE: Final = message("time_must_increase", "time must increase, {time_s:g} follows {before_s:g}")
+ANGLE_OUT_OF_APPARATUS: Final = message(
+    "angle_out_of_apparatus",
+    "{angle_deg:g} deg is outside the apparatus' range of {lowest_deg:g} to {highest_deg:g} deg",
+)
+FILE_UNREADABLE: Final = message("file_unreadable", "{file:name}: {error:name}")
+FILE_NOT_TEXT: Final = message("file_not_text", "{file:name} is not a text file")
+SIDE_LEFT: Final = message("side_left", "left")
+SIDE_RIGHT: Final = message("side_right", "right")
+COLUMN_UNIT_WRONG: Final = message(
+    "column_unit_wrong", "the unit is not the one that is needed; {column:name} is what the column must be called"
+)
+COLUMN_TWICE: Final = message("column_twice", "this column is there twice")
+COLUMN_MISSING: Final = message("column_missing", "this column is missing")
+CSV_UNREADABLE: Final = message("csv_unreadable", "line {line:d} cannot be read as CSV: {error:name}")
+TRIM_TOO_SHORT: Final = message(
+    "trim_too_short",
+    "from {start_s:g} s to {end_s:g} s there must be at least {least_s:g} s, within the motion's {duration_s:.1f} s",
+)
+LESS_THAN_RANGE: Final = message("less_than_range", "{deg:g} deg less: the motion goes through {reach_deg:.1f} deg")
+NO_MOTOR_LEFT: Final = message("no_motor_left", "of motors {first:d} to {last:d} at least one must move")
+HOLD_OUTSIDE_MOTION: Final = message(
+    "hold_outside_motion", "hold at {at_s:g} s for {hold_s:g} s: the motion lasts {duration_s:.1f} s"
+)
+REPETITIONS_REFUSED: Final = message("repetitions_refused", "{repetitions:d} repetitions with {pause_s:g} s of pause")
+REPETITIONS_TOO_LONG: Final = message(
+    "repetitions_too_long",
+    "{repetitions:d} repetitions of {duration_s:.0f} s with {pause_s:g} s of pause last longer than an hour",
+)
+WARM_UP_REFUSED: Final = message(
+    "warm_up_refused", "a warm-up by {step_deg:g} deg a repetition with {pause_s:g} s of pause"
+)
+STRETCH_REFUSED: Final = message(
+    "stretch_refused", "a stretch of {further_deg:g} deg from {back_deg:g} deg below, held for {hold_s:g} s"
+)
+STRETCH_BEYOND_RANGE: Final = message(
+    "stretch_beyond_range", "motor {motor:d} does not go through {back_deg:g} deg on its way to the end of its range"
+)
+RANGE_PERCENT_REFUSED: Final = message(
+    "range_percent_refused", "{percent:g} % of the range: it must be {lowest:g} to {highest:g} %"
+)
+SPEED_PERCENT_REFUSED: Final = message(
+    "speed_percent_refused", "{percent:g} % of the speed: it must be {lowest:g} to {highest:g} %"
+)
+SCAPULA_UNREACHABLE: Final = message(
+    "scapula_unreachable",
+    "motor {motor:d} cannot reach scapular abduction {abduction_deg:.1f} deg with upward rotation {rotation_deg:.1f} deg",
+)
+NO_SCAPULA_POSITION: Final = message(
+    "no_scapula_position",
+    "no position of the scapula has motor 1 at {angle_1_deg:.1f} deg and motor 2 at {angle_2_deg:.1f} deg",
+)
+MOTION_TOO_SHORT: Final = message(
+    "motion_too_short", "the motion is too short: {least_s:g} s and two rows are the least"
+)
+SAMPLES_TOO_FEW: Final = message("samples_too_few", "a recording needs at least two samples of five angles each")
+SAMPLES_NOT_NUMBERS: Final = message("samples_not_numbers", "the recording holds values that are not numbers")
+TIME_NOT_INCREASING: Final = message("time_not_increasing", "the recording's time does not increase")
+SAMPLES_TOO_CLOSE: Final = message("samples_too_close", "two samples are closer together than {shortest_ms:g} ms")
+SAMPLES_MISSING: Final = message("samples_missing", "samples are missing for {gap_s:.1f} s after {at_s:.1f} s")
+RECORDING_TOO_SHORT: Final = message(
+    "recording_too_short", "it lasts {duration_s:g} s; at least {least_s:g} s are needed"
+)
+ANGLE_IMPLAUSIBLE: Final = message(
+    "angle_implausible", "motor {motor:d} would go to {angle_deg:.3g} deg; no motor goes beyond {largest_deg:g} deg"
+)
+MOTOR_OUT_OF_RANGE: Final = message(
+    "motor_out_of_range",
+    "motor {motor:d} would go to {angle_deg:.1f} deg at {at_s:.1f} s; its range is {lowest_deg:g} to {highest_deg:g} deg",
+)
+MOTOR_TOO_FAST: Final = message(
+    "motor_too_fast",
+    "motor {motor:d} would move at {speed_deg_s:.0f} deg/s at {at_s:.1f} s; {limit_deg_s:g} deg/s is its limit",
+)
+MOTOR_WOULD_JERK: Final = message("motor_would_jerk", "motor {motor:d} would jerk at {at_s:.1f} s")
+WOULD_LAST_TOO_LONG: Final = message("would_last_too_long", "it would last {minutes:.0f} minutes, longer than an hour")
+DONE_TRIMMED: Final = message("done_trimmed", "trimmed to {start_s:.1f} s to {end_s:.1f} s")
+DONE_SPEED: Final = message("done_speed", "at {percent:g} % speed")
+DONE_RANGE: Final = message("done_range", "{percent:.3g} % of the range")
+DONE_RANGE_OF_MOTOR: Final = message("done_range_of_motor", "{percent:.3g} % of the range of motor {motor:d}")
+DONE_RANGE_OF_MOTORS: Final = message("done_range_of_motors", "{percent:.3g} % of the range of motors {motors:name}")
+DONE_ISOLATED_MOTOR: Final = message("done_isolated_motor", "motor {motor:d} only")
+DONE_ISOLATED_MOTORS: Final = message("done_isolated_motors", "motors {motors:name} only")
+DONE_HELD: Final = message("done_held", "held for {hold_s:g} s at {at_s:.1f} s")
+DONE_REPETITIONS: Final = message("done_repetitions", "{repetitions:d} repetitions")
+DONE_REPETITIONS_WITH_PAUSE: Final = message(
+    "done_repetitions_with_pause", "{repetitions:d} repetitions with {pause_s:g} s of pause at each end"
+)
+DONE_WARM_UP: Final = message("done_warm_up", "warm-up from {less_deg:g} deg less, {step_deg:g} deg a repetition")
+DONE_STRETCHED: Final = message(
+    "done_stretched",
+    "stretched by {further_deg:g} deg at the end of motor {motor:d}'s range, from {back_deg:g} deg below",
+)
+MOTION_1: Final = message("motion_1", "Abduction / adduction of the scapula")
+MOTION_2: Final = message("motion_2", "Upward / downward rotation of the scapula")
+MOTION_3: Final = message("motion_3", "Horizontal flexion / extension of the shoulder")
+MOTION_4: Final = message("motion_4", "Abduction / adduction of the shoulder")
+MOTION_5: Final = message("motion_5", "Flexion / extension of the shoulder")
+MOTION_6: Final = message("motion_6", "External / internal rotation of the shoulder")
+MOTION_7: Final = message("motion_7", "Arbitrary motion")
+BUILTIN_MOTION: Final = message("builtin_motion", "{number:d} {motion:text}")
+
+SIDES: Final[dict[str, Text]] = {"left": SIDE_LEFT(), "right": SIDE_RIGHT()}
+"""What a side is called within a sentence."""

@@ -1,0 +1,123 @@
+"""Every message of the service has a Japanese translation with the same parameters."""
+
+import ast
+import json
+import math
+import pickle
+import re
+import string
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+import kata.api.app  # noqa: F401 - with it every package declares its messages
+from kata.api import i18n
+from kata.messages import CATALOGUE, MessageKey, message, sent_key, text_of
+from tests.conftest import ROOT
+
+BACKEND: Final = ROOT / "backend/kata"
+ENGLISH: Final[dict[str, str]] = json.loads((ROOT / "frontend/server-messages.json").read_text("utf-8"))
+JAPANESE: Final[dict[str, str]] = json.loads((ROOT / "frontend/src/locales/ja/server.json").read_text("utf-8"))
+
+
+def parameters(template: str) -> set[tuple[str, str]]:
+    """Name and type of every placeholder."""
+    return {(name, spec or "") for _, name, spec, _ in string.Formatter().parse(template) if name is not None}
+
+
+def test_the_list_of_messages_is_current() -> None:
+    declared = {code: template.english for code, template in CATALOGUE.items()}
+    assert declared == ENGLISH, "stale: kata messages --out frontend/server-messages.json"
+
+
+def test_every_message_is_translated_and_no_other_one() -> None:
+    assert sorted(CATALOGUE.keys() - JAPANESE.keys()) == [], "not translated"
+    assert sorted(JAPANESE.keys() - CATALOGUE.keys()) == [], "no such message"
+
+
+@pytest.mark.parametrize("code", sorted(CATALOGUE.keys() & JAPANESE.keys()))
+def test_a_translation_has_declared_parameters_only(code: str) -> None:
+    assert parameters(JAPANESE[code]) <= parameters(CATALOGUE[code].english)
+
+
+def test_every_type_of_a_parameter_is_known() -> None:
+    known = {"d", "g", ".0f", ".1f", ".3g", "name", "sentence", "text", "texts"}
+    assert {spec for template in CATALOGUE.values() for spec in template.params.values()} <= known
+
+
+def calls() -> Iterator[tuple[str, str, set[str]]]:
+    """File and line, constant, and names of the arguments of every call of a message."""
+    constants = {code.upper() for code in CATALOGUE}
+    for file in sorted(BACKEND.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if not (
+                isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in constants
+            ):
+                continue
+            names = [keyword.arg for keyword in node.keywords]
+            # What is unpacked, **those, is checked when it is called.
+            if None not in names:
+                yield f"{file.relative_to(BACKEND)}:{node.lineno}", node.func.attr, {str(name) for name in names}
+
+
+def test_messages_are_called_with_their_parameters() -> None:
+    found = list(calls())
+    assert len(found) > 300
+    assert [one for one in found if one[2] != set(CATALOGUE[one[1].lower()].params)] == []
+
+
+def test_every_message_is_used() -> None:
+    sources = " ".join(
+        file.read_text("utf-8") for file in BACKEND.rglob("*.py") if Path(file).name != "texts.py"
+    ) + "".join(file.read_text("utf-8").partition("SIDES:")[2] for file in BACKEND.rglob("texts.py"))
+    used = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", sources))
+    # Fields, their units and what is wrong with them are declared in tables.
+    tables = {template.code for table in (i18n.SENTENCES, i18n.NAMES, i18n.UNITS) for template in table.values()}
+    assert [code for code in sorted(CATALOGUE.keys() - tables) if code.upper() not in used] == []
+
+
+def test_a_code_is_declared_once() -> None:
+    with pytest.raises(ValueError, match="two messages have the code estop_pressed"):
+        message("estop_pressed", "Again.")
+
+
+def test_a_message_refuses_other_parameters_than_its_own() -> None:
+    with pytest.raises(TypeError, match="drive_silent needs"):
+        CATALOGUE["drive_silent"](motors=3)
+
+
+def test_a_text_shows_its_parameters_and_sends_their_values() -> None:
+    text = CATALOGUE["motor_would_jerk"](motor=4, at_s=3.14159)
+    assert text == "motor 4 would jerk at 3.1 s"
+    assert text.key == MessageKey("motor_would_jerk", {"motor": 4, "at_s": 3.14159})
+    assert sent_key(text) == {"code": "motor_would_jerk", "params": {"motor": 4, "at_s": 3.14159}}
+    assert CATALOGUE["motor_would_jerk"](motor=4, at_s=math.inf).key.params["at_s"] == "inf"
+
+
+def test_a_text_within_another_one_keeps_its_own_code() -> None:
+    pedal, belt = CATALOGUE["check_pedal"](), CATALOGUE["check_belt"]()
+    text = CATALOGUE["checks_open"](checks=[pedal, belt, "A text without a code."])
+    assert text.endswith(": The foot pedal answers; The belt holds the patient in the seat; A text without a code.")
+    nested = text.key.params["checks"]
+    assert isinstance(nested, list)
+    assert [one["code"] for one in nested] == ["check_pedal", "check_belt", ""]
+    place = CATALOGUE["imported_place"](place="Patient", problem=pedal)
+    assert place == "Patient: The foot pedal answers."
+
+
+def test_a_text_reaches_another_process_whole() -> None:
+    text = CATALOGUE["drive_silent"](motor=3)
+    there = pickle.loads(pickle.dumps(text))
+    assert (there, there.key) == (text, text.key)
+
+
+def test_the_text_of_an_error_has_a_code_only_if_it_was_raised_with_one() -> None:
+    text = CATALOGUE["drive_silent"](motor=3)
+    assert text_of(ValueError(text)) is text
+    assert text_of(ValueError("odd")) == "odd"
+    assert sent_key(text_of(ValueError("odd"))) is None
+    assert text_of(ValueError()) == ""
+    assert sent_key("odd") is None
+    assert sent_key(None) is None
