@@ -10,8 +10,8 @@ from kata.clinic.sessions.schemas import SessionSign
 from kata.clinic.sessions.tables import RunRow
 from kata.database.engine import Database
 from kata.errors import ProblemError
-from tests.clinic.treated import treat
-from tests.upgraded import upgraded_file
+from tests.support.databases import upgraded_file
+from tests.support.treatment import treat
 
 
 @pytest.fixture

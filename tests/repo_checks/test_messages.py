@@ -15,7 +15,7 @@ import pytest
 import kata.api.app  # noqa: F401 - with it every package declares its messages
 from kata.api import i18n
 from kata.messages import CATALOGUE, MessageKey, message, sent_key, text_of
-from tests.conftest import ROOT
+from tests.support.paths import ROOT
 
 BACKEND: Final = ROOT / "backend/kata"
 ENGLISH: Final[dict[str, str]] = json.loads((ROOT / "frontend/server-messages.json").read_text("utf-8"))
@@ -113,7 +113,7 @@ def test_a_text_reaches_another_process_whole() -> None:
     assert (there, there.key) == (text, text.key)
 
 
-def test_the_text_of_an_error_has_a_code_only_if_it_was_raised_with_one() -> None:
+def test_error_text_has_the_code_it_was_raised_with() -> None:
     text = CATALOGUE["drive_silent"](motor=3)
     assert text_of(ValueError(text)) is text
     assert text_of(ValueError("odd")) == "odd"

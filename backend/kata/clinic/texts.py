@@ -187,9 +187,7 @@ SESSION_SIGNED: Final = message("session_signed", "This session is signed and st
 WRITE_ADDENDUM: Final = message("write_addendum", "Write an addendum.")
 RUN_NOT_ENDED: Final = message("run_not_ended", "A playback in this session has not ended.")
 END_OR_STOP_FIRST: Final = message("end_or_stop_first", "End it first, or stop it.")
-RUN_NOT_ARRIVED: Final = message(
-    "run_not_arrived", "The result of a playback in this session has not arrived yet."
-)
+RUN_NOT_ARRIVED: Final = message("run_not_arrived", "The result of a playback in this session has not arrived yet.")
 SIGN_AGAIN_SOON: Final = message("sign_again_soon", "Wait a moment and sign again.")
 SESSION_NOT_ENDED: Final = message("session_not_ended", "This session has not ended.")
 NOTE_NOT_SIGNED: Final = message("note_not_signed", "This note has not been signed.")
