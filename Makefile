@@ -31,7 +31,7 @@ seed: $(PACKAGES) ## a dozen invented patients with months of history for `make 
 # Two by two, a file staying together, and what moves in real time apart from what keeps both processors busy, measuring
 # included. Journeys that move an arm go one by one: two at once, on a computer with other work, have had drives that seemed
 # silent. A journey's browser keeps an event loop running in its process, where no other test could start one.
-MEASURED := tests/bench tests/evaluate tests/simulator
+MEASURED := tests/bench tests/evaluation tests/simulator
 TIMED := tests/integration $(addprefix tests/api/test_,begin_away.py crash.py demo.py derived.py episodes.py lease.py outage.py station.py visit.py)
 DESK := $(addprefix tests/e2e/test_,assessment.py hostile_texts.py office.py openid.py shared_screen.py size.py)
 TWO_BY_TWO := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from kata import doctor
-from kata.access.backups.book import take_notes_in
-from kata.access.backups.key import make_key
-from kata.access.backups.making import make
+from kata.backups.book import take_notes_in
+from kata.backups.key import make_key
+from kata.backups.making import make
+from kata.cli import doctor
+from kata.cli.doctor import Finding, examine
 from kata.database.engine import Database
-from kata.doctor import Finding, examine
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
 

@@ -10,14 +10,14 @@ import pytest
 from sqlalchemy import func, select
 from typer.testing import CliRunner
 
-from kata.cli import app, seed
+from kata.cli.main import app, seed
+from kata.cli.seed import MARK, SeedError, fill
 from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import MotorTrackingRow, RunRow, SessionRow
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.device import journal
-from kata.seed import MARK, SeedError, fill
 
 NOW = datetime(2026, 11, 20, 12, 0, tzinfo=UTC)
 

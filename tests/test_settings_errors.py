@@ -12,7 +12,7 @@ import pytest
 from typer.main import get_command
 
 from kata.__main__ import main
-from kata.cli import app
+from kata.cli.main import app
 from kata.settings import Settings
 from tests.support.paths import ROOT
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kata.console import fail
+from kata.system.console import fail
 
 
 @pytest.mark.parametrize("place", ["/clinic/[old]/kata.db", "/clinic/[/old]/kata.db"])

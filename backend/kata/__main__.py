@@ -7,8 +7,8 @@ is seconds of imports.
 
 def main() -> None:
     """Entry of both. Settings that cannot be used end every command alike: a sentence for each, status 2."""
-    from kata import scheduling
-    from kata.gc_freeze import staying
+    from kata.system import scheduling
+    from kata.system.gc_freeze import staying
 
     # Before anything has threads of its own. Not the service's alone: also a benchmark or an evaluation beside it is not to
     # make an apparatus late.
@@ -16,10 +16,10 @@ def main() -> None:
     with staying():
         from pydantic import ValidationError
 
-        from kata.cli import app
-        from kata.console import fail
-        from kata.device import realtime
+        from kata.cli.main import app
         from kata.settings import Settings, complaint
+        from kata.system import realtime
+        from kata.system.console import fail
 
     realtime.refuse_huge_pages()
     try:

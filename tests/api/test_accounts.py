@@ -10,10 +10,10 @@ import pytest
 from sqlalchemy import select
 from starlette.websockets import WebSocketDisconnect
 
-from kata.access import set_up
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AuditRow
+from kata.actor import Role
+from kata.audit.tables import AuditRow
+from kata.auth import set_up
+from kata.auth.sign_in import COOKIE
 from tests.support.login_service import OTHER, PASSWORD, Clinic, clinic, code
 from tests.support.second_factor import enrol
 from tests.support.service import running

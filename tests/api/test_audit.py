@@ -12,9 +12,9 @@ import pytest
 from fastapi.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from kata.access.audit import entry
-from kata.access.sign_in import COOKIE
-from kata.access.verify import verify
+from kata.audit.entries import entry
+from kata.audit.verify import verify
+from kata.auth.sign_in import COOKIE
 from kata.settings import Settings
 from tests.support.login import signed_in
 from tests.support.service import running

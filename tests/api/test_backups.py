@@ -11,8 +11,8 @@ from zoneinfo import ZoneInfo
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.access.sign_in import COOKIE
-from kata.api.backups import Backups, due, next_at, night_lock
+from kata.auth.sign_in import COOKIE
+from kata.backups.router import Backups, due, next_at, night_lock
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.errors import ProblemError

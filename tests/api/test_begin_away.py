@@ -11,7 +11,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from kata.access.tables import AuditRow
+from kata.audit.tables import AuditRow
 from kata.bench import postgresql
 from kata.clinic.events.observer import ESTOP_TESTED, Happening
 from kata.clinic.events.tables import DeviceEventRow

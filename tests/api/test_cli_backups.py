@@ -10,7 +10,7 @@ import pytest
 from pyrage.x25519 import Identity
 from sqlalchemy import select
 
-from kata.access import set_up
+from kata.auth import set_up
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.database.engine import Database

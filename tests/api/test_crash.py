@@ -11,7 +11,7 @@ from typing import Any
 
 import httpx2
 
-from kata.access.sign_in import COOKIE
+from kata.auth.sign_in import COOKIE
 from kata.bench import postgresql
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from kata.access.factor_key import FactorKey
-from kata.access.tables import AccountRow
+from kata.auth.factor_key import FactorKey
+from kata.auth.tables import AccountRow
 from kata.settings import Settings
 from tests.support.login_service import PASSWORD, Clinic, clinic, code
 from tests.support.second_factor import enrol
@@ -88,7 +88,7 @@ def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, cap
     settings = Settings(data=tmp_path)
     settings.effective_second_factor_key.unlink()
     with caplog.at_level(logging.ERROR), running(tmp_path, simulate=False):
-        told = [record.getMessage() for record in caplog.records if record.name == "kata.api.login"]
+        told = [record.getMessage() for record in caplog.records if record.name == "kata.auth.login"]
     assert len(told) == 1
     assert told[0].startswith("the second factors of 1 accounts were sealed with another key than that in ")
     assert settings.effective_second_factor_key.exists()

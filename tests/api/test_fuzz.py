@@ -29,8 +29,8 @@ from schemathesis.specs.openapi.checks import (
 from schemathesis.specs.openapi.schemas import OpenApiSchema
 from sqlalchemy import select
 
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
+from kata.actor import Role
+from kata.auth.sign_in import COOKIE
 from kata.clinic import tables
 from tests.support.login import signed_in
 from tests.support.paths import ROOT

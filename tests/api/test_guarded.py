@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.api import login
+from kata.auth import login
 from kata.bench.clinic import GUARDED
 from kata.clinic.sessions import runs
 from kata.device import messages

@@ -10,9 +10,9 @@ import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import select
 
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AuditRow
+from kata.actor import Role
+from kata.audit.tables import AuditRow
+from kata.auth.sign_in import COOKIE
 from kata.clinic.episodes.limits import Allowed
 from kata.station.lease import GIVEN_UP_S
 from tests.support.login import signed_in

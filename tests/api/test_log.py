@@ -9,11 +9,11 @@ from fastapi.testclient import TestClient
 from pydantic import ValidationError
 from sqlalchemy import text
 
-from kata.access.audit_log import ROWS
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AuditRow
 from kata.api import logs
 from kata.api.logs import JsonLines, Lines
+from kata.audit.audit_log import ROWS
+from kata.audit.tables import AuditRow
+from kata.auth.sign_in import COOKIE
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import PatientCreate
 

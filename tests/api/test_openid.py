@@ -13,9 +13,9 @@ from fastapi.testclient import TestClient
 from joserfc.jwk import RSAKey
 from starlette.websockets import WebSocketDisconnect
 
-from kata.access.openid import OpenIdError
-from kata.access.openid import Provider as OurSide
-from kata.doctor import examine
+from kata.auth.openid import OpenIdError
+from kata.auth.openid import Provider as OurSide
+from kata.cli.doctor import examine
 from kata.errors import ProblemError
 from kata.settings import Settings
 from tests.support.login_service import Clinic, code

@@ -15,9 +15,9 @@ from fastapi.testclient import TestClient
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session
 
-from kata.access.sign_in import COOKIE
 from kata.api.health import Probe
 from kata.api.logs import JsonLines
+from kata.auth.sign_in import COOKIE
 from kata.database.engine import Database
 from tests.support.login import signed_in
 from tests.support.paths import ROOT

@@ -14,7 +14,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.access.tables import AuditRow
+from kata.audit.tables import AuditRow
 from kata.bench import postgresql
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.access import sign_in
-from kata.access.passwords import Passwords
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AccountRow
+from kata.auth import sign_in
+from kata.auth.passwords import Passwords
+from kata.auth.sign_in import COOKIE
+from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.login import signed_in

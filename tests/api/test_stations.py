@@ -12,9 +12,9 @@ import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import text, update
 
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
+from kata.actor import Role
 from kata.api.overview import Overview
+from kata.auth.sign_in import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.device.config import StationConfig

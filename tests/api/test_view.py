@@ -8,12 +8,12 @@ from uuid import UUID, uuid4
 
 import pytest
 
-from kata.access import sign_in
-from kata.access.actor import CURRENT_ACTOR, Actor, Role
-from kata.access.tables import CareTeamRow
+from kata.actor import CURRENT_ACTOR, Actor, Role
 from kata.api.redaction import View
+from kata.auth import sign_in
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
+from kata.clinic.restricted.tables import CareTeamRow
 from kata.clinic.sessions.schemas import CheckTick, SessionSign
 from kata.database.base import utc_now
 from kata.database.engine import Database

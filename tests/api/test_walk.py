@@ -12,14 +12,15 @@ from fastapi.testclient import TestClient
 from sqlalchemy import select, update
 from starlette.websockets import WebSocketDisconnect
 
-from kata.access.actor import Role
-from kata.access.permissions import RULES
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow, SignInRow
+from kata.actor import Role
 from kata.api import authorization
+from kata.auth.permissions import RULES
+from kata.auth.sign_in import COOKIE
+from kata.auth.tables import AccountRow, SignInRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.restricted.objects import OF_A_PATIENT, OF_NOBODY
+from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.login import signed_in

@@ -8,7 +8,7 @@ import pytest
 from fastapi.testclient import TestClient
 from pydantic_core._pydantic_core import list_all_errors
 
-from kata.api import i18n
+from kata import i18n
 from kata.api.app import create_app
 from kata.messages import Text, key_of
 from kata.settings import Settings
@@ -121,7 +121,7 @@ def test_every_request_error_has_a_sentence_in_both_languages(document: dict[str
 def test_every_request_field_has_a_japanese_name(document: dict[str, Any]) -> None:
     fields = {name for name, _ in _asked_for(document) if name}
     without_code = {name for name in fields if key_of(i18n.name([name])) is None or "" in _codes(i18n.name([name]))}
-    assert without_code == set(), "add these to _NAMES in api/i18n.py, without their unit"
+    assert without_code == set(), "add these to _NAMES in i18n.py, without their unit"
 
 
 def test_error_sentences_use_only_placeholders_their_error_provides() -> None:

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from kata.access.verify import verify
+from kata.audit.verify import verify
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from tests.support.audit_tampering import filled, judged, tricks

@@ -7,8 +7,6 @@ from uuid import UUID, uuid4
 
 import pytest
 
-from kata.clinic.sessions.draft import draft
-from kata.clinic.sessions.draft_words import WORDS
 from kata.clinic.sessions.ending import suggested_reason
 from kata.clinic.sessions.schemas import (
     Comparison,
@@ -21,6 +19,8 @@ from kata.clinic.sessions.schemas import (
     SessionPatient,
     SessionProgramme,
 )
+from kata.reporting.note_draft import draft
+from kata.reporting.note_draft_words import WORDS
 from kata.station.schemas import TextKey
 
 AT = datetime(2026, 11, 21, 9, 0, tzinfo=UTC)

@@ -14,8 +14,6 @@ from kata.clinic.assessments.tables import AssessmentRow
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeUpdate
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.interop import erasures
-from kata.clinic.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from kata.clinic.patients.tables import ErasureRow
 from kata.clinic.programmes import service as programmes
 from kata.clinic.programmes.schemas import ProgrammeUpdate
@@ -26,6 +24,8 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.database.base import Base
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.interop import erasures
+from kata.interop.schemas import ErasureConsent, ErasureRefusal, ErasureRequest
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 
 TELLING = ("Yamada", NAME, KANA, NUMBER, "koto", "1968-04-12", "19680412")

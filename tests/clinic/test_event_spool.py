@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from kata.access import chain
-from kata.access.audit import entry
+from kata.audit import chain
+from kata.audit.entries import entry
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.sessions import runs
 from kata.clinic.sessions import service as sessions

@@ -11,12 +11,12 @@ from uuid import UUID
 
 import pytest
 
-from kata.clinic.interop import bundle
-from kata.clinic.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
-from kata.clinic.interop.fhir_import import NotUnderstoodError, read_patients
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.interop import bundle
+from kata.interop.codes import CLINIC_NUMBER, LOCAL, LOCAL_CODES, NAME_REPRESENTATION, PAIN
+from kata.interop.fhir_import import NotUnderstoodError, read_patients
 from tests.support.fhir_patient import KANA, NAME, NUMBER, treated
 from tests.support.validators import judge
 

@@ -12,8 +12,6 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from kata.clinic import downsampling, figures
-from kata.clinic.figures import RecordingParts, RunParts, Window
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS as TAUGHT_COLUMNS
 from kata.clinic.sessions.tables import SAMPLE_COLUMNS as PLAYED_COLUMNS
 from kata.database.arrays import Floats, UnreadableError
@@ -21,6 +19,8 @@ from kata.database.series import Series, pack
 from kata.device.journal import PHASE_APPROACHING, PHASE_PLAYING
 from kata.motion.edit import AS_TAUGHT, Motion
 from kata.motion.tracking import compare
+from kata.plotting import downsampling, figures
+from kata.plotting.figures import RecordingParts, RunParts, Window
 
 COUNT = 30_000
 TIMES_S: Floats = np.linspace(0.0, (COUNT - 1) / 100, COUNT)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kata.clinic import figures
 from kata.clinic.importer import Importer
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow, RecordingSampleBlockRow, RecordingSamplesRow
@@ -31,6 +30,7 @@ from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT, PlaybackSettings
 from kata.motion.learning import Correction
 from kata.motion.method import Method
+from kata.plotting import figures
 from tests.support.imported_runs import STARTED, Clinic, pose
 
 
@@ -233,7 +233,7 @@ def numbers(encoded: dict[str, str]) -> NDArray[np.float64]:
 
 
 def test_long_recording_is_saved_with_an_overview_for_plotting(clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kata.clinic.downsampling.BLOCK_SAMPLES", 100)
+    monkeypatch.setattr("kata.plotting.downsampling.BLOCK_SAMPLES", 100)
     recording_id = clinic.recording()
     run_id = clinic.begin_run(recording_id)
     clinic.journal("run", run_id, [2.0], error_deg=0.5, end=JournalEnd(reason="completed"))

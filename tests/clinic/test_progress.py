@@ -14,7 +14,6 @@ from kata.clinic.assessments import service as assessments
 from kata.clinic.assessments.schemas import AssessmentCreate
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
-from kata.clinic.placed_texts import with_texts
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress import figures, numbers, service
 from kata.clinic.progress.series import Line, Point, RomPanel, SpadiPoint, Tracked
@@ -22,6 +21,7 @@ from kata.clinic.recordings.tables import RecordingRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
 from kata.database.engine import Database
 from kata.errors import ProblemError
+from kata.plotting.placed_texts import with_texts
 
 DAY = datetime(2026, 3, 2, 9, 30, tzinfo=UTC)
 ALARM_COLOURS = {"#ff0000", "#ffff00", "#00ffff", "red", "yellow", "cyan"}

@@ -15,12 +15,6 @@ from uuid import uuid4
 import pytest
 from pypdf import PdfReader
 
-from kata.clinic.figures import RunParts
-from kata.clinic.reports import charts, episode, letterhead, paper, session
-from kata.clinic.reports.content import EpisodeContent, SessionContent
-from kata.clinic.reports.letterhead import Letterhead, LetterheadError
-from kata.clinic.reports.paper import Page, Print
-from kata.clinic.reports.words import LANGUAGES, STOPS_JA, WORDS, Language, Speaker
 from kata.clinic.sessions.schemas import Outcome
 from kata.database.arrays import UnreadableError
 from kata.database.engine import Database
@@ -28,6 +22,12 @@ from kata.database.series import Series
 from kata.device.faults import FAULTS
 from kata.errors import ProblemError
 from kata.motion.edit import AS_TAUGHT
+from kata.plotting.figures import RunParts
+from kata.reporting import charts, episode, letterhead, paper, session
+from kata.reporting.content import EpisodeContent, SessionContent
+from kata.reporting.letterhead import Letterhead, LetterheadError
+from kata.reporting.paper import Page, Print
+from kata.reporting.words import LANGUAGES, STOPS_JA, WORDS, Language, Speaker
 from tests.support.databases import upgraded_file
 from tests.support.paths import ROOT
 from tests.support.reports import AT, CLINIC, contents, how
@@ -36,7 +36,7 @@ from tests.support.treatment import Texts
 HOSTILE = (
     """</style></title><script>alert(1)</script><img src=x onerror=alert(1)>"'&{{999*9999}}{%x%}\\</td>} @page{}"""
 )
-TEMPLATES = ROOT / "backend/kata/clinic/reports/templates"
+TEMPLATES = ROOT / "backend/kata/reporting/templates"
 
 
 @pytest.fixture(scope="module")

@@ -15,11 +15,11 @@ import httpx2
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from kata.access.audit_log import AuditHook
-from kata.access.sign_in import COOKIE
-from kata.clinic.reports import paper, words
+from kata.audit.audit_log import AuditHook
+from kata.auth.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
+from kata.reporting import paper, words
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
 from tests.support.hostile_texts import CALL, hostile
 from tests.support.login import signed_in_at

@@ -8,11 +8,11 @@ from typing import Any, Final
 import pytest
 from playwright.sync_api import BrowserContext, Page, Response, expect
 
-from kata.access.sign_in import COOKIE
+from kata.auth.sign_in import COOKIE
+from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.seed import fill
 from tests.support.accessibility import addresses, wrong
 from tests.support.browser_clinic import LONG_MS, START_LIMIT_S, Clinic
 

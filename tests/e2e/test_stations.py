@@ -11,7 +11,7 @@ import psycopg
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from kata.access.sign_in import COOKIE
+from kata.auth.sign_in import COOKIE
 from kata.database.engine import Database
 from kata.station.overview import PlaybackProgress, StationTold, encoded
 from kata.station.schemas import PatientRef

@@ -9,10 +9,10 @@ from typing import Any, Final
 import pytest
 from playwright.sync_api import Page, expect
 
+from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
-from kata.seed import fill
 from tests.support.browser_clinic import LONG_MS, Clinic
 
 log = logging.getLogger(__name__)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kata import malloc
+from kata.system import malloc
 
 _GIVES_BACK = """
 import ctypes

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from kata import scheduling
 from kata.device.messages import Load
 from kata.motion.taught import Taught
+from kata.system import scheduling
 from tests.support.motion_samples import known
 from tests.support.paths import ROOT
 from tests.support.rig import Rig

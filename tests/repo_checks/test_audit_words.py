@@ -5,9 +5,9 @@ import re
 from collections.abc import Iterator
 from typing import Final, get_args
 
-from kata.access.backups.book import Kind
-from kata.access.changes import QUIET
-from kata.access.permissions import RULES
+from kata.audit.changes import QUIET
+from kata.auth.permissions import RULES
+from kata.backups.book import Kind
 from kata.clinic.restricted.objects import OF_A_PATIENT
 from kata.database.base import Base
 from tests.support.paths import ROOT

@@ -13,7 +13,7 @@ from typing import Final
 import pytest
 
 import kata.api.app  # noqa: F401 - with it every package declares its messages
-from kata.api import i18n
+from kata import i18n
 from kata.messages import CATALOGUE, MessageKey, message, sent_key, text_of
 from tests.support.paths import ROOT
 

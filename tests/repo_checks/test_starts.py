@@ -14,11 +14,11 @@ MAIN = COMMAND.value.partition(":")[0]
 @pytest.mark.parametrize(
     ("module", "without"),
     [
-        (MAIN, "kata.cli"),
-        ("kata.cli", "kata.api"),
-        ("kata.cli", "fastapi"),
-        ("kata.cli", "numpy"),
-        ("kata.access.backups.making", "scipy"),
+        (MAIN, "kata.cli.main"),
+        ("kata.cli.main", "kata.api"),
+        ("kata.cli.main", "fastapi"),
+        ("kata.cli.main", "numpy"),
+        ("kata.backups.making", "scipy"),
         ("kata.simulator.process", "scipy"),
         ("kata.api.app", "scipy.signal"),
     ],

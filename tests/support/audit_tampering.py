@@ -13,13 +13,13 @@ from uuid import UUID, uuid4
 from sqlalchemy import Table, bindparam, delete, insert, select, text, update
 from sqlalchemy.orm import Session
 
-from kata.access import chain
-from kata.access.actor import Actor
-from kata.access.anchor import Anchor, read
-from kata.access.audit import entry
-from kata.access.chain import COLUMNS, Head, link
-from kata.access.tables import AuditRow
-from kata.access.verify import Verdict, verify
+from kata.actor import Actor
+from kata.audit import chain
+from kata.audit.anchor import Anchor, read
+from kata.audit.chain import COLUMNS, Head, link
+from kata.audit.entries import entry
+from kata.audit.tables import AuditRow
+from kata.audit.verify import Verdict, verify
 from kata.database.engine import Database
 
 TABLE: Final = cast(Table, AuditRow.__table__)

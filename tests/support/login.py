@@ -3,9 +3,9 @@
 from pathlib import Path
 from uuid import uuid4
 
-from kata.access import sign_in
-from kata.access.actor import Role
-from kata.access.tables import AccountRow, AccountStationRow
+from kata.actor import Role
+from kata.auth import sign_in
+from kata.auth.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade

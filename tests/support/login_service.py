@@ -11,12 +11,12 @@ from uuid import UUID
 from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 
-from kata.access import accounts, sign_in
-from kata.access.actor import Role
-from kata.access.passwords import Passwords
-from kata.access.sign_in import COOKIE
-from kata.access.tables import AccountRow
-from kata.access.throttle import Throttle
+from kata.actor import Role
+from kata.auth import accounts, sign_in
+from kata.auth.passwords import Passwords
+from kata.auth.sign_in import COOKIE
+from kata.auth.tables import AccountRow
+from kata.auth.throttle import Throttle
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.login import signed_in

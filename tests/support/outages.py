@@ -18,7 +18,7 @@ import numpy as np
 from sqlalchemy import delete, inspect, select, update
 from sqlalchemy.orm import Session
 
-from kata.access.verify import verify
+from kata.audit.verify import verify
 from kata.bench.clinic import BenchError, Clinic, prepared
 from kata.bench.load import loading
 from kata.bench.prepared import Prepared

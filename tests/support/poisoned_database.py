@@ -10,13 +10,15 @@ from uuid import UUID, uuid4
 from sqlalchemy import JSON, Column, String, Table, Text, bindparam, insert, select, update
 from sqlalchemy.orm import Session
 
-from kata.access import audit
-from kata.access.actor import Actor
-from kata.access.tables import AccountRow, AccountStationRow, BackupRow, BrokenGlassRow, SignInRow
+from kata.actor import Actor
+from kata.audit import entries
+from kata.auth.tables import AccountRow, AccountStationRow, SignInRow
+from kata.backups.tables import BackupRow
 from kata.clinic import tables
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.recordings.tables import TeachingRow
+from kata.clinic.restricted.tables import BrokenGlassRow
 from kata.clinic.sessions.tables import AddendumRow, SessionStopRow
 from kata.clinic.stations.tables import StationRow
 from kata.database.base import Base, utc_now
@@ -88,7 +90,7 @@ def poison(session: Session, texts: list[str]) -> Poison:
         _write_notes(session, place, together)
     for text in texts:
         actor = Actor(uuid4(), uuid4(), text, "therapist", frozenset())
-        audit.note(
+        entries.note(
             session, text, patient_id=made.places[0].patients, subject=text, detail={"reason": text}, actor=actor
         )
     return made

@@ -3,12 +3,12 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from kata.clinic.reports import episode, session
-from kata.clinic.reports.content import EpisodeContent, SessionContent
-from kata.clinic.reports.letterhead import Letterhead
-from kata.clinic.reports.paper import Print
-from kata.clinic.reports.words import Language
 from kata.database.engine import Database
+from kata.reporting import episode, session
+from kata.reporting.content import EpisodeContent, SessionContent
+from kata.reporting.letterhead import Letterhead
+from kata.reporting.paper import Print
+from kata.reporting.words import Language
 from tests.support.treatment import PLAIN, Texts, treat
 
 CLINIC = Letterhead("みどり整形外科", ("宮城県仙台市青葉区1-2-3",), "022-000-0000")

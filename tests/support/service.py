@@ -7,9 +7,9 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
-from kata.access.actor import Role
-from kata.access.sign_in import COOKIE
+from kata.actor import Role
 from kata.api.app import create_app
+from kata.auth.sign_in import COOKIE
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in

@@ -15,8 +15,8 @@ from typing import Any, Final
 import httpx2
 from sqlalchemy import select, text
 
-from kata.access.sign_in import COOKIE
-from kata.access.verify import verify
+from kata.audit.verify import verify
+from kata.auth.sign_in import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.settings import Settings

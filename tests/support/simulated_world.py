@@ -8,7 +8,7 @@ from typing import Literal
 import msgspec
 
 from kata.device.config import Inputs, StationConfig, simulated
-from kata.evaluate import world
+from kata.evaluation import world
 from kata.simulator.script import Fault, Kind
 from kata.simulator.servos import Servo
 

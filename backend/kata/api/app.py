@@ -16,59 +16,57 @@ import msgspec
 from fastapi import Depends, FastAPI
 from starlette.types import ASGIApp
 
-from kata.access import demonstration, second_factor, set_up
-from kata.access.accounts import count_administrators
-from kata.access.actor import by_program
-from kata.access.audit import entry
-from kata.access.audit_log import AuditLog
-from kata.access.backups.folder import served
-from kata.access.backups.key import make_key
-from kata.access.demonstration import DemonstrationLinks
-from kata.access.openid import Provider
-from kata.access.passwords import Passwords, hasher
-from kata.access.sign_in import Limits
+from kata.actor import by_program
 from kata.api import (
-    accounts,
     authorization,
     health,
     live,
-    login,
     metrics,
-    openid,
     operating,
-    own_account,
     problems,
     security_middleware,
-    sign_in,
     static_files,
     stations,
 )
-from kata.api.audit import Audited
-from kata.api.audit import router as audit
-from kata.api.backups import Backups
-from kata.api.backups import router as backups
 from kata.api.overview import Overview
 from kata.api.simulator import Simulation
 from kata.api.simulator import router as simulator
 from kata.api.station import router as station_router
+from kata.audit.audit_log import AuditLog
+from kata.audit.entries import entry
+from kata.audit.router import Audited
+from kata.audit.router import router as audit
+from kata.auth import (
+    accounts_router,
+    demonstration,
+    login,
+    openid_router,
+    own_account_router,
+    second_factor,
+    set_up,
+    sign_in_router,
+)
+from kata.auth.accounts import count_administrators
+from kata.auth.demonstration import DemonstrationLinks
+from kata.auth.openid import Provider
+from kata.auth.passwords import Passwords, hasher
+from kata.auth.sign_in import Limits
+from kata.backups.folder import served
+from kata.backups.key import make_key
+from kata.backups.router import Backups
+from kata.backups.router import router as backups
 from kata.clinic.assessments.router import router as assessments
-from kata.clinic.dependencies import Problem
 from kata.clinic.episodes.router import router as episodes
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.events import service as event_service
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.recording import recording as events_recorded
 from kata.clinic.events.router import router as events
-from kata.clinic.figures import FigureWorker
 from kata.clinic.importer import Importer, Saved
-from kata.clinic.interop.erasure_router import router as erasures
-from kata.clinic.interop.router import router as exchange
 from kata.clinic.patients.router import router as patients
 from kata.clinic.programmes.router import router as programmes
 from kata.clinic.progress.router import router as progress
 from kata.clinic.recordings.router import router as recordings
-from kata.clinic.reports import letterhead
-from kata.clinic.reports.router import router as reports
 from kata.clinic.restricted.router import router as restricted
 from kata.clinic.sessions import runs
 from kata.clinic.sessions.lists_router import router as session_lists
@@ -79,8 +77,14 @@ from kata.database.availability import AvailabilityMonitor
 from kata.database.base import utc_now
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import upgrade
+from kata.dependencies import Problem
 from kata.device import config
 from kata.device.journal import Journal
+from kata.interop.erasure_router import router as erasures
+from kata.interop.router import router as exchange
+from kata.plotting.figures import FigureWorker
+from kata.reporting import letterhead
+from kata.reporting.router import router as reports
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Kept
@@ -127,7 +131,7 @@ def create_app(settings: Settings) -> FastAPI:
     for router in (
         health.router,
         metrics.router,
-        accounts.router,
+        accounts_router.router,
         assessments,
         backups,
         audit,
@@ -143,15 +147,15 @@ def create_app(settings: Settings) -> FastAPI:
         restricted,
         session_lists,
         sessions,
-        own_account.router,
-        openid.router,
-        sign_in.router,
+        own_account_router.router,
+        openid_router.router,
         station_router,
         stations.router,
         simulator,
         live.router,
     ):
         app.include_router(router)
+    app.include_router(sign_in_router.router, dependencies=[Depends(metrics.refusals_counted)])
     problems.install(app)
     live.document(app)
     stations.document(app)

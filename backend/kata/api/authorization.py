@@ -19,19 +19,19 @@ from fastapi.routing import APIRoute, APIWebSocketRoute, iter_route_contexts
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.requests import HTTPConnection
 
-from kata.access import secrets, sign_in
-from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
-from kata.access.permissions import OF_ROLE, RULES, Rule
+from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.api import texts
-from kata.api.auth_cache import Remembered
-from kata.api.login import actor_at, address_of, cookie_of
-from kata.clinic.dependencies import PROBLEMS
+from kata.auth import secrets, sign_in
+from kata.auth.auth_cache import Remembered
+from kata.auth.login import actor_at, address_of, cookie_of
+from kata.auth.permissions import OF_ROLE, RULES, Rule
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.dependencies import PROBLEMS
 from kata.errors import ProblemError
 
 log = logging.getLogger(__name__)
@@ -84,7 +84,7 @@ def install(app: FastAPI) -> None:
     for found in iter_route_contexts(app.routes):
         rule = RULES.get(found.name or "")
         if rule is None:
-            raise LookupError(f"the route {found.name} has no rule: give it one in access/permissions.py")
+            raise LookupError(f"the route {found.name} has no rule: give it one in auth/permissions.py")
         if rule.needs != "public" and not isinstance(found.original_route, APIRoute | APIWebSocketRoute):
             raise LookupError(f"the route {found.name} is none of FastAPI's: nobody would ask who is there")
 

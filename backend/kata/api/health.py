@@ -9,11 +9,11 @@ from fastapi import APIRouter, Depends, Request
 from sqlalchemy import text
 
 from kata.api import texts
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheStation
-from kata.clinic.types import Schema
 from kata.database.engine import Database
+from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.errors import ProblemError
 from kata.station import texts as station_texts
+from kata.types import Schema
 
 log = logging.getLogger(__name__)
 router = APIRouter(prefix="/health", tags=["health"])

@@ -10,7 +10,7 @@ from uuid import UUID
 from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kata.access.actor import CURRENT_ACTOR
+from kata.actor import CURRENT_ACTOR
 from kata.api.operating import LiveStateView, browser
 from kata.api.redaction import View
 from kata.api.sockets import until_gone
@@ -137,7 +137,7 @@ async def _listen(socket: WebSocket, station: Station, subscription: Subscriptio
 
 
 async def _stop(station: Station, subscription: Subscription, number: int) -> None:
-    """Whoever may listen may stop (``access/permissions.py``)."""
+    """Whoever may listen may stop (``auth/permissions.py``)."""
     subscription.put(_StopAnswer(number, await station.command(Stop())))
 
 

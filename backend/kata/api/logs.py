@@ -5,7 +5,7 @@ import logging
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from kata.access.audit_log import ROWS
+from kata.audit.audit_log import ROWS
 
 
 class Lines(logging.Formatter):

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from kata.access.actor import CURRENT_ACTOR, REQUEST_CONTEXT, by_program
-from kata.access.audit import entry
-from kata.access.audit_log import AuditLog
+from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, by_program
 from kata.api.problems import DATABASE_AWAY, refused
-from kata.clinic.dependencies import TheStation
+from kata.audit.audit_log import AuditLog
+from kata.audit.entries import entry
+from kata.dependencies import TheStation
 from kata.device.messages import COMMAND_NAMES, Refusal
 from kata.station.lease import Browser, Due
 from kata.station.schemas import Kept, RefusalLive

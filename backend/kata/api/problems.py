@@ -9,10 +9,12 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from kata.access.actor import REQUEST_CONTEXT
-from kata.api import authorization, i18n, texts
-from kata.clinic.dependencies import Problem, ProblemField
+from kata import i18n
+from kata.actor import REQUEST_CONTEXT
+from kata.api import authorization, texts
+from kata.database import availability
 from kata.database.availability import DatabaseAwayError
+from kata.dependencies import Problem, ProblemField
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
 from kata.messages import NO_TEXT, Text, with_key
@@ -21,7 +23,7 @@ from kata.station.schemas import TextKey
 log = logging.getLogger(__name__)
 
 DATABASE_AWAY: Final = Refusal.of(
-    code="database_away",
+    code=availability.DATABASE_AWAY,
     message=texts.DATABASE_AWAY(),
     next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )

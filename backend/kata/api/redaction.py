@@ -6,8 +6,8 @@ from uuid import UUID
 
 from fastapi.concurrency import run_in_threadpool
 
-from kata.access.actor import Actor
-from kata.access.permissions import OF_ROLE
+from kata.actor import Actor
+from kata.auth.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.availability import DatabaseAwayError

@@ -10,8 +10,7 @@ from pydantic import Field, StrictBool
 
 from kata.api import texts
 from kata.clinic import texts as clinic_texts
-from kata.clinic.dependencies import PROBLEMS
-from kata.clinic.types import Name, Schema
+from kata.dependencies import PROBLEMS
 from kata.errors import ProblemError
 from kata.messages import text_of
 from kata.motion.axes import CANONICAL_SIDE, Side
@@ -22,6 +21,7 @@ from kata.simulator.apparatus import State
 from kata.simulator.hand import HandRefusedError
 from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import OptionalKey, TextKey
+from kata.types import Name, Schema
 
 Source = Literal["built-in", "recorded", "uploaded"]
 

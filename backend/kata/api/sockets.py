@@ -6,8 +6,8 @@ from collections.abc import Coroutine
 
 from fastapi import WebSocket
 
-from kata.access.actor import Actor
-from kata.api.login import SessionRevocations
+from kata.actor import Actor
+from kata.auth.login import SessionRevocations
 
 log = logging.getLogger(__name__)
 

@@ -18,7 +18,6 @@ from kata.api.problems import refused
 from kata.api.redaction import View
 from kata.api.simulator import AnySimulation
 from kata.clinic import texts as clinic_texts
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
 from kata.clinic.event_spool import EventSpool
@@ -34,10 +33,10 @@ from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
-from kata.clinic.types import By, Name, Schema, Side, side_of
 from kata.database.availability import DatabaseAwayError
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
 from kata.device import messages
 from kata.errors import ProblemError
 from kata.messages import Text
@@ -48,6 +47,7 @@ from kata.station.guard import Guard
 from kata.station.lease import Browser
 from kata.station.schemas import LeaseLive, Live, LoadLevel, PatientRef, StationInfo
 from kata.station.station import NO_ANSWER, Occupation, Station
+from kata.types import By, Name, Schema, Side, side_of
 
 router = APIRouter(prefix="/api/station", tags=["station"])
 

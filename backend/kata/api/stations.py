@@ -9,16 +9,16 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Depends, FastAPI, Query, Request, WebSocket, WebSocketDisconnect
 from pydantic import Field
 
-from kata.access.actor import CURRENT_ACTOR, Actor
+from kata.actor import CURRENT_ACTOR, Actor
 from kata.api.overview import Overview
 from kata.api.redaction import View
 from kata.api.sockets import until_gone
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.stations import service
-from kata.clinic.types import Schema
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.station.overview import StationShown
+from kata.types import Schema
 
 log = logging.getLogger(__name__)
 router = APIRouter(tags=["stations"])

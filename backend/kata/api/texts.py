@@ -4,11 +4,6 @@ from typing import Final
 
 from kata.messages import message
 
-NO_OPENID: Final = message("no_openid", "This clinic has no OpenID provider.")
-SET_OPENID_FIRST: Final = message("set_openid_first", "Set KATA_OPENID_ISSUER and KATA_OPENID_CLIENT_ID first.")
-OPENID_USELESS_FIELD: Final = message("openid_useless_field", "needs a provider")
-BACKUP_RUNNING: Final = message("backup_running", "A backup is being made already.")
-WAIT_FOR_BACKUP: Final = message("wait_for_backup", "Wait until it is done; it is in the list then.")
 DATABASE_UNANSWERED: Final = message("database_unanswered", "The database does not answer.")
 WHAT_GOES_ON_CONTINUES: Final = message("what_goes_on_continues", "Running operations continue.")
 DATABASE_AWAY: Final = message(
@@ -19,46 +14,9 @@ TRY_AGAIN_STOP_WORKS: Final = message(
     "try_again_stop_works", "Try again in a moment. Running operations continue, and Stop works."
 )
 RESTARTS_AUTOMATICALLY: Final = message("restarts_automatically", "It restarts automatically.")
-OPENID_NOT_BEGUN: Final = message("openid_not_begun", "This sign-in was not begun at this browser, or too long ago.")
-BEGIN_AGAIN: Final = message("begin_again", "Begin again.")
-OPENID_TOOK_TOO_LONG: Final = message("openid_took_too_long", "This took too long, or was begun elsewhere.")
-ACCOUNT_DISABLED: Final = message("account_disabled", "This account is disabled.")
-ASK_ADMINISTRATOR: Final = message("ask_administrator", "Ask an administrator.")
-SIGN_IN_WITH_NAME: Final = message("sign_in_with_name", "Sign in with name and password.")
-CODE_WRONG_OR_USED: Final = message("code_wrong_or_used", "This code is wrong, or was used before.")
-WAIT_FOR_NEXT_CODE: Final = message("wait_for_next_code", "Wait for the next one.")
-OPENID_NOT_LINKED: Final = message("openid_not_linked", "No account is linked with this identity of {provider:name}.")
-HAVE_IDENTITY_LINKED: Final = message(
-    "have_identity_linked", "Tell an administrator, who can link it with your account: {identity:name}"
-)
-LOGIN_SESSION_ENDED: Final = message("login_session_ended", "This sign-in has ended.")
-SIGN_IN: Final = message("sign_in", "Sign in.")
-NOBODY_SIGNED_IN: Final = message("nobody_signed_in", "No user is signed in at this browser.")
 INTERNAL_ERROR: Final = message("internal_error", "Something went wrong in the service.")
 REPORT_WITH_LOG: Final = message("report_with_log", "Try again; if it stays, report it with the log.")
 NOT_JSON: Final = message("not_json", "The request is not JSON in UTF-8.")
-LINK_USED_OR_OLD: Final = message(
-    "link_used_or_old", "This link was already used, has expired, or is not of this clinic."
-)
-PRINT_NEW_LINK: Final = message("print_new_link", "Have a new one printed on the clinic's computer: kata accounts link")
-ONE_TIME_CODE_UNFIT: Final = message(
-    "one_time_code_unfit", "This code does not belong to this user name, was already used, or has expired."
-)
-ASK_FOR_NEW_CODE: Final = message("ask_for_new_code", "Ask for a new one.")
-WRONG_NAME_OR_PASSWORD: Final = message("wrong_name_or_password", "User name or password is wrong.")
-TRY_AGAIN_OR_ASK_FOR_CODE: Final = message(
-    "try_again_or_ask_for_code", "Try again, or ask an administrator for a code."
-)
-LINK_USED: Final = message("link_used", "This link was already used, or is not of this clinic.")
-RESTART_FOR_NEW_LINKS: Final = message("restart_for_new_links", "Restart Kata to get new links.")
-SECOND_FACTOR_NEEDED: Final = message("second_factor_needed", "The second factor is needed, too.")
-TYPE_APP_CODE: Final = message("type_app_code", "Type the code that your app shows.")
-WRONG_PASSWORD: Final = message("wrong_password", "This is not your password.")
-TRY_AGAIN: Final = message("try_again", "Try again.")
-OPENID_NEEDED: Final = message("openid_needed", "This takes {provider:name} once more.")
-SIGN_IN_THERE_FIRST: Final = message("sign_in_there_first", "Sign in there, then try again.")
-PASSWORD_NEEDED: Final = message("password_needed", "This takes the password once more.")
-GIVE_PASSWORD: Final = message("give_password", "Give your password.")
 HAND_WAIT: Final = message("hand_wait", "Wait, or release the arm first.")
 NOT_SIMULATING: Final = message("not_simulating", "This station has a real apparatus.")
 USE_REAL_INPUTS: Final = message("use_real_inputs", "Use its own pedal and switch.")
@@ -89,10 +47,6 @@ PLAYED_PAPER: Final = message("played_paper", "as in the paper, at 10 Hz")
 PLAYED_LEARNED_NOTHING: Final = message("played_learned_nothing", "learned, with nothing to go by yet")
 PLAYED_LEARNED: Final = message("played_learned", "learned from earlier playbacks")
 SENTENCE: Final = message("sentence", "{clause:text}.")
-FIELD_NUMBERED: Final = message("field_numbered", "{field:text} {number:d}")
-FIELD_WITHIN: Final = message("field_within", "{outer:text}, {inner:text}")
-FIELD_WITH_UNIT: Final = message("field_with_unit", "{field:text} ({unit:text})")
-WHOLE_REQUEST: Final = message("whole_request", "the request")
 FIELD_PROBLEM: Final = message("field_problem", "{field:text} {problem:text}")
 INVALID_INPUT: Final = message("invalid_input", "Please check what was entered: {fields:texts}.")
 UNKNOWN_HOST: Final = message("unknown_host", "This service is not known by the name that the request addresses.")

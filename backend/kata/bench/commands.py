@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 from rich.console import Console
 
-from kata.console import fail
+from kata.system.console import fail
 
 if TYPE_CHECKING:
     from kata.bench.report import Report

@@ -19,9 +19,10 @@ import msgspec
 from kata.bench.cycle import Host, Measured, Order
 from kata.bench.hosts import KataCycle, KataDrives
 from kata.bench.peers import DynamixelSdk, Pymodbus, Rustypot
-from kata.device import config, realtime
+from kata.device import config
 from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
+from kata.system import realtime
 
 _TRIES: Final = 10
 

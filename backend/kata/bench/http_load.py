@@ -17,19 +17,19 @@ import numpy as np
 import uvicorn
 from fastapi import FastAPI
 
-from kata.access.chain import Entry
-from kata.access.demonstration import DemonstrationLinks
-from kata.access.passwords import Passwords, hasher
-from kata.access.sign_in import Limits
 from kata.api.app import create_app
-from kata.api.login import Access, SessionRevocations
+from kata.audit.chain import Entry
+from kata.auth.demonstration import DemonstrationLinks
+from kata.auth.login import Access, SessionRevocations
+from kata.auth.passwords import Passwords, hasher
+from kata.auth.sign_in import Limits
 from kata.bench.clinic import BenchError
 from kata.bench.signed_in import sign_in_to
 from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
-from kata.clinic.figures import FigureWorker
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.base import utc_now
 from kata.database.engine import Database
+from kata.plotting.figures import FigureWorker
 from kata.settings import Settings
 
 _START_LIMIT_S: Final = 30.0

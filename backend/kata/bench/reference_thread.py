@@ -15,8 +15,8 @@ from contextlib import contextmanager
 import msgspec
 
 from kata.bench.beside import beside
-from kata.device import realtime
 from kata.device.latency_histogram import Lateness
+from kata.system import realtime
 
 
 class Floor(msgspec.Struct):

@@ -10,7 +10,7 @@ from typing import Any, Final
 from rich.console import Console
 from rich.table import Table
 
-from kata.privileges import fifo_granted, kernel_preemption, memory_lock_granted
+from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_granted
 
 _CPU_INFO: Final = Path("/proc/cpuinfo")
 _CPU_NAMES: Final = ("model name", "Model", "Hardware")

@@ -8,8 +8,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.access import accounts
-from kata.access.passwords import hasher
+from kata.auth import accounts
+from kata.auth.passwords import hasher
 from kata.bench.clinic import BenchError, Clinic, prepared
 from kata.bench.loop import Cell, Measured, measure
 from kata.bench.password_guessing import Guessed, Kind, guess, storming

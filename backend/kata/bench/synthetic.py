@@ -14,7 +14,7 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session
 
-from kata.access.tables import AuditRow
+from kata.audit.tables import AuditRow
 from kata.bench.loading import Load, Rows, loading
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow

@@ -14,10 +14,10 @@ import msgspec
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from kata.access import chain
-from kata.access.actor import by_program
-from kata.access.audit import NOTED, note
-from kata.access.chain import Entry
+from kata.actor import by_program
+from kata.audit import chain
+from kata.audit.chain import Entry
+from kata.audit.entries import NOTED, note
 from kata.clinic.events.observer import Ended, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.recordings.tables import TeachingRow

@@ -18,7 +18,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
 from sqlalchemy.orm import Session
 
-from kata.access.actor import by_program
+from kata.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
 from kata.database.availability import DatabaseAwayError

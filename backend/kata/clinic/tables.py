@@ -1,21 +1,15 @@
 """Every table of the clinic, for whoever needs them all: migrations."""
 
-from kata.access.tables import (
-    AccountRow,
-    AccountStationRow,
-    AuditRow,
-    BackupRow,
-    BrokenGlassRow,
-    CareTeamRow,
-    RecoveryCodeRow,
-    SignInRow,
-)
+from kata.audit.tables import AuditRow
+from kata.auth.tables import AccountRow, AccountStationRow, RecoveryCodeRow, SignInRow
+from kata.backups.tables import BackupRow
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow, StageRow
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import ErasureRow, PatientRow
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.recordings.tables import RecordingRow, RecordingSamplesRow, TeachingRow
+from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
 from kata.clinic.sessions.tables import (
     AddendumRow,
     MotionTrackingRow,

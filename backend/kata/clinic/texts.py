@@ -11,8 +11,6 @@ ASSESSMENT_WITHDRAWN: Final = message("assessment_withdrawn", "This assessment w
 ENTER_NEW_ASSESSMENT: Final = message("enter_new_assessment", "Enter a new one instead.")
 ASSESSMENT_WOULD_BE_EMPTY: Final = message("assessment_would_be_empty", "Nothing would be left in this assessment.")
 WITHDRAW_IF_MISTAKEN: Final = message("withdraw_if_mistaken", "Withdraw it if it was a mistake.")
-WINDOW_ENDS_BEFORE_START: Final = message("window_ends_before_start", "The window ends before it begins.")
-GIVE_END_AFTER_START: Final = message("give_end_after_start", "Give an end_s after start_s.")
 NO_OPEN_CARE_OF_SHOULDER: Final = message(
     "no_open_care_of_shoulder", "{patient:name} has no open episode of care for the {side:text} shoulder."
 )
@@ -59,42 +57,8 @@ STAGE_BEFORE_BIRTH: Final = message(
     "stage_before_birth", "The day of the stage lies before the patient's birth, {birth_date:name}."
 )
 CORRECT_DAY_OR_BIRTH_DATE: Final = message("correct_day_or_birth_date", "Correct the day, or the birth date.")
-ERASURE_ALREADY_REQUESTED: Final = message("erasure_already_requested", "A request of this patient is not decided yet.")
-DECIDE_THAT_REQUEST: Final = message("decide_that_request", "Decide that one.")
-CLINIC_NUMBER_WRONG: Final = message("clinic_number_wrong", "This is not the patient's clinic number.")
-COMPARE_NAME_AND_NUMBER: Final = message(
-    "compare_name_and_number", "Compare the name, and type the number as it stands in the record."
-)
-CLINIC_NUMBER_WRONG_FIELD: Final = message("clinic_number_wrong_field", "is not this patient's")
-PATIENT_SESSION_OPEN: Final = message("patient_session_open", "A session of this patient is still open.")
 END_FIRST: Final = message("end_first", "End it first.")
-ERASURE_DECIDED: Final = message("erasure_decided", "This request has been decided.")
-RELOAD_PAGE: Final = message("reload_page", "Reload the page to see the decision.")
-ROWS_FAR_APART: Final = message(
-    "rows_far_apart", "most rows are {step_s:g} s apart; time_s is in seconds: are these milliseconds?"
-)
-MOTION_LONGER_THAN_AN_HOUR: Final = message(
-    "motion_longer_than_an_hour", "the motion is longer than an hour from here on"
-)
-GAP_BEFORE: Final = message("gap_before", "nothing is known of the {gap_s:.1f} s before; {longest_s:g} s is the most")
-MORE_THAN_A_TURN: Final = message("more_than_a_turn", "{angle_deg:g} deg is more than a whole turn")
-LOOKS_LIKE_RADIANS: Final = message(
-    "looks_like_radians", "{angle_deg:g} is the largest angle of all; this looks like radians, and degrees are needed"
-)
-FILE_UTF16: Final = message("file_utf16", "the file is in UTF-16; save it as CSV in UTF-8")
-LINE_NOT_UTF8: Final = message("line_not_utf8", "line {line:d} is not text in UTF-8; is this a CSV file?")
-LINE_SHIFT_JIS: Final = message("line_shift_jis", "line {line:d} is in Shift-JIS; save the file as CSV in UTF-8")
-IMPORT_REFUSED: Final = message("import_refused", "This cannot be imported: {reasons:texts}.")
 MEND_FILE: Final = message("mend_file", "Mend the file and try again.")
-FILE_REFUSED: Final = message("file_refused", "This file cannot be used: {reason:text}.")
-NOTHING_MEASURED: Final = message("nothing_measured", "Nothing was measured in this run.")
-NOTHING_TO_DOWNLOAD: Final = message("nothing_to_download", "There is nothing to download.")
-RECORD_WITHOUT_PATIENT: Final = message("record_without_patient", "This record was erased; its patient is not known.")
-DOWNLOAD_ONE_BY_ONE: Final = message("download_one_by_one", "Recordings and runs can still be downloaded one by one.")
-RUN_SAMPLES_DAMAGED: Final = message("run_samples_damaged", "The samples are damaged and cannot be read.")
-RESTORE_FROM_BACKUP: Final = message("restore_from_backup", "Restore them from a backup.")
-LIST_POSITION_UNREADABLE: Final = message("list_position_unreadable", "The position in the list cannot be read.")
-BEGIN_LIST_ANEW: Final = message("begin_list_anew", "Load the list from its beginning.")
 RECORD_ERASED: Final = message("record_erased", "This record was erased and stays as it is.")
 REGISTER_PATIENT_ANEW: Final = message("register_patient_anew", "Register the patient again if they return.")
 CLINIC_NUMBER_TAKEN: Final = message(
@@ -249,30 +213,7 @@ PAIN_AFTER_DIFFERS: Final = message(
 )
 DONE_MIRRORED_LEFT: Final = message("done_mirrored_left", "mirrored for the left shoulder")
 DONE_MIRRORED_RIGHT: Final = message("done_mirrored_right", "mirrored for the right shoulder")
-FHIR_NOT_PATIENT: Final = message("fhir_not_patient", "must be Patient, or Bundle with Patients in it")
-FHIR_PATIENT_COUNT: Final = message("fhir_patient_count", "must hold at least one Patient, and at most {most:d}")
-FHIR_ONE_OF: Final = message("fhir_one_of", "must be one of {choices:name}")
-FHIR_DECEASED: Final = message("fhir_deceased", "says that this patient has died")
-FHIR_INACTIVE: Final = message("fhir_inactive", "says that this record is not in use")
-FHIR_UNKNOWN_ELEMENT: Final = message("fhir_unknown_element", "is no element of a Patient in FHIR R4")
-FHIR_CLINIC_NUMBER_NEEDED: Final = message("fhir_clinic_number_needed", "must have the clinic's number")
-FHIR_NOT_TEXT: Final = message("fhir_not_text", "must be a text")
-FHIR_NAME_NEEDED: Final = message("fhir_name_needed", "must have a name")
-FHIR_NOT_TEXTS: Final = message("fhir_not_texts", "must be made of texts")
-FHIR_NOT_OBJECTS: Final = message("fhir_not_objects", "must be a list of objects")
-FHIR_NOT_DATE: Final = message("fhir_not_date", "must be a whole date such as 1968-04-12, not {given:name}")
-FIGURE_BEFORE: Final = message("figure_before", "Before")
-FIGURE_AFTER: Final = message("figure_after", "After")
-FIGURE_TEACHING: Final = message("figure_teaching", "Teaching")
-FIGURE_PLAYBACK: Final = message("figure_playback", "Playback")
-FIGURE_ERROR: Final = message("figure_error", "Error")
-FIGURE_TIME: Final = message("figure_time", "Time, s")
-FIGURE_ANGLE: Final = message("figure_angle", "Angle, deg")
-FIGURE_ERROR_DEG: Final = message("figure_error_deg", "Error, deg")
-FIGURE_MOTOR: Final = message("figure_motor", "Motor {motor:d}")
-FIGURE_MOTOR_DEG: Final = message("figure_motor_deg", "Motor {motor:d}, deg")
 FIGURE_NO: Final = message("figure_no", "no")
-FIGURE_ANGLE_HOVER: Final = message("figure_angle_hover", "%{{y:.2f}} deg")
 FIGURE_NAMED_ANGLE_HOVER: Final = message("figure_named_angle_hover", "%{{customdata}}: %{{y:.2f}} deg")
 FIGURE_REFERENCE: Final = message("figure_reference", "Reference")
 FIGURE_BASELINE: Final = message("figure_baseline", "Baseline")
@@ -346,24 +287,12 @@ ROM_SCAPULAR_FLEXION: Final = message("rom_scapular_flexion", "Scapular flexion"
 ROM_SCAPULAR_EXTENSION: Final = message("rom_scapular_extension", "Scapular extension")
 ROM_SCAPULAR_ELEVATION: Final = message("rom_scapular_elevation", "Scapular elevation")
 ROM_SCAPULAR_DEPRESSION: Final = message("rom_scapular_depression", "Scapular depression")
-PLACE_PROBLEM: Final = message("place_problem", "{place:name} {problem:text}")
-IMPORTED_PLACE: Final = message("imported_place", "{place:name}: {problem:sentence}")
-FHIR_MAY_CHANGE_MEANING: Final = message(
-    "fhir_may_change_meaning", "may change the meaning of all the rest, and is not understood here"
-)
-FHIR_OTHER_LINK: Final = message(
-    "fhir_other_link", "says that this is also another patient; import the record that counts"
-)
-FHIR_NUMBER_AMBIGUOUS: Final = message(
-    "fhir_number_ambiguous", "which of these is the clinic's number cannot be told: mark one as type MR"
-)
 CHOOSE_OTHER_SETTINGS_OR_RECORDING: Final = message(
     "choose_other_settings_or_recording", "Choose other settings, or another recording."
 )
 EPISODE_NOT_FOUND: Final = message("episode_not_found", "There is no such episode.")
 ASSESSMENT_NOT_FOUND: Final = message("assessment_not_found", "There is no such assessment.")
 STAGE_NOT_FOUND: Final = message("stage_not_found", "There is no such stage.")
-ERASURE_REQUEST_NOT_FOUND: Final = message("erasure_request_not_found", "There is no such request.")
 PATIENT_NOT_FOUND: Final = message("patient_not_found", "There is no such patient.")
 RECORDING_NOT_FOUND: Final = message("recording_not_found", "There is no such recording.")
 SESSION_NOT_FOUND: Final = message("session_not_found", "There is no such session.")
@@ -380,5 +309,4 @@ FIXTURE_ARM_FIXER_1: Final = message("fixture_arm_fixer_1", "arm fixer 1")
 FIXTURE_ARM_FIXER_2: Final = message("fixture_arm_fixer_2", "arm fixer 2")
 FIXTURE_ELBOW_FIXER_1: Final = message("fixture_elbow_fixer_1", "elbow fixer 1")
 FIXTURE_ELBOW_FIXER_2: Final = message("fixture_elbow_fixer_2", "elbow fixer 2")
-IMPORTED_FROM_CSV: Final = message("imported_from_csv", "imported from a CSV file")
 FIGURE_NAMED_WHOLE_ANGLE_HOVER: Final = message("figure_named_whole_angle_hover", "%{{customdata}}: %{{y:.0f}} deg")

@@ -38,6 +38,10 @@ _STANDBY: Final = "25006"
 """It only reads: another server is the one to write to by now."""
 
 
+DATABASE_AWAY: Final = "database_away"
+"""Code of what is refused while the database does not answer."""
+
+
 class DatabaseAwayError(SQLAlchemyError):
     """The database does not answer, or cannot be written to; ``since`` when, UTC. Nothing is known to have been changed."""
 

@@ -276,7 +276,7 @@ _SIMULATED_LAGS: Final = (
     *[{"lag_s": 0.054, "lag2_s2": 0.0015, "friction_deg": 0.08}] * 4,
     {"lag_s": 0.127, "lag2_s2": 0.0043, "friction_deg": 0.28},
 )
-"""What :mod:`kata.evaluate.identify` finds of the simulated drives, by their nominal parameters; a test holds it to that."""
+"""What :mod:`kata.evaluation.identify` finds of the simulated drives, by their nominal parameters; a test holds it to that."""
 
 
 def simulated(port: str) -> StationConfig:

@@ -197,7 +197,7 @@ class ControlLoop:
         if self._now_ns() < self._try_open_at_ns:
             return
         self._none_was_due = True
-        # The collector never runs by itself here (see :mod:`kata.device.realtime`); now nothing is due.
+        # The collector never runs by itself here (see :mod:`kata.system.realtime`); now nothing is due.
         gc.collect()
         try:
             self._bus.open()

@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 from typing import Final
 
-from kata.device import realtime
 from kata.device.bus.drivers import make_bus
 from kata.device.config import ConfigError, StationConfig, read
 from kata.device.ipc import Exchange
@@ -18,6 +17,7 @@ from kata.device.journal import Files, FolderInUseError, claimed
 from kata.device.journal_set import JournalKeeper
 from kata.device.loader import ReferenceLoader
 from kata.device.loop import ControlLoop
+from kata.system import realtime
 
 log = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ import socket
 import sys
 from typing import Final
 
-from kata import scheduling
+from kata.system import scheduling
 
 _NICENESS: Final = 5
 """Behind the service, and yet a quarter of a processor beside one busy process of it: somebody waits for the Load."""

@@ -15,7 +15,6 @@ import time
 from pathlib import Path
 from typing import Final, Literal, get_args
 
-from kata import scheduling
 from kata.simulator.apparatus import Apparatus
 from kata.simulator.bus import ServoBus
 from kata.simulator.client import SimulatorClient
@@ -24,6 +23,7 @@ from kata.simulator.lines import DynamixelLine, Line, ModbusLine
 from kata.simulator.modbus_bus import ModbusBus
 from kata.simulator.script import Script
 from kata.simulator.wire import Wire
+from kata.system import scheduling
 
 log = logging.getLogger(__name__)
 

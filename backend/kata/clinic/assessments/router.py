@@ -14,8 +14,8 @@ from kata.clinic.assessments.schemas import (
     AssessmentWithdraw,
     EpisodeAssessments,
 )
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.pagination import After, Limit
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.pagination import After, Limit
 
 router = APIRouter(tags=["assessments"])
 

@@ -8,9 +8,9 @@ from pydantic import AwareDatetime, Field, ValidationInfo, field_validator, mode
 from pydantic_core import PydanticCustomError
 
 from kata.clinic.assessments import rom, spadi
-from kata.clinic.pagination import Next
-from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.database.base import utc_now
+from kata.pagination import Next
+from kata.types import By, Moment, Name, Note, Schema, Side
 
 _CLOCKS_DIFFER: Final = timedelta(minutes=5)
 _EARLIEST_YEAR: Final = 1990

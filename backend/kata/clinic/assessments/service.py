@@ -24,10 +24,10 @@ from kata.clinic.assessments.schemas import (
 )
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.pagination import Keyset
 from kata.clinic.patients import service as patients
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
+from kata.pagination import Keyset
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], AssessmentRow.assessed_at, AssessmentRow.id, descending=True)
 _MAY_BE_EMPTIED: Final = {"pain_rest", "pain_active", "pain_passive", "pain_average", "spadi"}

@@ -17,7 +17,6 @@ from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import MotionLimit
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients import service as patients
-from kata.clinic.types import side_of
 from kata.errors import ProblemError
 from kata.messages import Text
 from kata.motion.axes import AXES, BASIC_MOTIONS, Side
@@ -27,6 +26,7 @@ from kata.motion.method import Method, reference
 from kata.motion.shoulder import motion_of_motor_4
 from kata.motion.texts import SIDES
 from kata.motion.trajectory import Trajectory
+from kata.types import side_of
 
 MotorLimits = tuple[tuple[float, float], ...]
 """Lowest and highest angle of each motor, or none at all (:attr:`kata.device.messages.Load.limits_deg`)."""

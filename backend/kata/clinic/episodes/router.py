@@ -4,9 +4,9 @@ from uuid import UUID
 
 from fastapi import APIRouter
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
 from kata.clinic.episodes import service
 from kata.clinic.episodes.schemas import Episode, EpisodeClose, EpisodeCreate, EpisodeList, EpisodeUpdate, StageCreate
+from kata.dependencies import PROBLEMS, TheDatabase
 
 router = APIRouter(tags=["episodes"])
 

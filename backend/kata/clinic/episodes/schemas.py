@@ -6,9 +6,9 @@ from uuid import UUID
 from pydantic import Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
-from kata.clinic.types import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
 from kata.motion.axes import BASIC_MOTIONS
 from kata.station.schemas import LoadLevel
+from kata.types import NO_NUL, Doer, Moment, Note, PastDay, Schema, Side
 
 StageName = Literal["freezing", "frozen", "thawing"]
 Diagnosis = Annotated[str, StringConstraints(strip_whitespace=True, max_length=200, pattern=NO_NUL)]

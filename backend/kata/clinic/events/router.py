@@ -5,12 +5,12 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.access.permissions import OF_ROLE
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.auth.permissions import OF_ROLE
 from kata.clinic.events import service
 from kata.clinic.events.schemas import DeviceEvent, DeviceEventPage, EventKind
-from kata.clinic.pagination import After, Limit
 from kata.clinic.restricted import service as restricted
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.pagination import After, Limit
 
 router = APIRouter(tags=["events"])
 

@@ -5,9 +5,9 @@ from uuid import UUID
 
 from pydantic import Field
 
-from kata.clinic.pagination import Next
-from kata.clinic.types import Moment, Schema
+from kata.pagination import Next
 from kata.station.schemas import OptionalKey
+from kata.types import Moment, Schema
 
 EventKind = Literal["alarm", "event"]
 

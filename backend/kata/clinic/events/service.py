@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from kata.clinic.events.observer import ESTOP_TESTED
 from kata.clinic.events.schemas import EventKind
 from kata.clinic.events.tables import DeviceEventRow
-from kata.clinic.pagination import Keyset
+from kata.pagination import Keyset
 
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, UUID], DeviceEventRow.at, DeviceEventRow.id, descending=True)
 _LEFT_OPEN_AMONG: Final = 1000

@@ -5,12 +5,12 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.clinic.pagination import After, Limit
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import Patient, PatientCreate, PatientPage, PatientUpdate
 from kata.clinic.restricted import service as restricted
-from kata.clinic.types import NO_NUL
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.pagination import After, Limit
+from kata.types import NO_NUL
 
 router = APIRouter(prefix="/api/patients", tags=["patients"])
 

@@ -6,8 +6,8 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool, StringConstraints
 
-from kata.clinic.pagination import Next
-from kata.clinic.types import NO_NUL, Moment, Name, Note, PastDay, Schema, Side
+from kata.pagination import Next
+from kata.types import NO_NUL, Moment, Name, Note, PastDay, Schema, Side
 
 Sex = Literal["female", "male", "other", "unknown"]
 ClinicNumber = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=32, pattern=NO_NUL)]

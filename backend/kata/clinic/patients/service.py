@@ -10,12 +10,12 @@ from sqlalchemy.orm import Session, joinedload
 
 from kata.clinic import texts
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.pagination import Keyset
 from kata.clinic.patients.schemas import PatientCreate, PatientUpdate
 from kata.clinic.patients.search import numbers_of, words_of
 from kata.clinic.patients.tables import PatientRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError, check_version, not_found
+from kata.pagination import Keyset
 
 _BY_NAME: Final = Keyset(tuple[str, UUID], PatientRow.name, PatientRow.id)
 _MAY_BE_EMPTIED: Final = {"kana", "birth_date", "dominant_side"}

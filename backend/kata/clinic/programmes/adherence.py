@@ -16,9 +16,9 @@ from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.programmes.schemas import Wish
 from kata.clinic.programmes.tables import ProgrammeItemRow, ProgrammeRow, ProgrammeVersionRow
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.clinic.types import Schema
 from kata.database.base import utc_now
 from kata.errors import not_found
+from kata.types import Schema
 
 _WEEK: Final = timedelta(days=7)
 

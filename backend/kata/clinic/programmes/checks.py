@@ -14,7 +14,6 @@ from kata.clinic import texts
 from kata.clinic.episodes import limits
 from kata.clinic.episodes.limits import Allowed
 from kata.clinic.episodes.tables import EpisodeRow
-from kata.clinic.figures import FigureWorker
 from kata.clinic.programmes.schemas import ItemWanted
 from kata.clinic.recordings import service as recordings
 from kata.clinic.recordings.tables import RecordingRow
@@ -28,6 +27,7 @@ from kata.motion.method import Method, reference
 from kata.motion.repetitions import pace
 from kata.motion.texts import SIDES
 from kata.motion.trajectory import TrajectoryError
+from kata.plotting.figures import FigureWorker
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from kata.clinic.programmes.schemas import Duration, Number, ProgrammeItem
 from kata.clinic.programmes.tables import ProgrammeVersionRow
 from kata.clinic.sessions.schemas import Outcome, PlaybackSettings
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.clinic.types import Moment, Schema
 from kata.errors import ProblemError, not_found
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel
+from kata.types import Moment, Schema
 
 Setting = Literal["speed_percent", "repetitions", "pause_s", "range_percent", "load_level", "method"]
 Share = Literal["all", "some", "none"]

@@ -6,8 +6,6 @@ from uuid import UUID
 
 from fastapi import APIRouter, Query
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
-from kata.clinic.figures import FigureWorker
 from kata.clinic.programmes import adherence, checks, planned, service
 from kata.clinic.programmes.adherence import Adherence
 from kata.clinic.programmes.checks import Found
@@ -23,7 +21,9 @@ from kata.clinic.programmes.schemas import (
     ProgrammeUpdate,
     VersionCreate,
 )
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
 from kata.errors import ProblemError
+from kata.plotting.figures import FigureWorker
 from kata.station.schemas import TextKey
 from kata.station.station import Station
 

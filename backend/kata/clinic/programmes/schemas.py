@@ -6,9 +6,9 @@ from uuid import UUID
 from pydantic import Field, StrictBool
 
 from kata.clinic.sessions.schemas import PlaybackSettings
-from kata.clinic.types import By, Moment, Name, Note, Schema, Side
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel, OptionalKey
+from kata.types import By, Moment, Name, Note, Schema, Side
 
 MOST_ITEMS = 50
 

@@ -10,6 +10,7 @@ from kata.clinic import texts
 from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
 from kata.clinic.programmes.adherence import AdherenceWeek
 from kata.clinic.progress.series import KINDS, METHODS, Line, RomPanel, SpadiPoint, Tracked
+from kata.plotting import texts as plotting_texts
 
 Cell = str | float | datetime | None
 
@@ -48,7 +49,7 @@ def rom(panels: Sequence[RomPanel]) -> Table:
         for point in line.points
     ]
     numbers = (
-        texts.FIGURE_ANGLE(),
+        plotting_texts.FIGURE_ANGLE(),
         texts.FIGURE_CHANGE_DEG(),
         texts.FIGURE_OTHER_SIDE_DEG(),
         texts.FIGURE_REFERENCE_DEG(),

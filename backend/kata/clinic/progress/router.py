@@ -9,11 +9,11 @@ import msgspec
 from fastapi import APIRouter, Response
 from sqlalchemy.orm import Session
 
-from kata.clinic.dependencies import PROBLEMS, TheDatabase
-from kata.clinic.placed_texts import with_texts
 from kata.clinic.progress import figures, numbers, service
 from kata.clinic.progress.schemas import Progress
 from kata.clinic.progress.series import Chart
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.plotting.placed_texts import with_texts
 
 router = APIRouter(tags=["progress"])
 

@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from kata.clinic.recordings.schemas import Figure, PlacedText
-from kata.clinic.types import Schema
+from kata.types import Schema
 
 
 class ProgressColumn(Schema):

@@ -5,7 +5,7 @@ To be run in the worker process that builds figures: an hour of motion must not 
 
 from dataclasses import dataclass, replace
 
-from kata.clinic import downsampling, texts
+from kata.clinic import texts
 from kata.clinic.recordings.edits import Edit, Hold, Isolate, Mirror, Scale, Stretch, Trim, WarmUp
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS
 from kata.database.series import Series, pack, unpack
@@ -17,6 +17,7 @@ from kata.motion.edit import LONGEST_S, EditError, Motion
 from kata.motion.linkage import OutOfReachError
 from kata.motion.method import reference
 from kata.motion.sides import mirrored_deg
+from kata.plotting import downsampling
 
 
 @dataclass(frozen=True)

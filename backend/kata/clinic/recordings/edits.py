@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kata.clinic.types import Motor, Name, Schema
 from kata.motion import edit
+from kata.types import Motor, Name, Schema
 
 _Motors = Annotated[set[Motor], Field(min_length=1, description="Motor numbers, 1 to 5.", examples=[[3, 4]])]
 _Pause = Annotated[float, Field(ge=0, le=120, description="Standstill at each end, seconds.", examples=[2.0])]

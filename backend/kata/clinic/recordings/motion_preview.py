@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
-from kata.clinic.types import Schema, Side
 from kata.motion.edit import Motion
+from kata.types import Schema, Side
 
 _STEP_S: Final = 0.05
 _MOST: Final = 3000

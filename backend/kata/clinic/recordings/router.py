@@ -5,9 +5,7 @@ from uuid import UUID
 from fastapi import APIRouter
 from fastapi.responses import StreamingResponse
 
-from kata.clinic import figures, texts
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
-from kata.clinic.figures import FigureWorker
+from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings import service
 from kata.clinic.recordings.derive import Derived, Source, derive
@@ -21,13 +19,16 @@ from kata.clinic.recordings.schemas import (
     RecordingList,
     RecordingUpdate,
 )
-from kata.clinic.types import side_of
 from kata.database.engine import Database
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.errors import ProblemError
 from kata.messages import text_of
 from kata.motion.edit import EditError, Motion
 from kata.motion.trajectory import TrajectoryError
+from kata.plotting import figures
+from kata.plotting.figures import FigureWorker
 from kata.station.station import Station
+from kata.types import side_of
 
 router = APIRouter(tags=["recordings"])
 

@@ -5,8 +5,8 @@ from uuid import UUID
 
 from pydantic import BeforeValidator, Field, StrictBool
 
-from kata.clinic.types import Fixture, Moment, Motor, Name, Note, Schema, Side
 from kata.station.schemas import OptionalKey, TextKey
+from kata.types import Fixture, Moment, Motor, Name, Note, Schema, Side
 
 Fixtures = Annotated[
     set[Fixture],

@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from kata.clinic import downsampling, texts
-from kata.clinic.figures import RecordingParts, Window
+from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.derive import Derived, Source
 from kata.clinic.recordings.schemas import MotorRange, RecordingUpdate
 from kata.clinic.recordings.tables import SAMPLE_COLUMNS, SAMPLES, RecordingRow, TeachingRow
-from kata.clinic.types import LONGEST_NAME, side_of
 from kata.database.arrays import UnreadableError
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.journal import Journal
 from kata.errors import ProblemError, check_version, not_found
 from kata.messages import sent_key
+from kata.plotting import downsampling
+from kata.plotting.figures import RecordingParts, Window
+from kata.types import LONGEST_NAME, side_of
 
 SHORTEST_TAKE_S: Final = 0.5
 """A shorter press of the pedal was none."""

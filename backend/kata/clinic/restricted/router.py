@@ -4,7 +4,6 @@ from uuid import UUID
 
 from fastapi import APIRouter
 
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
 from kata.clinic.restricted import service
 from kata.clinic.restricted.schemas import (
     BreakGlass,
@@ -13,6 +12,7 @@ from kata.clinic.restricted.schemas import (
     RecordAccess,
     RecordAccessChange,
 )
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
 
 router = APIRouter(tags=["access"])
 

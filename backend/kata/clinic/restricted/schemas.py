@@ -5,7 +5,7 @@ from uuid import UUID
 
 from pydantic import Field, StrictBool, StringConstraints
 
-from kata.clinic.types import NO_NUL, Moment, Schema
+from kata.types import NO_NUL, Moment, Schema
 
 Reason = Annotated[str, StringConstraints(strip_whitespace=True, min_length=10, max_length=1000, pattern=NO_NUL)]
 

@@ -9,12 +9,13 @@ from uuid import UUID, uuid4
 from sqlalchemy import Select, delete, or_, select
 from sqlalchemy.orm import Session
 
-from kata.access.actor import Actor
-from kata.access.tables import AccountRow, BrokenGlassRow, CareTeamRow
+from kata.actor import Actor
+from kata.auth.tables import AccountRow
 from kata.clinic import texts
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.restricted.schemas import BrokenGlass, RecordAccess, RecordAccessChange, TeamMember
+from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.errors import ProblemError, not_found
 

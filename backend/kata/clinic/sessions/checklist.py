@@ -12,8 +12,8 @@ from functools import reduce
 from typing import Final, Literal
 
 from kata.clinic import texts
-from kata.clinic.types import Fixture, Side
 from kata.messages import NO_TEXT, Text
+from kata.types import Fixture, Side
 
 CheckName = Literal["side", "fixtures", "belt", "pedal", "estop"]
 _FIXTURE_WORDS: Final[dict[Fixture, Text]] = {

@@ -21,11 +21,11 @@ from kata.clinic.sessions import ending, service
 from kata.clinic.sessions.checklist import Answer, Checked, CheckName, Need, checked, needed, playback_fixtures
 from kata.clinic.sessions.schemas import Checklist, CheckTick, SessionCheck
 from kata.clinic.sessions.tables import SessionRow
-from kata.clinic.types import Fixture, Side, side_of
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion.linkage import Floats
 from kata.station.schemas import Live, TextKey
+from kata.types import Fixture, Side, side_of
 
 _ROTATES_DEG: Final = 15.0
 """A hand turns the arm a little along with every motion; motion 6 is what turns it by more."""

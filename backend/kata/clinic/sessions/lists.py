@@ -14,11 +14,11 @@ from sqlalchemy import Select, func, select
 from sqlalchemy.orm import InstrumentedAttribute
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic.pagination import Keyset, Next
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.schemas import SessionPatient
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
-from kata.clinic.types import Moment, Schema
+from kata.pagination import Keyset, Next
+from kata.types import Moment, Schema
 
 _MOST_CHOICES: Final = 500
 

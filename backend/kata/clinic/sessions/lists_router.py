@@ -7,13 +7,13 @@ from uuid import UUID
 from fastapi import APIRouter, Query
 from pydantic import AfterValidator, AwareDatetime, BeforeValidator
 
-from kata.clinic.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.clinic.pagination import After, Limit
 from kata.clinic.patients import service as patients
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions import lists
 from kata.clinic.sessions.lists import SessionChoices, SessionPage, Wanted
-from kata.clinic.types import LONGEST_NAME, NO_NUL, written_moment
+from kata.dependencies import PROBLEMS, TheActor, TheDatabase
+from kata.pagination import After, Limit
+from kata.types import LONGEST_NAME, NO_NUL, written_moment
 
 router = APIRouter(tags=["sessions"])
 

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow
-from kata.clinic.types import side_of
 from kata.device.journal import PHASE_LESSENED, PHASE_PAUSED, PHASE_REVERSING
 from kata.motion.axes import BASIC_MOTIONS
 from kata.motion.edit import Motion
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
+from kata.types import side_of
 
 _FAR: Final = 0.7
 """Of the way from the middle to an end: nearer to the middle, less range and all of it are nearly the same."""

@@ -23,11 +23,11 @@ from kata.clinic.sessions import checks, learning, plans, runs, service
 from kata.clinic.sessions.checklist import Need
 from kata.clinic.sessions.schemas import ReadyPatient, Session, SessionItem, SessionPatient, SessionProgramme
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.clinic.types import Side, side_of
 from kata.database.base import utc_now
 from kata.errors import ProblemError
 from kata.motion import edit
 from kata.motion.learning import Correction
+from kata.types import Side, side_of
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ import msgspec
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.access import chain
+from kata.audit import chain
 from kata.clinic import texts
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import Allowed
@@ -27,11 +27,11 @@ from kata.clinic.sessions import checks, runs, service
 from kata.clinic.sessions.checklist import Answer, CheckName
 from kata.clinic.sessions.schemas import EndReason, PainWhen
 from kata.clinic.sessions.tables import RunRow, SessionRow
-from kata.clinic.types import side_of
 from kata.errors import ProblemError
 from kata.messages import Template, Text, sent_key
 from kata.motion import edit
 from kata.motion.method import Method
+from kata.types import side_of
 
 CHANGED_MEANWHILE: Final = "changed_meanwhile"
 Change = Literal[

@@ -6,21 +6,16 @@ from uuid import UUID, uuid4
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 
-from kata.clinic import figures
-from kata.clinic.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.clinic.event_spool import EventSpool
 from kata.clinic.patients import service as patients
 from kata.clinic.recordings.motion_preview import MotionShown, shown
-from kata.clinic.reports.words import Language
-from kata.clinic.sessions import checks, ending, runs, service, signing
+from kata.clinic.sessions import checks, runs, service, signing
 from kata.clinic.sessions.checklist import CheckName
-from kata.clinic.sessions.draft import draft
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.schemas import (
     AddendumCreate,
     Checklist,
     CheckTick,
-    Draft,
     ReadyPatient,
     Run,
     RunFigures,
@@ -30,8 +25,10 @@ from kata.clinic.sessions.schemas import (
     SessionSign,
     SessionUpdate,
 )
-from kata.clinic.types import Fixture, Side, side_of
 from kata.database.availability import DatabaseAwayError
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
+from kata.plotting import figures
+from kata.types import Fixture, Side, side_of
 
 router = APIRouter(tags=["sessions"])
 
@@ -229,19 +226,6 @@ def end_session(
         return ended
     offline_cache.attend(ended.patient.id, None)
     return ended
-
-
-@router.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
-def get_draft(
-    database: TheDatabase,
-    session_id: UUID,
-    language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
-) -> Draft:
-    """A note from what was measured, to be read and edited; nothing is kept of it."""
-    with database.read() as session:
-        told = service.as_session(service.get(session, session_id))
-    planned = told.programme.items if told.programme else []
-    return Draft(text=draft(told, language), end_reason=ending.suggested_reason(planned, told.runs))
 
 
 @router.post("/api/sessions/{session_id}/sign", responses=PROBLEMS.of(404, 409, 422))

@@ -11,8 +11,7 @@ import numpy as np
 from sqlalchemy import ColumnElement, select, update
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.clinic import downsampling, texts
-from kata.clinic.figures import RunParts, Window
+from kata.clinic import texts
 from kata.clinic.programmes import played as counting
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import ending, learning, phases, plans
@@ -34,7 +33,6 @@ from kata.clinic.sessions.tables import (
     SessionRow,
     SessionStopRow,
 )
-from kata.clinic.types import side_of
 from kata.database.base import utc_now
 from kata.database.series import Series, pack, unpack
 from kata.device.config import StationConfig
@@ -46,6 +44,9 @@ from kata.motion import edit
 from kata.motion.linkage import Floats, OutOfReachError, pose_deg
 from kata.motion.method import Method
 from kata.motion.tracking import Tracking, compare, compare_motions
+from kata.plotting import downsampling
+from kata.plotting.figures import RunParts, Window
+from kata.types import side_of
 
 log = logging.getLogger(__name__)
 

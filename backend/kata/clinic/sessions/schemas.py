@@ -7,10 +7,10 @@ from pydantic import Field
 
 from kata.clinic.recordings.schemas import Figure
 from kata.clinic.sessions.checklist import CheckName
-from kata.clinic.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 from kata.motion import edit
 from kata.motion.method import Method
 from kata.station.schemas import LoadLevel, OptionalKey
+from kata.types import By, Moment, Motor, Name, Note, Pain, Schema, Side
 
 EndReason = Literal["completed", "shortened", "stopped", "patient_request", "other"]
 """completed: as planned. shortened: by the therapist. stopped: a stop ended it."""

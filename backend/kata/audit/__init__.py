@@ -1,0 +1,1 @@
+"""The audit trail: a chain of hashes over every access and change."""

@@ -1,0 +1,176 @@
+"""The edge of the audit trail: looks, refused tries and commands that change no row; and its search, for administrators."""
+
+import json
+from datetime import datetime
+from typing import Annotated, Any, Final, Literal
+from uuid import UUID
+
+from fastapi import APIRouter, Query, Request
+from pydantic import Field
+from sqlalchemy import select
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, RequestContext
+from kata.audit.audit_log import AuditLog
+from kata.audit.chain import Outcome
+from kata.audit.entries import entry
+from kata.audit.tables import AuditRow
+from kata.database.availability import DATABASE_AWAY
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.pagination import After, Keyset, Limit, Next
+from kata.types import NO_NUL, Moment, Schema
+
+router = APIRouter(tags=["audit"])
+
+_REFUSED: Final = frozenset({401, 403, 404, 409, 410, 423, 429, 503})
+"""What is wrong with a form (422) is no refusal of a person."""
+_LOOKS: Final = frozenset({"read_records", "administer"})
+"""Permissions of which a mere look is worth a row."""
+_COMMANDS: Final = frozenset({"stop", "operate"})
+_READING: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_LISTENS: Final = frozenset({"live", "live_stations"})
+"""Who is on an apparatus is seen there."""
+_WATCHED: Final = frozenset({"get_health_live", "get_health_ready"})
+"""Programs ask every few seconds, without a database, too: nothing of it is written down."""
+_DOOR: Final = "at_the_door"
+"""The action of what was refused before anybody knew what it was."""
+_STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
+"""What the beginning of a WebSocket's answer comes to."""
+_NEWEST_FIRST: Final = Keyset(tuple[datetime, int], AuditRow.at, AuditRow.number, descending=True)
+
+
+class Audited:
+    """Tells the trail what each request came to, before it is answered: what cannot be told is not answered."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on; at the beginning of the answer, note what it is."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        audit_log: AuditLog = scope["app"].state.audit_log
+        CURRENT_ACTOR.set(None)
+        REQUEST_CONTEXT.set(None)
+        begun = False
+
+        async def sent(message: Message) -> None:
+            nonlocal begun
+            if not begun:
+                begun = True
+                await _tell(audit_log, scope, _STATUS.get(message["type"]) or int(message["status"]))
+            await send(message)
+
+        try:
+            await self._app(scope, receive, sent)
+        except Exception:
+            if not begun:
+                await _tell(audit_log, scope, 500)
+            raise
+
+
+async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
+    context = REQUEST_CONTEXT.get()
+    method = scope.get("method", "GET")
+    outcome: Outcome = "done" if status < 400 else "refused" if status in _REFUSED else "failed"
+    if context is None:
+        if status in (400, 401, 403, 421, 429):
+            client = scope.get("client")
+            REQUEST_CONTEXT.set(
+                RequestContext(_DOOR, subject=f"{method} {scope['path']}", address=client[0] if client else "?")
+            )
+            await audit_log.tell(entry(_DOOR, "refused", detail={"why": status}))
+        return
+    if outcome in context.told or not _is_worth_a_row(context, method, status):
+        return
+    one = entry(context.action, outcome, detail={"why": context.why or status} if status >= 400 else None)
+    if method not in _READING and (outcome == "done" or context.permission in _COMMANDS):
+        # Once a command has been carried out, nobody is to wait for the database.
+        audit_log.tell_at_once(one)
+    else:
+        await audit_log.tell(one)
+
+
+def _is_worth_a_row(context: RequestContext, method: str, status: int) -> bool:
+    # While the database is away nobody is refused anything: the outage has a row of its own.
+    if context.why == DATABASE_AWAY or context.action in _WATCHED:
+        return False
+    if status >= 500:
+        return True
+    if status >= 400:
+        return status in _REFUSED
+    return method not in _READING or context.permission in _LOOKS or context.action in _LISTENS
+
+
+class AuditEntry(Schema):
+    """Something that somebody did, saw, or tried in vain."""
+
+    number: int = Field(description="In the chain, from 1 without gaps.")
+    at: datetime
+    account_id: UUID | None = Field(
+        description="Who did it; where nobody was signed in, whose account was tried. Null: neither."
+    )
+    who: str = Field(description="The name as it was then; empty where nobody was signed in.")
+    role: str
+    address: str = Field(description="Of the browser.")
+    action: str = Field(description="The operation's name in this interface, or what the program did.")
+    outcome: Outcome
+    patient_id: UUID | None
+    subject: str = Field(description="What else it was done to.")
+    station: str
+    detail: dict[str, Any] = Field(description="Which rows and fields changed, why it was refused.")
+
+
+class AuditPage(Schema):
+    """A part of the trail, newest first."""
+
+    items: list[AuditEntry]
+    next: Next
+
+
+_Text = Annotated[str | None, Query(max_length=100, pattern=NO_NUL)]
+
+
+@router.get("/api/audit", responses=PROBLEMS.of(422))
+def list_audit(
+    request: Request,
+    database: TheDatabase,
+    account_id: UUID | None = None,
+    patient_id: UUID | None = None,
+    action: _Text = None,
+    outcome: Literal["done", "refused", "failed"] | None = None,
+    station: _Text = None,
+    since: Annotated[Moment | None, Query(description="UTC; from here on.")] = None,
+    until: Annotated[Moment | None, Query(description="UTC; before this.")] = None,
+    limit: Limit = 50,
+    after: After = None,
+) -> AuditPage:
+    """The audit trail, newest first; every filter that is given has to fit."""
+    audit_log: AuditLog = request.app.state.audit_log
+    audit_log.until_written(1.0)
+    wanted = (
+        (AuditRow.account_id, account_id),
+        (AuditRow.patient_id, patient_id),
+        (AuditRow.action, action),
+        (AuditRow.outcome, outcome),
+        (AuditRow.station, station),
+    )
+    query = select(AuditRow).where(*(column == value for column, value in wanted if value is not None))
+    if since:
+        query = query.where(AuditRow.at >= since)
+    if until:
+        query = query.where(AuditRow.at < until)
+    with database.read() as session:
+        rows = list(session.scalars(_NEWEST_FIRST.page(query, after, limit)))
+        shown, further = _NEWEST_FIRST.cut(rows, limit, lambda row: (row.at, row.number))
+        return AuditPage(items=[_entry(row) for row in shown], next=further)
+
+
+def _entry(row: AuditRow) -> AuditEntry:
+    names = AuditEntry.model_fields.keys() - {"detail"}
+    try:
+        told = json.loads(row.detail or "{}")
+    except ValueError:
+        told = {"unreadable": row.detail}
+    return AuditEntry.model_validate({name: getattr(row, name) for name in names} | {"detail": told})

@@ -1,0 +1,170 @@
+"""Accounts: made, changed and shut by administrators; their passwords set by who they belong to. Commits nothing: the request does."""
+
+import unicodedata
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+from typing import Final
+from uuid import UUID, uuid4
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from kata.actor import Role
+from kata.auth import demonstration, second_factor, secrets, sign_in, texts
+from kata.auth.tables import AccountRow, AccountStationRow
+from kata.errors import ProblemError, not_found
+
+CODE_LASTS: Final = timedelta(hours=24)
+
+
+def folded(username: str) -> str:
+    """A user name as it is kept: width and case make no difference."""
+    return unicodedata.normalize("NFKC", username).strip().lower()
+
+
+def named(session: Session, username: str, *, to_change: bool = False) -> AccountRow | None:
+    """The account with this user name, disabled or not; ``to_change``: kept from everybody else until this is committed."""
+    query = select(AccountRow).where(AccountRow.username == folded(username))
+    return session.scalar(query.with_for_update() if to_change else query)
+
+
+def linked(session: Session, subject: str) -> AccountRow | None:
+    """The account that somebody signs in to by OpenID Connect, disabled or not; ``subject``: with its issuer."""
+    return session.scalar(select(AccountRow).where(AccountRow.oidc_subject == subject))
+
+
+def get(session: Session, account_id: UUID) -> AccountRow:
+    """One, kept from everybody else until this is committed.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(AccountRow, account_id, with_for_update=True)
+    if row is None:
+        raise not_found(texts.ACCOUNT_NOT_FOUND)
+    return row
+
+
+def every(session: Session) -> Sequence[AccountRow]:
+    """All of them, by user name."""
+    return session.scalars(select(AccountRow).order_by(AccountRow.username)).all()
+
+
+def stations_of(session: Session, account_id: UUID) -> list[str]:
+    """Where it works, by name; none: at all of them."""
+    of_account = AccountStationRow.account_id == account_id
+    return list(
+        session.scalars(select(AccountStationRow.station).where(of_account).order_by(AccountStationRow.station))
+    )
+
+
+def create(
+    session: Session, username: str, name: str, role: Role, stations: Iterable[str], now: datetime
+) -> AccountRow:
+    """A new one, without a password yet.
+
+    :raises ProblemError: 409 when the user name is taken.
+    """
+    row = AccountRow(id=uuid4(), username=folded(username), name=name, role=role, created_at=now, updated_at=now)
+    session.add(row)
+    taken = ProblemError(409, "username_taken", texts.USERNAME_TAKEN(), texts.CHOOSE_ANOTHER_USERNAME())
+    if row.username in demonstration.USERNAMES:
+        raise taken
+    try:
+        session.flush()
+    except IntegrityError as error:
+        raise taken from error
+    work_at(session, row, stations)
+    return row
+
+
+def work_at(session: Session, row: AccountRow, stations: Iterable[str]) -> None:
+    """At these stations, and no longer at others; without any, at all."""
+    session.execute(delete(AccountStationRow).where(AccountStationRow.account_id == row.id))
+    session.add_all(AccountStationRow(account_id=row.id, station=station) for station in sorted(set(stations)))
+
+
+def link(session: Session, row: AccountRow, subject: str | None, now: datetime) -> None:
+    """Let whoever this is at the OpenID provider sign in to it, and nobody else there any longer; None: nobody at all.
+
+    :raises ProblemError: 409 when another account is linked with it, or when this is the demonstration's.
+    """
+    if subject == row.oidc_subject:
+        return
+    taken = ProblemError(409, "openid_taken", texts.OPENID_TAKEN(), texts.UNLINK_OPENID_FIRST())
+    if row.username in demonstration.USERNAMES or (subject and linked(session, subject)):
+        raise taken
+    if row.oidc_subject:
+        sign_in.end_all(session, row.id, "openid", now)
+    row.oidc_subject = subject
+    try:
+        session.flush()
+    except IntegrityError as error:
+        raise taken from error
+
+
+def give_code(row: AccountRow, now: datetime) -> str:
+    """A one-time code with which its owner sets a password; what was given before is good no longer."""
+    code = secrets.fresh_code()
+    row.code_hash, row.code_until = secrets.hashed(code), now + CODE_LASTS
+    return code
+
+
+def reset(session: Session, row: AccountRow, now: datetime, *, with_second_factor: bool) -> str:
+    """The password, and with it the second factor if it was lost too, are good no longer: a code to set a new one."""
+    row.password_hash = None
+    row.updated_at = now
+    if with_second_factor:
+        second_factor.remove(session, row)
+    sign_in.end_all(session, row.id, "reset", now)
+    return give_code(row, now)
+
+
+def code_fits(row: AccountRow | None, code: str, now: datetime) -> bool:
+    """Whether this is the code that was given for this account, in time."""
+    if row is None or row.disabled_at or row.code_hash is None or row.code_until is None:
+        return False
+    return secrets.fits(secrets.as_typed(code), row.code_hash) and now < row.code_until
+
+
+def set_password(
+    session: Session, row: AccountRow, password_hash: str, now: datetime, besides: UUID | None = None
+) -> None:
+    """Its password from now on; every other browser is signed out (``besides``: but for this sign-in)."""
+    row.password_hash = password_hash
+    row.password_changed_at = row.updated_at = now
+    row.code_hash = row.code_until = None
+    sign_in.end_all(session, row.id, "password", now, besides)
+
+
+def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:
+    """Shut it, and end what is signed in with it; or open it again."""
+    row.disabled_at = (row.disabled_at or now) if disabled else None
+    if disabled:
+        row.code_hash = row.code_until = None
+        sign_in.end_all(session, row.id, "disabled", now)
+
+
+def check_administrators_left(session: Session) -> None:
+    """Somebody has to be able to let others in.
+
+    :raises ProblemError: 409 when this change would leave nobody.
+    """
+    session.flush()
+    if not count_administrators(session):
+        raise ProblemError(
+            409,
+            "last_administrator",
+            texts.LAST_ADMINISTRATOR(),
+            texts.APPOINT_ADMINISTRATOR_FIRST(),
+        )
+
+
+def count_administrators(session: Session) -> int:
+    """Who can let others in; the demonstration's does not count."""
+    counted = select(func.count()).where(
+        AccountRow.role == "administrator",
+        AccountRow.disabled_at.is_(None),
+        AccountRow.username.not_in(demonstration.USERNAMES),
+    )
+    return session.scalar(counted) or 0

@@ -1,0 +1,325 @@
+"""What every route about sign-ins and accounts stands on: who is signed in, how somebody is let in, kinds of fields."""
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Final
+from uuid import UUID
+
+from fastapi import Depends, Request, Response
+from pydantic import Field, StringConstraints
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
+from starlette.requests import HTTPConnection
+
+from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, Role
+from kata.audit import entries
+from kata.auth import accounts, demonstration, second_factor, sign_in, texts
+from kata.auth.auth_cache import Remembered
+from kata.auth.demonstration import DemonstrationLinks
+from kata.auth.factor_key import FactorKey, factor_key
+from kata.auth.openid import Provider, Sealed
+from kata.auth.passwords import Passwords
+from kata.auth.permissions import OF_ROLE, Permission
+from kata.auth.sign_in import Limits, Method
+from kata.auth.tables import AccountRow
+from kata.auth.throttle import OF_A_NAME, Throttle
+from kata.database.availability import DatabaseAwayError
+from kata.database.base import utc_now
+from kata.database.engine import Database
+from kata.errors import ProblemError
+from kata.types import LONGEST_NAME, NO_NUL, Schema
+
+log = logging.getLogger(__name__)
+
+Username = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=64, pattern=NO_NUL)]
+Password = Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=NO_NUL)]
+Secret = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=100, pattern=NO_NUL)]
+StationName = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=LONGEST_NAME, pattern=NO_NUL)
+]
+_LOOK_EVERY_S: Final = 0.5
+_CLOSED: Final = (
+    "the second factors of %d accounts were sealed with another key than that in %s: add its line, from a backup or from another "
+    "service on this database (KATA_SECOND_FACTOR_KEY), and start again; until then they sign in with recovery codes"
+)
+
+
+class SessionRevocations:
+    """Tells open WebSockets that the sign-in they belong to has ended, and forgets whom a Stop would be taken from: at once where this
+    service ended it, within half a second where another one did that shares the database.
+    """
+
+    def __init__(self, database: Database, limits: Limits, now: Callable[[], datetime]) -> None:
+        self._database = database
+        self._limits = limits
+        self._now = now
+        self.at_the_arm: Callable[[], UUID | None] = lambda: None
+        """The sign-in whose user operates an apparatus with torque; from any thread."""
+        self._waiting: dict[UUID, set[asyncio.Event]] = {}
+        self._look = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def notice(self) -> None:
+        """Some sign-in may have ended; from any thread."""
+        if self._loop:
+            self._loop.call_soon_threadsafe(self._look.set)
+
+    async def of(self, sign_in_id: UUID) -> None:
+        """Return when this one has ended."""
+        ended = asyncio.Event()
+        self._waiting.setdefault(sign_in_id, set()).add(ended)
+        # It may have ended since it was looked up.
+        self._look.set()
+        try:
+            await ended.wait()
+        finally:
+            self._waiting[sign_in_id].discard(ended)
+            if not self._waiting[sign_in_id]:
+                del self._waiting[sign_in_id]
+
+    @asynccontextmanager
+    async def watched(self, remembered: Remembered) -> AsyncIterator[None]:
+        """Meanwhile, endings are looked for."""
+        self._loop = asyncio.get_running_loop()
+        watching = asyncio.create_task(self._watch(remembered), name="endings")
+        try:
+            yield
+        finally:
+            watching.cancel()
+
+    async def _watch(self, remembered: Remembered) -> None:
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_LOOK_EVERY_S):
+                    await self._look.wait()
+            self._look.clear()
+            asked = set(self._waiting) | remembered.sign_ins()
+            if not asked:
+                continue
+            try:
+                still = await asyncio.to_thread(self._still, asked)
+            except DatabaseAwayError:
+                # Treating goes on without a database; nobody new is let in without one, and whoever was may still stop it.
+                continue
+            except SQLAlchemyError:
+                log.exception("which sign-ins have ended could not be looked up")
+                continue
+            remembered.forget_sign_ins(asked - still)
+            for sign_in_id in asked - still:
+                for ended in self._waiting.get(sign_in_id, ()):
+                    ended.set()
+
+    def _still(self, asked: set[UUID]) -> set[UUID]:
+        with self._database.read() as session:
+            return sign_in.still(session, asked, self._now(), self._limits, self.at_the_arm())
+
+
+@dataclass(frozen=True)
+class Access:
+    """What signing in takes, besides the database; the application's state holds one."""
+
+    passwords: Passwords
+    links: DemonstrationLinks
+    revocations: SessionRevocations
+    folder: Path
+    """Of the data: where the set-up link's file is."""
+    openid: Provider | None = None
+    """The clinic's own, where it has one."""
+    sealed: Sealed = field(default_factory=Sealed)
+    factor_key: FactorKey = field(default_factory=FactorKey)
+    """What second factors are kept with."""
+    set_up_secret: str = ""
+    """As it stands in the set-up link, to be printed; empty where there are administrators."""
+    limits: Limits = field(default_factory=Limits)
+    throttle: Throttle = field(default_factory=Throttle)
+    now: Callable[[], datetime] = utc_now
+
+
+def opened_key(file: Path, database: Database) -> FactorKey:
+    """The key of the second factors; the log says where there are some that it does not open.
+
+    :raises FactorKeyError: when it cannot be used.
+    """
+    key = factor_key(file)
+    with database.read() as session:
+        if closed := second_factor.not_opened(session, key):
+            log.error(_CLOSED, closed, file)
+    return key
+
+
+def _access(request: Request) -> Access:
+    access: Access = request.app.state.access
+    return access
+
+
+TheAccess = Annotated[Access, Depends(_access)]
+
+
+def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
+    """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
+    access: Access = connection.app.state.access
+    with database.read() as session:
+        at_the_arm = access.revocations.at_the_arm()
+        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
+
+
+def not_signed_in() -> ProblemError:
+    """401."""
+    return ProblemError(401, "not_signed_in", texts.NOBODY_SIGNED_IN(), texts.SIGN_IN())
+
+
+async def _signed_in() -> Actor:
+    actor = CURRENT_ACTOR.get()
+    if actor is None:
+        raise not_signed_in()
+    return actor
+
+
+TheActor = Annotated[Actor, Depends(_signed_in)]
+
+
+class Me(Schema):
+    """Who is signed in at this browser, and what they may do."""
+
+    account_id: UUID
+    username: str
+    name: str = Field(description="As it stands in records.")
+    role: Role
+    language: str = Field(description="Of the page; empty: the browser's.")
+    permissions: list[Permission]
+    stations: list[str] = Field(description="Names of the stations that this account works at; empty: all.")
+    locked: bool = Field(description="The screen is locked: only Stop, unlocking and signing out are allowed.")
+    enrolling: bool = Field(description="A second factor has to be set up before anything else is allowed.")
+    second_factor: bool = Field(description="Whether there is one.")
+    password: bool = Field(description="Whether there is one; others sign in by OpenID Connect or a link.")
+    openid: str | None = Field(
+        description="What the clinic's OpenID provider is called, where this account is linked with it."
+    )
+    demonstration: bool = Field(description="Signed in by a link of the demonstration clinic.")
+    idle_s: float = Field(
+        ge=0, description="Seconds without anything done by the user after which the screen is locked."
+    )
+
+
+def address_of(connection: HTTPConnection) -> str:
+    """Of the browser."""
+    return connection.client.host if connection.client else ""
+
+
+def let_in(
+    request: Request, response: Response, session: Session, access: Access, account: AccountRow, method: Method
+) -> Me:
+    """Somebody has shown who they are: end what was signed in at this browser, and begin anew. With the change, audited."""
+    now = access.now()
+    end_here(request, session, access)
+    secret = sign_in.begin(session, account, method, now, address_of(request), request.headers.get("user-agent", ""))
+    session.flush()
+    actor = sign_in.actor_of(session, secret, now, access.limits)
+    if actor is None:
+        raise not_signed_in()
+    entries.note(session, request.scope["route"].name, actor=actor, detail={"method": method})
+    _keep(request, response, secret)
+    access.throttle.succeeded(f"name {account.username}")
+    return me(session, actor, access)
+
+
+def go_on(
+    request: Request, response: Response, session: Session, access: Access, actor: Actor, method: Method | None = None
+) -> Actor:
+    """Somebody has shown once more who they are: not locked any more, and under a new secret. ``method``: as in ``sign_in.proved``.
+
+    :raises ProblemError: 401 when that sign-in has ended meanwhile.
+    """
+    now = access.now()
+    _keep(request, response, sign_in.proved(session, actor.sign_in_id, now, method))
+    session.flush()
+    fresh = sign_in.by_id(session, actor.sign_in_id, now, access.limits)
+    if fresh is None:
+        raise ProblemError(401, "not_signed_in", texts.LOGIN_SESSION_ENDED(), texts.SIGN_IN())
+    return fresh
+
+
+def _keep(request: Request, response: Response, secret: str) -> None:
+    """At this browser, until it is closed."""
+    is_secure = request.url.scheme == "https"
+    response.set_cookie(
+        sign_in.SECURE_COOKIE if is_secure else sign_in.COOKIE,
+        secret,
+        secure=is_secure,
+        httponly=True,
+        samesite="strict",
+    )
+
+
+def end_here(request: Request, session: Session, access: Access) -> Actor | None:
+    """Nobody is signed in at this browser any more; who was."""
+    actor = sign_in.actor_of(session, cookie_of(request), access.now(), access.limits)
+    if actor:
+        sign_in.end(session, actor.sign_in_id, "signed_out", access.now())
+        request.app.state.remembered.forget(cookie_of(request) or "")
+    return actor
+
+
+def me(session: Session, actor: Actor, access: Access) -> Me:
+    """What the page needs to know of whom it is for."""
+    account = session.get_one(AccountRow, actor.account_id)
+    return Me(
+        account_id=account.id,
+        username=account.username,
+        name=account.name,
+        role=actor.role,
+        language=account.language,
+        permissions=sorted(OF_ROLE[actor.role]),
+        stations=sorted(actor.stations),
+        locked=actor.locked,
+        enrolling=actor.enrolling,
+        second_factor=account.totp_confirmed_at is not None,
+        password=account.password_hash is not None,
+        openid=access.openid.name if access.openid and access.openid.subject(account.oidc_subject) else None,
+        demonstration=account.username in demonstration.USERNAMES,
+        idle_s=access.limits.idle.total_seconds(),
+    )
+
+
+def check_it_is_them(database: Database, access: Access, actor: Actor, password: str | None) -> None:
+    """Before something that a passer-by at an open screen must not do: shown again, or shown just now.
+
+    :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many tries.
+    """
+    with database.read() as session:
+        if password is None and sign_in.is_fresh(session, actor.sign_in_id, access.now()):
+            return
+        account = session.get_one(AccountRow, actor.account_id)
+        if password is None and account.password_hash is None and access.openid:
+            raise ProblemError(
+                403, "openid_needed", texts.OPENID_NEEDED(provider=access.openid.name), texts.SIGN_IN_THERE_FIRST()
+            )
+        if password is None:
+            raise ProblemError(403, "password_needed", texts.PASSWORD_NEEDED(), texts.GIVE_PASSWORD())
+    key = f"sign-in {actor.sign_in_id}"
+    access.throttle.begin((key, OF_A_NAME))
+    if not access.passwords.fits(account.password_hash, password):
+        raise ProblemError(403, "wrong_password", texts.WRONG_PASSWORD(), texts.TRY_AGAIN())
+    access.throttle.succeeded(key)
+
+
+def whose(account_id: UUID) -> None:
+    """Say of whose account a try is, for the audit trail; whoever tries it is told nothing."""
+    if context := REQUEST_CONTEXT.get():
+        context.account_id = account_id
+
+
+def name_key(username: str) -> str:
+    """Under which a user name's tries are counted, whether there is such an account or not."""
+    return f"name {accounts.folded(username)}"
+
+
+def cookie_of(connection: HTTPConnection) -> str | None:
+    """What the browser's cookie of its sign-in says."""
+    name = sign_in.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else sign_in.COOKIE
+    return connection.cookies.get(name)

@@ -1,0 +1,200 @@
+"""REST for one's own account: language, lock and unlock the screen, password, second factor, where one is signed in."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Body, Request, Response
+from pydantic import Field
+
+from kata.auth import accounts, second_factor, sign_in
+from kata.auth import texts as access_texts
+from kata.auth.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
+from kata.auth.tables import AccountRow, SignInRow
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.errors import not_found
+from kata.i18n import Language
+from kata.types import Moment, Schema
+
+router = APIRouter(prefix="/api/me", tags=["own account"])
+
+
+class Speaks(Schema):
+    """A language of the page."""
+
+    language: Language = Field(description="en: English. ja: Japanese.")
+
+
+class Unlock(Schema):
+    """The password again."""
+
+    password: Password
+
+
+class ChangePassword(Schema):
+    """The old password, and the new one."""
+
+    old_password: Password
+    password: Password = Field(description="The new one.")
+
+
+class Reauthentication(Schema):
+    """The password again; not needed within ten minutes of having been given."""
+
+    password: Password | None = None
+
+
+class Confirm(Schema):
+    """The six digits that the app shows."""
+
+    code: Secret = Field(examples=["123456"])
+
+
+class SecondFactorBegun(Schema):
+    """What an app takes to make codes."""
+
+    address: str = Field(description="`otpauth://`: for an app on this very device, and to type its secret.")
+    picture: str = Field(description="The same as a QR code: a `data:` address of an SVG.")
+
+
+class RecoveryCodes(Schema):
+    """Each stands in for the second factor once; shown this one time."""
+
+    codes: list[str]
+
+
+class OwnSignIn(Schema):
+    """A browser that one is signed in at."""
+
+    id: UUID
+    here: bool = Field(description="This one.")
+    began_at: Moment
+    seen_at: Moment = Field(description="When its user last did something. UTC.")
+    address: str
+    agent: str = Field(description="What the browser calls itself.")
+
+
+class OwnSignIns(Schema):
+    """The newest first."""
+
+    items: list[OwnSignIn]
+
+
+@router.put("/language", responses=PROBLEMS.of(401, 422))
+def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, given: Speaks) -> Me:
+    """Choose the language that the page speaks with oneself, at whichever browser."""
+    with database.write() as session:
+        accounts.get(session, actor.account_id).language = given.language
+        session.flush()
+        return me(session, actor, access)
+
+
+@router.post("/lock", status_code=204, responses=PROBLEMS.of(401, 409))
+def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> None:
+    """Lock the screen: what goes on stays visible and may be stopped."""
+    with database.write() as session:
+        sign_in.lock(session, actor.sign_in_id, access.now())
+
+
+@router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429))
+def unlock_screen(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Unlock
+) -> Me:
+    """Unlock the screen with the password."""
+    check_it_is_them(database, access, actor, given.password)
+    with database.write() as session:
+        return me(session, go_on(request, response, session, access, actor), access)
+
+
+@router.post("/password", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
+def change_password(
+    request: Request,
+    response: Response,
+    database: TheDatabase,
+    access: TheAccess,
+    actor: TheActor,
+    given: ChangePassword,
+) -> None:
+    """Change one's password; every other browser is signed out."""
+    check_it_is_them(database, access, actor, given.old_password)
+    with database.read() as session:
+        account = session.get_one(AccountRow, actor.account_id)
+    access.passwords.check_choice(given.password, account.username, account.name)
+    made = access.passwords.hash(given.password)
+    with database.write() as session:
+        row = accounts.get(session, actor.account_id)
+        accounts.set_password(session, row, made, access.now(), besides=actor.sign_in_id)
+        go_on(request, response, session, access, actor)
+    access.revocations.notice()
+
+
+@router.post("/second-factor", responses=PROBLEMS.of(401, 403, 409, 422, 429))
+def begin_second_factor(
+    database: TheDatabase, access: TheAccess, actor: TheActor, given: Reauthentication
+) -> SecondFactorBegun:
+    """Begin to set up a second factor; it counts once a code was confirmed."""
+    check_it_is_them(database, access, actor, given.password)
+    with database.write() as session:
+        address = second_factor.begin(access.factor_key, accounts.get(session, actor.account_id))
+    return SecondFactorBegun(address=address, picture=second_factor.drawn(address))
+
+
+@router.put("/second-factor", responses=PROBLEMS.of(401, 409, 422, 429))
+def confirm_second_factor(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, actor: TheActor, given: Confirm
+) -> RecoveryCodes:
+    """Confirm the second factor by a code of it; every other browser is signed out."""
+    now = access.now()
+    with database.write() as session:
+        account = accounts.get(session, actor.account_id)
+        codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
+        go_on(request, response, session, access, actor, "totp")
+        sign_in.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
+    access.revocations.notice()
+    return RecoveryCodes(codes=codes)
+
+
+@router.delete("/second-factor", status_code=204, responses=PROBLEMS.of(401, 403, 422, 429))
+def remove_second_factor(
+    database: TheDatabase, access: TheAccess, actor: TheActor, given: Annotated[Reauthentication, Body()]
+) -> None:
+    """Take the second factor away; who needs one has to set up another at once."""
+    check_it_is_them(database, access, actor, given.password)
+    with database.write() as session:
+        second_factor.remove(session, accounts.get(session, actor.account_id))
+
+
+@router.get("/sign-ins", responses=PROBLEMS.of(401))
+def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor) -> OwnSignIns:
+    """The browsers that one is signed in at."""
+    with database.read() as session:
+        rows = sign_in.present(session, actor.account_id, access.now(), access.limits)
+        return OwnSignIns(items=[_told(row, actor.sign_in_id) for row in rows])
+
+
+@router.delete("/sign-ins/{sign_in_id}", status_code=204, responses=PROBLEMS.of(401, 403, 404, 422, 429))
+def end_own_sign_in(
+    database: TheDatabase,
+    access: TheAccess,
+    actor: TheActor,
+    sign_in_id: UUID,
+    given: Annotated[Reauthentication, Body()],
+) -> None:
+    """Sign another of one's own browsers out."""
+    check_it_is_them(database, access, actor, given.password)
+    with database.write() as session:
+        row = session.get(SignInRow, sign_in_id)
+        if row is None or row.account_id != actor.account_id:
+            raise not_found(access_texts.LOGIN_SESSION_NOT_FOUND)
+        sign_in.end(session, sign_in_id, "signed_out", access.now())
+    access.revocations.notice()
+
+
+def _told(row: SignInRow, here: UUID) -> OwnSignIn:
+    return OwnSignIn(
+        id=row.id,
+        here=row.id == here,
+        began_at=row.began_at,
+        seen_at=row.seen_at,
+        address=row.address,
+        agent=row.agent,
+    )

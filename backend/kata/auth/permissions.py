@@ -1,0 +1,221 @@
+"""Who may do what: one table of roles, and one of everything that the service can be asked for.
+
+A route is named by its operation id; the WebSocket is one of them. What stands in neither table nobody may do: the service does
+not start with a route that has no rule (``api/authorization.py``).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+from kata.actor import Role
+
+Permission = Literal[
+    "public",
+    "own_account",
+    "see_station",
+    "stop",
+    "operate",
+    "diagnose",
+    "see_operation",
+    "read_records",
+    "write_records",
+    "administer",
+]
+"""``public``: whoever reaches the service. ``own_account``: whoever has signed in. ``diagnose``: the device apart from whoever is
+treated with it, and the simulated hand, pedal and switch. ``see_operation``: how service and device are doing, and nobody treated."""
+
+_EVERYBODY: Final[frozenset[Permission]] = frozenset({"own_account", "see_station", "stop"})
+"""Whoever sees the apparatus may stop it."""
+_THERAPIST: Final[frozenset[Permission]] = _EVERYBODY | {"read_records", "write_records", "operate", "diagnose"}
+OF_ROLE: Final[Mapping[Role, frozenset[Permission]]] = MappingProxyType(
+    {
+        "viewer": _EVERYBODY | {"read_records"},
+        "technician": _EVERYBODY | {"diagnose", "see_operation"},
+        "therapist": _THERAPIST,
+        "administrator": _THERAPIST | {"administer", "see_operation"},
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What somebody needs for one route."""
+
+    needs: Permission
+    here: bool = False
+    """It belongs to this service's station: only for accounts that work at it."""
+    restricted: bool = False
+    """A restricted record does not refuse it: how one gets into it, and who is let in."""
+    locked: bool = False
+    """Also behind a locked screen."""
+    enrolling: bool = False
+    """Also while a second factor is still to be set up."""
+    away: bool = False
+    """Also while the database does not answer, for whoever was let in when it last did. A record cannot be looked up then: none may be
+    named but those of this day's patients (:mod:`kata.clinic.sessions.offline_cache`)."""
+    token: bool = False
+    """Also for a program that shows the token of ``KATA_METRICS_TOKEN``: nobody is signed in there."""
+
+
+_PUBLIC: Final = Rule("public")
+_OWN: Final = Rule("own_account", locked=True, enrolling=True, away=True)
+_READ: Final = Rule("read_records")
+_WRITE: Final = Rule("write_records")
+_OPERATE: Final = Rule("operate", here=True)
+_GO_ON: Final = Rule("operate", here=True, away=True)
+_DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
+_ADMINISTER: Final = Rule("administer")
+_WATCH: Final = Rule("see_station", locked=True, away=True)
+
+RULES: Final[Mapping[str, Rule]] = MappingProxyType(
+    {
+        # The page itself, and the description of the interface.
+        "page": _PUBLIC,
+        "openapi": _PUBLIC,
+        # A watchdog, a proxy and a browser that cannot sign in ask; they are told nothing of anybody.
+        "get_health_live": _PUBLIC,
+        "get_health_ready": _PUBLIC,
+        # Coming in and going out.
+        "sign_in_by_password": _PUBLIC,
+        "sign_in_by_link": _PUBLIC,
+        "get_ways_in": _PUBLIC,
+        "begin_openid": _PUBLIC,
+        "sign_in_by_openid": _PUBLIC,
+        "confirm_openid": _PUBLIC,
+        "set_up_clinic": _PUBLIC,
+        "set_password_by_code": _PUBLIC,
+        "sign_out": _PUBLIC,
+        "get_me": _OWN,
+        "lock_screen": _OWN,
+        "unlock_screen": _OWN,
+        "begin_second_factor": Rule("own_account", enrolling=True),
+        "confirm_second_factor": Rule("own_account", enrolling=True),
+        "remove_second_factor": Rule("own_account"),
+        "change_password": Rule("own_account"),
+        "choose_language": Rule("own_account"),
+        "list_own_sign_ins": Rule("own_account"),
+        "end_own_sign_in": Rule("own_account"),
+        # Accounts.
+        "list_accounts": _ADMINISTER,
+        "create_account": _ADMINISTER,
+        "update_account": _ADMINISTER,
+        "reset_account": _ADMINISTER,
+        # Patients.
+        "list_patients": _READ,
+        "create_patient": _WRITE,
+        "get_patient": _READ,
+        "update_patient": _WRITE,
+        "get_record_access": Rule("read_records", restricted=True),
+        "change_record_access": Rule("administer", restricted=True),
+        "break_glass": Rule("read_records", restricted=True),
+        "list_broken_glass": _ADMINISTER,
+        "review_broken_glass": _ADMINISTER,
+        # Episodes, assessments, progress.
+        "list_episodes": _READ,
+        "open_episode": _WRITE,
+        "get_episode": _READ,
+        "update_episode": _WRITE,
+        "close_episode": _WRITE,
+        "reopen_episode": _WRITE,
+        "add_stage": _WRITE,
+        "remove_stage": _WRITE,
+        "get_assessment_form": _READ,
+        "list_assessments": _READ,
+        "create_assessment": _WRITE,
+        "list_patient_assessments": _READ,
+        "get_assessment": _READ,
+        "update_assessment": _WRITE,
+        "withdraw_assessment": _WRITE,
+        "get_adherence": _READ,
+        "get_progress": _READ,
+        # Recordings and programmes.
+        "list_recordings": _READ,
+        "get_recording": _READ,
+        "update_recording": _WRITE,
+        "derive_recording": _WRITE,
+        "preview_derived_recording": _WRITE,
+        "get_recording_figure": _READ,
+        "get_recording_motion": _READ,
+        "list_programmes": _READ,
+        "create_programme": _WRITE,
+        "preview_programme": _WRITE,
+        "get_programme": _READ,
+        "update_programme": _WRITE,
+        "create_programme_version": _WRITE,
+        # Sessions and runs.
+        "list_sessions": _READ,
+        "list_session_choices": _READ,
+        "list_patient_sessions": _READ,
+        "create_session": Rule("write_records", here=True, away=True),
+        "get_session": Rule("read_records", away=True),
+        "update_session": Rule("write_records", away=True),
+        "get_session_plan": _READ,
+        "list_ready": Rule("read_records", here=True, away=True),
+        "get_checklist": Rule("read_records", away=True),
+        "tick_check": Rule("write_records", here=True, away=True),
+        "get_teaching_checklist": _READ,
+        "end_session": Rule("write_records", away=True),
+        "get_draft": _READ,
+        "sign_session": _WRITE,
+        "add_addendum": _WRITE,
+        "get_run": _READ,
+        "get_run_figures": _READ,
+        "get_run_motion": _READ,
+        # What goes out and comes in.
+        "get_session_page": _READ,
+        "get_session_pdf": _READ,
+        "get_episode_page": _READ,
+        "get_episode_pdf": _READ,
+        "get_recording_samples": _READ,
+        "get_recording_parquet": _READ,
+        "get_run_samples": _READ,
+        "get_run_parquet": _READ,
+        "get_patient_fhir": _READ,
+        "get_whole_patient": _READ,
+        "preview_imported_motion": _WRITE,
+        "import_motion": _WRITE,
+        "import_fhir_patients": _WRITE,
+        # Requests for erasure: noted by whoever is asked, decided by an administrator.
+        "list_erasures": _READ,
+        "list_patient_erasures": _READ,
+        "note_erasure": _WRITE,
+        "refuse_erasure": _ADMINISTER,
+        "erase_patient": _ADMINISTER,
+        "list_backups": _ADMINISTER,
+        "make_backup": _ADMINISTER,
+        # The audit trail: who looked at a record has to be found without looking at it.
+        "list_audit": Rule("administer", restricted=True),
+        # How the service is doing.
+        "list_station_versions": Rule("see_operation"),
+        "get_metrics": Rule("see_operation", token=True),
+        # The apparatus.
+        "live": _WATCH,
+        "live_stations": _WATCH,
+        "list_stations": _WATCH,
+        "get_station": _WATCH,
+        "list_events": Rule("see_station"),
+        "stop": Rule("stop", locked=True, away=True),
+        "take_lease": _GO_ON,
+        "release_lease": _GO_ON,
+        "turn": _OPERATE,
+        "teach": _OPERATE,
+        "finish_teaching": _GO_ON,
+        "load": _GO_ON,
+        "unload": _GO_ON,
+        "approach": _GO_ON,
+        "play": _GO_ON,
+        "pause": _GO_ON,
+        "less": _GO_ON,
+        "return_to_rest": _GO_ON,
+        "release_torque": _GO_ON,
+        "acknowledge": _GO_ON,
+        "get_simulator": Rule("diagnose", away=True),
+        "set_pedal": _DIAGNOSE,
+        "set_estop": _DIAGNOSE,
+        "guide_arm": _DIAGNOSE,
+        "release_arm": _DIAGNOSE,
+        "upload_motion": _DIAGNOSE,
+    }
+)

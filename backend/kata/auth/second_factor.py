@@ -1,0 +1,131 @@
+"""The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each.
+
+What the codes are made of is sealed (:mod:`kata.auth.factor_key`); whoever looks at one brings the key along.
+"""
+
+from datetime import datetime
+from typing import Final, Literal, get_args
+
+import pyotp
+import segno
+from sqlalchemy import delete, select, update
+from sqlalchemy.orm import Session
+
+from kata.actor import Role
+from kata.auth import secrets, texts
+from kata.auth.factor_key import FactorKey
+from kata.auth.tables import AccountRow, RecoveryCodeRow
+from kata.errors import ProblemError
+
+MfaRequirement = Literal["administrators", "everyone", "nobody"]
+_STEP_S: Final = 30
+_RECOVERY_CODES: Final = 10
+
+
+def roles_required(who: MfaRequirement) -> frozenset[Role]:
+    """Which roles have to have one."""
+    everyone: frozenset[Role] = frozenset(get_args(Role))
+    roles: dict[MfaRequirement, frozenset[Role]] = {
+        "everyone": everyone,
+        "administrators": frozenset({"administrator"}),
+        "nobody": frozenset(),
+    }
+    return roles[who]
+
+
+def begin(key: FactorKey, account: AccountRow) -> str:
+    """A new secret, which counts once a code of it was confirmed: the address that an app takes (``otpauth://``).
+
+    :raises ProblemError: 409 where there is one already.
+    """
+    if account.totp_confirmed_at:
+        raise ProblemError(409, "second_factor_there", texts.SECOND_FACTOR_EXISTS(), texts.REMOVE_SECOND_FACTOR_FIRST())
+    secret = pyotp.random_base32()
+    account.totp_sealed = key.close(secret, account.id)
+    return pyotp.TOTP(secret, interval=_STEP_S).provisioning_uri(name=account.username, issuer_name="Kata")
+
+
+def drawn(address: str) -> str:
+    """The same as a QR code: SVG for an ``<img>``, black on white in every theme."""
+    return segno.make(address, error="m").svg_data_uri(scale=4, border=4, light="#fff")
+
+
+def confirm(session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime) -> list[str]:
+    """The app is set up: it counts from now on. Returns the recovery codes, which nobody can see again.
+
+    :raises ProblemError: 422 when the code is wrong; 409 when none was begun.
+    """
+    if account.totp_sealed is None or account.totp_confirmed_at:
+        raise ProblemError(409, "nothing_begun", texts.SECOND_FACTOR_NOT_BEGUN(), texts.BEGIN_ANEW())
+    if not _takes(key, account, code, now):
+        raise ProblemError(
+            422,
+            "wrong_code",
+            texts.CODE_INCORRECT(),
+            texts.TYPE_SIX_DIGITS(),
+            [("#/code", texts.CODE_INCORRECT_FIELD())],
+        )
+    account.totp_confirmed_at = now
+    session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
+    codes = [secrets.fresh_code() for _ in range(_RECOVERY_CODES)]
+    session.add_all(RecoveryCodeRow(account_id=account.id, code_hash=secrets.hashed(code)) for code in codes)
+    return codes
+
+
+def accepted(
+    session: Session, key: FactorKey, account: AccountRow, code: str, now: datetime
+) -> Literal["totp", "recovery"] | None:
+    """Which of them this code is; it is taken, and good for nothing any more. None where it is neither.
+
+    :raises ProblemError: 403 where codes of the app cannot be told from others, because the key does not fit.
+    """
+    if _takes(key, account, code, now):
+        return "totp"
+    taken = session.execute(
+        update(RecoveryCodeRow)
+        .where(
+            RecoveryCodeRow.account_id == account.id,
+            RecoveryCodeRow.code_hash == secrets.hashed(secrets.as_typed(code)),
+            RecoveryCodeRow.used_at.is_(None),
+        )
+        .values(used_at=now)
+        .returning(RecoveryCodeRow.code_hash)
+    ).scalar_one_or_none()
+    if taken:
+        return "recovery"
+    if account.totp_sealed is not None and key.open(account.totp_sealed, account.id) is None:
+        raise ProblemError(
+            403,
+            "second_factor_unreadable",
+            texts.SECOND_FACTOR_KEY_MISSING(),
+            texts.USE_RECOVERY_CODE(),
+        )
+    return None
+
+
+def not_opened(session: Session, key: FactorKey) -> int:
+    """How many accounts have a second factor that this key does not open."""
+    kept = select(AccountRow.id, AccountRow.totp_sealed).where(AccountRow.totp_sealed.is_not(None))
+    return sum(key.open(sealed or "", account_id) is None for account_id, sealed in session.execute(kept))
+
+
+def remove(session: Session, account: AccountRow) -> None:
+    """There is none any more."""
+    account.totp_sealed = account.totp_confirmed_at = account.totp_last_step = None
+    session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.account_id == account.id))
+
+
+def _takes(key: FactorKey, account: AccountRow, code: str, now: datetime) -> bool:
+    """Of this step, or of the one before or after it, where clocks differ; never of one that was taken already."""
+    digits = code.replace(" ", "")
+    secret = key.open(account.totp_sealed, account.id) if account.totp_sealed else None
+    if secret is None or not digits.isascii():
+        return False
+    totp = pyotp.TOTP(secret, interval=_STEP_S)
+    present = int(now.timestamp()) // _STEP_S
+    for step in (present - 1, present, present + 1):
+        is_new = account.totp_last_step is None or step > account.totp_last_step
+        if is_new and pyotp.utils.strings_equal(digits, totp.generate_otp(step)):
+            account.totp_last_step = step
+            return True
+    return False

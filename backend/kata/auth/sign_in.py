@@ -1,0 +1,209 @@
+"""Sign-ins: who a browser's cookie belongs to, from when until when."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final, Literal
+from uuid import UUID, uuid4
+
+from sqlalchemy import ColumnElement, and_, or_, select, update
+from sqlalchemy.orm import Session
+
+from kata.actor import Actor, Role
+from kata.auth import secrets, texts
+from kata.auth.tables import AccountRow, AccountStationRow, SignInRow
+from kata.errors import ProblemError
+
+COOKIE: Final = "kata_sign_in"
+SECURE_COOKIE: Final = "__Host-kata_sign_in"
+"""Over HTTPS: a browser takes such a name only from this host itself, and only with Secure."""
+Method = Literal["password", "totp", "recovery", "oidc", "oidc_two", "link"]
+"""``oidc``: by the clinic's OpenID provider; ``oidc_two``: and by a second factor, its own or ours."""
+EndReason = Literal["signed_out", "disabled", "role", "password", "reset", "openid", "no_demonstration"]
+_CLOCK_TOLERANCE: Final = timedelta(minutes=1)
+_FRESH: Final = timedelta(minutes=10)
+_ON_ITS_WAY: Final = timedelta(seconds=10)
+"""So long a secret is good that was replaced: a browser sends several requests at once, a Stop perhaps among them."""
+_SEEN_EVERY: Final = timedelta(seconds=30)
+"""What somebody does is written down no more often than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """For how long a sign-in lasts, and of whom a second factor is asked."""
+
+    idle: timedelta = timedelta(minutes=15)
+    """Without anything done by its user, the screen is locked."""
+    longest: timedelta = timedelta(hours=12)
+    """Then it is over, whatever is done, but for :attr:`extension`."""
+    extension: timedelta = timedelta(hours=1)
+    """How much longer it may last while its user operates an apparatus whose motors move or hold an arm."""
+    second_factor_of: frozenset[Role] = frozenset({"administrator"})
+
+
+def begin(session: Session, account: AccountRow, method: Method, now: datetime, address: str, agent: str) -> str:
+    """Somebody has shown who they are: the secret for the cookie of their browser, of which only the hash is kept.
+
+    Whoever lets them in notes it for the audit trail.
+    """
+    secret = secrets.fresh()
+    session.add(
+        SignInRow(
+            id=uuid4(),
+            account_id=account.id,
+            secret_hash=secrets.hashed(secret),
+            began_at=now,
+            seen_at=now,
+            proved_at=now,
+            method=method,
+            address=address[:64],
+            agent=agent[:200],
+            locked_at=None,
+            ended_at=None,
+        )
+    )
+    return secret
+
+
+def actor_of(
+    session: Session, cookie: str | None, now: datetime, limits: Limits = Limits(), at_the_arm: UUID | None = None
+) -> Actor | None:
+    """Return who this cookie belongs to; None where that sign-in has ended, or never was.
+
+    :param at_the_arm: the sign-in whose user operates an apparatus with torque.
+    """
+    if not cookie:
+        return None
+    hashed = secrets.hashed(cookie)
+    just_before = and_(SignInRow.before_hash == hashed, SignInRow.proved_at > now - _ON_ITS_WAY)
+    found = _actor(session, SignInRow.secret_hash == hashed, now, limits, at_the_arm)
+    return found or _actor(session, just_before, now, limits, at_the_arm)
+
+
+def by_id(session: Session, sign_in_id: UUID, now: datetime, limits: Limits) -> Actor | None:
+    """Who is signed in there; None where that sign-in has ended."""
+    return _actor(session, SignInRow.id == sign_in_id, now, limits)
+
+
+def _actor(
+    session: Session, which: ColumnElement[bool], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+) -> Actor | None:
+    found = session.execute(
+        select(SignInRow, AccountRow)
+        .join(AccountRow, AccountRow.id == SignInRow.account_id)
+        .where(which, SignInRow.ended_at.is_(None))
+    ).one_or_none()
+    if found is None:
+        return None
+    sign_in, account = found
+    age = now - sign_in.began_at
+    longest = limits.longest + (limits.extension if sign_in.id == at_the_arm else timedelta())
+    # A clock that was set back makes nobody stay for longer.
+    if account.disabled_at is not None or not -_CLOCK_TOLERANCE <= age < longest:
+        return None
+    stations = session.scalars(select(AccountStationRow.station).where(AccountStationRow.account_id == account.id))
+    return Actor(
+        account_id=account.id,
+        sign_in_id=sign_in.id,
+        name=account.name,
+        role=account.role,
+        stations=frozenset(stations),
+        locked=_is_locked(sign_in, now, limits),
+        enrolling=(
+            account.role in limits.second_factor_of
+            and account.totp_confirmed_at is None
+            # The demonstration is nobody's; of the clinic's identity provider only counts what it says in so many words.
+            and sign_in.method not in ("link", "oidc_two")
+        ),
+    )
+
+
+def _is_locked(row: SignInRow, now: datetime, limits: Limits) -> bool:
+    """Not the demonstration's, which has no password to unlock it with."""
+    return row.method != "link" and (row.locked_at is not None or now - row.seen_at >= limits.idle)
+
+
+def lock(session: Session, sign_in_id: UUID, now: datetime) -> None:
+    """What goes on stays visible and may be stopped; for all else the password has to be given again.
+
+    :raises ProblemError: 409 for the demonstration's, which has none.
+    """
+    row = session.get_one(SignInRow, sign_in_id)
+    if row.method == "link":
+        raise ProblemError(409, "no_password", texts.DEMONSTRATION_CANNOT_UNLOCK(), texts.SIGN_OUT_INSTEAD())
+    row.locked_at = row.locked_at or now
+
+
+def proved(session: Session, sign_in_id: UUID, now: datetime, method: Method | None = None) -> str:
+    """Its user has given password or second factor again: it is not locked any more, and goes on under a new secret, for the cookie.
+
+    ``method``: what it counts as from now on.
+    """
+    row = session.get_one(SignInRow, sign_in_id)
+    secret = secrets.fresh()
+    row.before_hash, row.secret_hash = row.secret_hash, secrets.hashed(secret)
+    row.locked_at = None
+    row.seen_at = row.proved_at = now
+    row.method = method or row.method
+    return secret
+
+
+def is_fresh(session: Session, sign_in_id: UUID, now: datetime) -> bool:
+    """Whether its user has shown who they are so short a time ago that nobody else will have come by."""
+    return now - session.get_one(SignInRow, sign_in_id).proved_at < _FRESH
+
+
+def present(session: Session, account_id: UUID, now: datetime, limits: Limits) -> Sequence[SignInRow]:
+    """Those of an account that go on, the newest first."""
+    of_account = select(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    return session.scalars(
+        of_account.where(SignInRow.began_at > now - limits.longest).order_by(SignInRow.began_at.desc())
+    ).all()
+
+
+def still(
+    session: Session, sign_in_ids: Collection[UUID], now: datetime, limits: Limits, at_the_arm: UUID | None = None
+) -> set[UUID]:
+    """Return those of these that go on; ``at_the_arm`` as in :func:`actor_of`."""
+    began_after = now - limits.longest
+    asked = (
+        select(SignInRow.id)
+        .join(AccountRow, AccountRow.id == SignInRow.account_id)
+        .where(
+            SignInRow.id.in_(sign_in_ids),
+            SignInRow.ended_at.is_(None),
+            or_(
+                SignInRow.began_at > began_after,
+                and_(SignInRow.id == at_the_arm, SignInRow.began_at > began_after - limits.extension),
+            ),
+            AccountRow.disabled_at.is_(None),
+        )
+    )
+    return set(session.scalars(asked))
+
+
+def did_something(session: Session, actor: Actor, now: datetime) -> None:
+    """The user, not the page by itself, did something: the idle time begins anew. A locked screen stays locked."""
+    if not actor.locked:
+        session.execute(
+            update(SignInRow)
+            .where(SignInRow.id == actor.sign_in_id, SignInRow.seen_at < now - _SEEN_EVERY)
+            .values(seen_at=now)
+        )
+
+
+def end(session: Session, sign_in_id: UUID, why: EndReason, now: datetime) -> None:
+    """One browser's."""
+    session.execute(
+        update(SignInRow)
+        .where(SignInRow.id == sign_in_id, SignInRow.ended_at.is_(None))
+        .values(ended_at=now, end_reason=why)
+    )
+
+
+def end_all(session: Session, account_id: UUID, why: EndReason, now: datetime, besides: UUID | None = None) -> None:
+    """Every one of an account; ``besides``: but for this one."""
+    ending = update(SignInRow).where(SignInRow.account_id == account_id, SignInRow.ended_at.is_(None))
+    if besides is not None:
+        ending = ending.where(SignInRow.id != besides)
+    session.execute(ending.values(ended_at=now, end_reason=why))

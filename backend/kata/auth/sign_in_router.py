@@ -1,0 +1,222 @@
+"""REST for signing in and out: with a password, by a link, for the first time."""
+
+from fastapi import APIRouter, Request, Response
+from pydantic import Field
+
+from kata.audit import entries
+from kata.auth import accounts, demonstration, second_factor, set_up, sign_in, texts
+from kata.auth.login import (
+    Access,
+    Me,
+    Password,
+    Secret,
+    TheAccess,
+    TheActor,
+    Username,
+    address_of,
+    cookie_of,
+    end_here,
+    let_in,
+    me,
+    name_key,
+    whose,
+)
+from kata.auth.sign_in import Method
+from kata.auth.throttle import OF_A_NAME, OF_AN_ADDRESS
+from kata.database.availability import DatabaseAwayError
+from kata.dependencies import PROBLEMS, TheDatabase
+from kata.errors import ProblemError
+from kata.types import Name, Schema
+
+router = APIRouter(tags=["sign-in"])
+
+
+class SignIn(Schema):
+    """Who somebody is."""
+
+    username: Username = Field(examples=["yamada"])
+    password: Password = Field(examples=["correct horse battery staple"])
+    code: Secret | None = Field(
+        None, description="Of the second factor: six digits, or a recovery code.", examples=["123456"]
+    )
+
+
+class LinkSignIn(Schema):
+    """By a link of the demonstration clinic."""
+
+    secret: Secret = Field(description="What stands in the link behind `link=`; good for one sign-in.")
+
+
+class SetUp(Schema):
+    """The first administrator, or one for a clinic that is locked out."""
+
+    secret: Secret = Field(description="What stands in the set-up link behind `secret=`; good once.")
+    username: Username = Field(
+        description="A new one; or one that exists, which becomes an administrator with this password."
+    )
+    name: Name = Field(examples=["Yamada Hanako"])
+    password: Password
+
+
+class SetPassword(Schema):
+    """By the one-time code that an administrator has given."""
+
+    username: Username
+    code: Secret = Field(examples=["7KQ2M-XW4HT-PR9CD-3NBVF"])
+    password: Password
+
+
+@router.post("/api/sign-in", responses=PROBLEMS.of(401, 403, 422, 429))
+def sign_in_by_password(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SignIn
+) -> Me:
+    """Sign in with user name and password, and with the second factor where there is one."""
+    with database.read() as session:
+        account = accounts.named(session, given.username)
+    if account:
+        whose(account.id)
+    of_name, of_address = name_key(given.username), _begin_try(request, access, given.username)
+    fits = access.passwords.fits(account.password_hash if account else None, given.password)
+    if account is None or account.disabled_at is not None or not fits:
+        # One sentence for everything, so that nobody learns which user names there are.
+        raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.TRY_AGAIN_OR_ASK_FOR_CODE())
+    outdated = account.password_hash and access.passwords.is_outdated(account.password_hash)
+    rehashed = access.passwords.hash(given.password) if outdated else None
+    with database.write() as session:
+        account = accounts.get(session, account.id)
+        if account.disabled_at is not None:
+            raise ProblemError(401, "wrong_password", texts.WRONG_NAME_OR_PASSWORD(), texts.ASK_ADMINISTRATOR())
+        method: Method = "password"
+        if account.totp_confirmed_at is not None:
+            if given.code is None:
+                # The name's try still counts: codes are guessed no faster than passwords.
+                access.throttle.was_no_failure(of_address)
+                raise ProblemError(
+                    403,
+                    "second_factor_needed",
+                    texts.SECOND_FACTOR_NEEDED(),
+                    texts.TYPE_APP_CODE(),
+                )
+            accepted = second_factor.accepted(session, access.factor_key, account, given.code, access.now())
+            if accepted is None:
+                raise ProblemError(401, "wrong_code", texts.CODE_WRONG_OR_USED(), texts.WAIT_FOR_NEXT_CODE())
+            method = accepted
+        account.password_hash = rehashed or account.password_hash
+        told = let_in(request, response, session, access, account, method)
+    access.throttle.succeeded(of_name)
+    access.throttle.was_no_failure(of_address)
+    access.revocations.notice()
+    return told
+
+
+@router.post("/api/sign-in/link", responses=PROBLEMS.of(401, 422))
+def sign_in_by_link(
+    request: Request, response: Response, database: TheDatabase, access: TheAccess, given: LinkSignIn
+) -> Me:
+    """Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed."""
+    role = access.links.take(given.secret) if access.links.allowed else None
+    if role is None:
+        raise ProblemError(401, "link_used", texts.LINK_USED(), texts.RESTART_FOR_NEW_LINKS())
+    with database.write() as session:
+        told = let_in(request, response, session, access, demonstration.account_of(session, role), "link")
+    access.revocations.notice()
+    return told
+
+
+@router.post("/api/set-up", responses=PROBLEMS.of(401, 422, 429))
+def set_up_clinic(request: Request, response: Response, database: TheDatabase, access: TheAccess, given: SetUp) -> Me:
+    """Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in."""
+    address = f"address {address_of(request)}"
+    access.throttle.begin((address, OF_AN_ADDRESS))
+    unfit = ProblemError(
+        401,
+        "link_used",
+        texts.LINK_USED_OR_OLD(),
+        texts.PRINT_NEW_LINK(),
+    )
+    if not set_up.fits(access.folder, given.secret, access.now()):
+        raise unfit
+    access.throttle.was_no_failure(address)
+    access.passwords.check_choice(given.password, given.username, given.name)
+    made = access.passwords.hash(given.password)
+    now = access.now()
+    with database.write() as session:
+        account = accounts.named(session, given.username, to_change=True)
+        if account is None or account.username in demonstration.USERNAMES:
+            account = accounts.create(session, given.username, given.name, "administrator", (), now)
+        account.name, account.role = given.name, "administrator"
+        accounts.work_at(session, account, ())
+        accounts.disable(session, account, now, disabled=False)
+        second_factor.remove(session, account)
+        accounts.set_password(session, account, made, now)
+        told = let_in(request, response, session, access, account, "password")
+        # Last, so that whatever fails before leaves the link good; first come, first served.
+        if not set_up.used_up(access.folder):
+            raise unfit
+    access.revocations.notice()
+    return told
+
+
+@router.post("/api/set-password", status_code=204, responses=PROBLEMS.of(401, 422, 429))
+def set_password_by_code(request: Request, database: TheDatabase, access: TheAccess, given: SetPassword) -> None:
+    """Set a password by the one-time code that an administrator has given; then sign in with it."""
+    # Not the name's tries: who is locked out by somebody else's guessing comes back in by a code, which nobody guesses.
+    address = f"address {address_of(request)}"
+    access.throttle.begin((address, OF_AN_ADDRESS))
+    unfit = ProblemError(
+        401,
+        "wrong_code",
+        texts.ONE_TIME_CODE_UNFIT(),
+        texts.ASK_FOR_NEW_CODE(),
+    )
+    with database.read() as session:
+        account = accounts.named(session, given.username)
+        if account:
+            whose(account.id)
+        if account is None or not accounts.code_fits(account, given.code, access.now()):
+            raise unfit
+    access.throttle.was_no_failure(address)
+    access.passwords.check_choice(given.password, account.username, account.name)
+    made = access.passwords.hash(given.password)
+    with database.write() as session:
+        account = accounts.get(session, account.id)
+        if not accounts.code_fits(account, given.code, access.now()):
+            raise unfit
+        accounts.set_password(session, account, made, access.now())
+        entries.note(session, "set_password_by_code", subject=f"account {account.id}")
+    access.throttle.succeeded(name_key(given.username))
+    access.revocations.notice()
+
+
+@router.post("/api/sign-out", status_code=204, responses=PROBLEMS.of(403))
+def sign_out(request: Request, response: Response, database: TheDatabase, access: TheAccess) -> None:
+    """Nobody is signed in at this browser any more."""
+    with database.write() as session:
+        actor = end_here(request, session, access)
+        entries.note(session, "sign_out", actor=actor)
+    access.revocations.notice()
+    for name in (sign_in.COOKIE, sign_in.SECURE_COOKIE):
+        response.delete_cookie(name, secure=name == sign_in.SECURE_COOKIE, httponly=True, samesite="strict")
+
+
+@router.get("/api/me", responses=PROBLEMS.of(401))
+def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
+    """Who is signed in at this browser; while the database does not answer, who it was."""
+    cookie, remembered = cookie_of(request) or "", request.app.state.remembered
+    try:
+        with database.read() as session:
+            told = me(session, actor, access)
+    except DatabaseAwayError:
+        known: Me | None = remembered.told(cookie)
+        if known is None:
+            raise
+        return known
+    remembered.tell(cookie, told)
+    return told
+
+
+def _begin_try(request: Request, access: Access, username: str) -> str:
+    """Counts for the user name and for the address; the latter's key."""
+    address = f"address {address_of(request)}"
+    access.throttle.begin((name_key(username), OF_A_NAME), (address, OF_AN_ADDRESS))
+    return address

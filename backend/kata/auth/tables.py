@@ -1,0 +1,85 @@
+"""Tables of accounts and login sessions."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import BigInteger, ForeignKey, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from kata.actor import Role
+from kata.database.base import Base, UtcDateTime
+
+
+class AccountRow(Base):
+    """Somebody who may sign in; disabled, never deleted: the audit trail names it."""
+
+    __tablename__ = "accounts"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    username: Mapped[str] = mapped_column(String(64), unique=True)
+    """Folded (NFKC, lower case)."""
+    name: Mapped[str] = mapped_column(String(100))
+    role: Mapped[Role] = mapped_column(String(16))
+    language: Mapped[str] = mapped_column(String(8), default="")
+    """Of the page; empty: the browser's."""
+    password_hash: Mapped[str | None] = mapped_column(String(200))
+    """argon2id, with its parameters; None where only OpenID Connect or a code lets in."""
+    password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    totp_sealed: Mapped[str | None] = mapped_column(String(160))
+    """What its codes are made of, sealed with a key that is not in the database."""
+    totp_confirmed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    totp_last_step: Mapped[int | None] = mapped_column(BigInteger)
+    """The last time step a code was taken of: none is taken twice."""
+    code_hash: Mapped[str | None] = mapped_column(String(64))
+    """SHA-256 of a one-time code with which a password may be set."""
+    code_until: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    oidc_subject: Mapped[str | None] = mapped_column(String(512), unique=True)
+    """Issuer and subject at the clinic's OpenID provider, with a blank between; an administrator has put it here."""
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    updated_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    disabled_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class AccountStationRow(Base):
+    """A station that an account works at; an account without any works at all of them."""
+
+    __tablename__ = "account_stations"
+
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)
+    station: Mapped[str] = mapped_column(String(100), primary_key=True)
+
+
+class RecoveryCodeRow(Base):
+    """Stands in for the second factor, once."""
+
+    __tablename__ = "recovery_codes"
+
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)
+    code_hash: Mapped[str] = mapped_column(String(64), primary_key=True)
+    used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class SignInRow(Base):
+    """A browser that somebody signed in at; its cookie holds a secret of which only the hash is here."""
+
+    __tablename__ = "sign_ins"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), index=True)
+    secret_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    """SHA-256 of the cookie's secret."""
+    before_hash: Mapped[str | None] = mapped_column(String(64), unique=True)
+    """Of the one before: good for some seconds from ``proved_at``, for what was on its way."""
+    began_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    """When its user last did something; what a page asks for by itself does not count."""
+    proved_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    """When password or second factor were last given."""
+    method: Mapped[str] = mapped_column(String(16))
+    """password, totp, recovery, oidc, oidc_two, link."""
+    address: Mapped[str] = mapped_column(String(64))
+    agent: Mapped[str] = mapped_column(String(200))
+    locked_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """The screen is locked: its user has to give the password again; Stop still works."""
+    ended_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    end_reason: Mapped[str] = mapped_column(String(16), default="")

@@ -1,0 +1,105 @@
+"""The main job without a browser: teach a motion by hand and pedal, play it back, compare.
+
+Everything is the real thing except the apparatus: the service with its database, the device process, and the simulated
+apparatus behind a pseudo-terminal.
+"""
+
+import asyncio
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.table import Table
+
+from kata.audit.anchor import AnchorError
+from kata.clinic.sessions.schemas import Comparison
+from kata.database.engine import DatabaseError
+from kata.device.config import ConfigError
+from kata.device.journal import FolderInUseError
+from kata.errors import ProblemError
+from kata.evaluation.service_driver import RehearsalError, rehearsing
+from kata.motion.taught import Taught, TaughtError, read_csv
+from kata.reporting.letterhead import LetterheadError
+from kata.settings import Settings
+from kata.simulator.hand import HandRefusedError
+from kata.simulator.process import SimulatorError
+
+FAILURES: Final = (
+    TaughtError, HandRefusedError, RehearsalError, ProblemError, AnchorError, ConfigError, DatabaseError, FolderInUseError,
+    LetterheadError, SimulatorError, OSError,
+)  # fmt: skip
+"""Whose message says what is wrong."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came out."""
+
+    comparison: Comparison
+    rate_hz: int
+
+    def as_json(self) -> dict[str, Any]:
+        """Peak, RMSE and start error per motor in degrees, with their signs."""
+        kept = {"motor", "peak_deg", "rmse_deg", "start_deg"}
+        return {
+            "motors": [motor.model_dump(include=kept) for motor in self.comparison.motors],
+            "samples": self.comparison.samples,
+            "rate_hz": self.rate_hz,
+        }
+
+
+def demonstrate(taught: Path, settings: Settings) -> Result:
+    """Teach the file, play it back, print what came of it.
+
+    :raises TaughtError: when the file holds no motion.
+    :raises RehearsalError: when something does not come about in time, or a stop comes.
+    :raises ProblemError: when the apparatus refuses, because of a limit for example.
+    """
+    console = Console()
+    motion = read_csv(taught)
+    result = asyncio.run(_demonstrated(motion, settings, console))
+    console.print(_table(motion, result))
+    return result
+
+
+async def _demonstrated(motion: Taught, settings: Settings, console: Console) -> Result:
+    columns = (TextColumn("{task.description:<26}"), BarColumn(), TextColumn("{task.fields[left]}"))
+    with Progress(*columns, console=console) as progress:
+        tasks: dict[str, TaskID] = {}
+
+        def show(what: str, lasts_s: float, left_s: float) -> None:
+            if what not in tasks:
+                tasks[what] = progress.add_task(what, total=lasts_s, left="")
+            progress.update(tasks[what], completed=lasts_s - left_s, left=f"{left_s:.0f} s left" if left_s else "done")
+
+        async with rehearsing(settings, show) as rehearsal:
+            run = await rehearsal.play(await rehearsal.teach(motion))
+            rehearsal.end()
+            if run.comparison is None:
+                raise RehearsalError("nothing was played")
+            return Result(run.comparison, run.rate_hz or rehearsal.station.info.rate_hz)
+
+
+def write(result: Result, out: Path) -> None:
+    """Write the figures as JSON."""
+    out.write_text(json.dumps(result.as_json(), indent=2) + "\n")
+
+
+def _table(motion: Taught, result: Result) -> Table:
+    table = Table(
+        title=f"{motion.name}: playback minus teaching, {result.comparison.samples} samples, {result.rate_hz} Hz"
+    )
+    for column in ("Motor", "Peak, deg", "at, s", "RMSE, deg", "Start, deg"):
+        table.add_column(column, justify="right")
+    for motor in result.comparison.motors:
+        table.add_row(
+            str(motor.motor),
+            f"{motor.peak_deg:+.2f}",
+            f"{motor.peak_at_s:.1f}",
+            f"{motor.rmse_deg:.2f}",
+            f"{motor.start_deg:+.2f}",
+        )
+    return table

@@ -1,0 +1,180 @@
+"""``kata serve``: the service on its socket, its errors in words, and the links that the terminal is told."""
+
+import asyncio
+import os
+import signal
+import socket
+from collections.abc import AsyncIterator, Iterator
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any, Final
+
+import uvicorn
+
+from kata.api import live, logs, tls, watchdog
+from kata.api.app import create_app
+from kata.api.security_middleware import allowed_hosts
+from kata.audit.anchor import AnchorError
+from kata.auth import set_up
+from kata.auth.factor_key import FactorKeyError
+from kata.auth.openid import OpenIdError
+from kata.backups.folder import UnfinishedRestoreError
+from kata.backups.key import BackupError
+from kata.database.engine import DatabaseError
+from kata.device.config import ConfigError
+from kata.device.journal import FolderInUseError
+from kata.reporting.letterhead import LetterheadError
+from kata.settings import Settings
+from kata.simulator.process import SimulatorError
+from kata.system import malloc
+from kata.system.console import console, fail
+
+_LONGEST_MESSAGE: Final = 64 * 1024
+"""Bytes of a WebSocket message; the page sends nothing but Stop."""
+
+
+def serve(settings: Settings, *, reload: bool) -> None:
+    """Serve until it is told to end. ``reload``: start anew whenever the program changes.
+
+    :raises SystemExit: with a sentence on the terminal, when it cannot start.
+    :raises KeyboardInterrupt: when that is what ended it.
+    """
+    logs.begin(settings.log_format)
+    if reload:
+        _serve_reloading(settings)
+    else:
+        asyncio.run(_serve(settings))
+
+
+class _Server(uvicorn.Server):
+    """Says where the page is once it really is there, and what was wrong when it is not."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """As uvicorn's own, without raising the signal again at the end: there is more to be ended after the server."""
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self.handle_exit, number, None)
+        yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if self.started:
+            host, port = self.servers[0].sockets[0].getsockname()[:2]
+            url = _address(host, port, encrypted=self.config.is_ssl)
+            console.print(f"[bold]Kata is ready: {url}[/bold]  (Ctrl-C ends it)")
+            application: Any = self.config.app
+            _print_links(application, url)
+
+
+def _print_links(application: Any, url: str) -> None:
+    """To the terminal, never to the log: whoever reads them is let in."""
+    access = application.state.access
+    for role, secret in access.links.secrets.items():
+        console.print(f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True)
+    if access.set_up_secret:
+        console.print(set_up.invitation(url, access.set_up_secret), soft_wrap=True)
+
+
+def _address(host: str, port: int, *, encrypted: bool) -> str:
+    """Where the page is, for somebody at this computer."""
+    reached = ip_address(host)
+    if reached.is_unspecified:
+        shown = "localhost" if encrypted else "127.0.0.1"
+    else:
+        shown = f"[{host}]" if reached.version == 6 else host
+    return f"{'https' if encrypted else 'http'}://{shown}:{port}"
+
+
+async def _serve(settings: Settings) -> None:
+    """With the lifespan in our own hands, its errors are ours to put into words."""
+    malloc.give_back()
+    application = create_app(settings)
+    listening = _listen(settings)
+    try:
+        async with AsyncExitStack() as stack:
+            certificate = tls.Certificate(settings, allowed_hosts(settings)) if settings.encrypted else None
+            await stack.enter_async_context(application.router.lifespan_context(application))
+            if certificate:
+                await stack.enter_async_context(tls.kept(certificate))
+                console.print(f"The certificate's SHA-256 fingerprint: {certificate.fingerprint}", soft_wrap=True)
+            await stack.enter_async_context(watchdog.watched())
+            await _Server(_configured(application, settings, certificate)).serve([listening])
+    except (
+        AnchorError,
+        BackupError,
+        ConfigError,
+        DatabaseError,
+        FactorKeyError,
+        FolderInUseError,
+        LetterheadError,
+        OpenIdError,
+        SimulatorError,
+        UnfinishedRestoreError,
+        tls.TlsError,
+    ) as error:
+        fail(str(error))
+
+
+def _configured(application: Any, settings: Settings, certificate: tls.Certificate | None) -> uvicorn.Config:
+    return uvicorn.Config(
+        application,
+        lifespan="off",
+        log_level="warning",
+        timeout_graceful_shutdown=2,
+        server_header=False,
+        # By itself uvicorn believes every proxy on this computer.
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
+        ws_max_size=_LONGEST_MESSAGE,
+        # A cable that is pulled closes no socket: who operates the apparatus is asked for all the time.
+        ws_ping_interval=live.PING_S,
+        ws_ping_timeout=live.PONG_S,
+        ssl_context_factory=(lambda config, default: certificate.context) if certificate else None,
+    )
+
+
+def _listen(settings: Settings) -> socket.socket:
+    try:
+        family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+        return socket.create_server((settings.host, settings.port), family=family)
+    except OSError as error:
+        fail(
+            f"Cannot listen on {settings.host}:{settings.port}: {error.strerror}. "
+            "Is Kata running already? Another port: --port 8001."
+        )
+
+
+def _serve_reloading(settings: Settings) -> None:
+    """The reloader starts processes of its own; they find the settings in the environment."""
+    if settings.encrypted or not settings.is_on_loopback:
+        fail("--reload is for developers, without encryption and on this computer alone: leave out --host.")
+    values: dict[str, Any] = settings.model_dump(mode="json", exclude_none=True)
+    os.environ.update({f"KATA_{name.upper()}": str(value) for name, value in values.items()})
+    uvicorn.run(
+        "kata.cli.serve:development_app",
+        factory=True,
+        host=settings.host,
+        port=settings.port,
+        reload=True,
+        reload_dirs=[str(Path(__file__).parent)],
+        proxy_headers=False,
+        log_level="info",
+    )
+
+
+def development_app() -> Any:
+    """What the reloader imports."""
+    settings = Settings()
+    application = create_app(settings)
+    started = application.router.lifespan_context
+
+    @asynccontextmanager
+    async def announced(app: Any) -> AsyncIterator[Any]:
+        async with started(app) as state:
+            _print_links(app, f"http://{settings.host}:{settings.port}")
+            yield state
+
+    application.router.lifespan_context = announced
+    return application

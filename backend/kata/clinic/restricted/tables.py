@@ -1,0 +1,34 @@
+"""Tables of restricted records: care teams and emergency access."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy import ForeignKey, Index, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from kata.database.base import Base, UtcDateTime
+
+
+class CareTeamRow(Base):
+    """Of a patient whose record is restricted: who may see it without breaking the glass."""
+
+    __tablename__ = "care_team"
+    __table_args__ = (Index("ix_care_team_account_id_patient_id", "account_id", "patient_id"),)
+
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), primary_key=True)
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), primary_key=True)
+
+
+class BrokenGlassRow(Base):
+    """Access to a restricted record that somebody took in an emergency, for some hours."""
+
+    __tablename__ = "broken_glass"
+
+    id: Mapped[UUID] = mapped_column(primary_key=True)
+    patient_id: Mapped[UUID] = mapped_column(ForeignKey("patients.id"), index=True)
+    account_id: Mapped[UUID] = mapped_column(ForeignKey("accounts.id"), index=True)
+    reason: Mapped[str] = mapped_column(Text)
+    at: Mapped[datetime] = mapped_column(UtcDateTime)
+    until: Mapped[datetime] = mapped_column(UtcDateTime)
+    reviewed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    reviewed_by: Mapped[str] = mapped_column(String(100), default="")

@@ -1,0 +1,225 @@
+"""A station on virtual time: control loop, supervisor and driver as they are, drives and mechanics simulated, one process.
+
+Every byte goes through driver, CRC and simulated registers; only clock and disk are stepped and in memory. What happens
+depends on nothing but configuration and seed.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from msgspec import structs
+
+from kata.device import journal, references
+from kata.device.bus.drivers import make_bus
+from kata.device.config import StationConfig
+from kata.device.ipc import Taken
+from kata.device.journal import Files, Journal, JournalHeader, JournalWriter
+from kata.device.loop import ControlLoop
+from kata.device.messages import (
+    Approach,
+    Command,
+    Event,
+    FinishTeaching,
+    Load,
+    Mode,
+    Play,
+    Refusal,
+    Reply,
+    Snapshot,
+    Teach,
+    stamped,
+)
+from kata.evaluation.world import World
+from kata.motion.axes import CANONICAL_SIDE, Side
+from kata.motion.taught import Taught
+from kata.simulator.hand import Motion
+
+_NEVER_NS: Final = 2**62
+"""Commands of a virtual station are carried out in the next cycle: they do not expire."""
+_SPARE_S: Final = 30.0
+"""What has not come about so long after it should have, does not."""
+
+
+class EvaluationError(Exception):
+    """A case could not be played to its end; the message says why."""
+
+
+class VirtualStation:
+    """One apparatus and its control, from switching on."""
+
+    def __init__(self, config: StationConfig, seed: int | None = None, side: Side = CANONICAL_SIDE) -> None:
+        """``config`` is that of the apparatus as it stands for the canonical side; ``seed`` varies the simulated mechanics."""
+        self._side = side
+        config = structs.replace(config, side=side)
+        self._world = World(config, seed, turned=side != CANONICAL_SIDE)
+        self._desk = _Desk(config)
+        self._loop = ControlLoop(
+            config,
+            make_bus(config, self._world.open_line),
+            self._desk,
+            real_time=False,
+            memory_locked=False,
+            now_ns=lambda: self._world.t_ns,
+            sleep=self._world.sleep,
+        )
+        self._until(lambda: self._desk.mode == "idle", "the apparatus is not there", 0.0)
+
+    @property
+    def t_ns(self) -> int:
+        """Its own clock."""
+        return self._world.t_ns
+
+    def teach(self, motion: Taught) -> Journal:
+        """Teach by the simulated hand, with its foot on the pedal.
+
+        :raises EvaluationError: when a stop comes.
+        """
+        self._send(Teach(teaching_id=motion.name, side=self._side))
+        self._guide(motion, pedal=True)
+        self._send(FinishTeaching())
+        return self._desk.journal()
+
+    def put_back(self, motion: Taught) -> None:
+        """Let the hand take the arm somewhere; nothing is recorded."""
+        self._guide(motion, pedal=False)
+
+    def play(self, load: Load, duration_s: float) -> Journal:
+        """Load a recording, move to its start, play it to its end, and back.
+
+        :raises EvaluationError: when it is refused, or a stop comes.
+        """
+        self._send(structs.replace(load, side=self._side))
+        self._send(Approach())
+        self._until(lambda: self._desk.mode == "paused", "the start is not reached", _SPARE_S)
+        self._send(Play())
+        self._until(lambda: self._desk.mode == "idle", "the end is not reached", duration_s + _SPARE_S)
+        return self._desk.journal()
+
+    def _guide(self, motion: Taught, *, pedal: bool) -> None:
+        hand = Motion()
+        hand.add(motion.times_s.tolist(), motion.poses_deg.tolist())
+        self._world.apparatus.guide(motion.name, hand, pedal)
+        lasts_s = self._world.apparatus.state().hand.left_s
+        self._until(lambda: self._world.apparatus.hand_is_away, "the hand does not come to its end", lasts_s)
+
+    def _send(self, command: Command) -> None:
+        self._desk.put(command)
+        self._turn()
+        refusal = self._desk.refusal
+        if refusal:
+            raise EvaluationError(f"{refusal.message} {refusal.next_step}")
+
+    def _until(self, done: Callable[[], bool], otherwise: str, lasts_s: float) -> None:
+        limit_ns = self._world.t_ns + int((lasts_s + _SPARE_S) * 1e9)
+        while not done():
+            if self._world.t_ns > limit_ns:
+                raise EvaluationError(otherwise)
+            self._turn()
+
+    def _turn(self) -> None:
+        self._loop.turn()
+        stop = self._desk.snapshot and self._desk.snapshot.stop
+        if stop:
+            raise EvaluationError(" ".join(cause.message for cause in stop.causes))
+
+
+class _Desk:
+    """The :class:`~kata.device.ipc.ServiceLink` that asks and looks in the same thread."""
+
+    closing = False
+    stop_requests = 0
+    belief: tuple[int, str | None] = (0, None)
+    dropped = 0
+    journal_ok = True
+
+    def __init__(self, config: StationConfig) -> None:
+        self._config = config
+        self._command: Taken | None = None
+        self._reply: Reply | None = None
+        self._memory = _Memory()
+        self._writer: JournalWriter | None = None
+        self._requests = 0
+        self.snapshot: Snapshot | None = None
+
+    def put(self, command: Command) -> None:
+        """To be taken in the next cycle."""
+        self._requests += 1
+        command = stamped(command, self.snapshot.stops if self.snapshot else 0, _NEVER_NS)
+        self._command = _checked(self._requests, command, self._config)
+
+    @property
+    def refusal(self) -> Refusal | None:
+        """Of the last command."""
+        assert self._reply is not None and self._reply.id == self._requests
+        return self._reply.refusal
+
+    @property
+    def mode(self) -> Mode:
+        """As the newest snapshot tells it."""
+        return self.snapshot.mode if self.snapshot else "offline"
+
+    def journal(self) -> Journal:
+        """The last one, which must have ended."""
+        self.wake()
+        return journal.parse(bytes(self._memory.kept), "memory")
+
+    # -- the control loop's side ----------------------------------------------------------------------------------
+
+    def take_stop(self) -> None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+
+    def take_command(self) -> Taken | None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        command, self._command = self._command, None
+        return command
+
+    def service_age_ms(self, t_ns: int) -> float:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        return 0.0
+
+    def reply(self, reply: Reply) -> None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        self._reply = reply
+
+    def publish_event(self, event: Event) -> None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+
+    def publish_snapshot(self, snapshot: Snapshot) -> None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        self.snapshot = snapshot
+
+    def open_journal(self, header: JournalHeader) -> JournalWriter:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        self._writer = JournalWriter(Path(), header, self._memory)
+        return self._writer
+
+    def wake(self) -> None:
+        """See :class:`~kata.device.ipc.ServiceLink`."""
+        if self._writer:
+            self._writer.write()
+
+
+def _checked(number: int, command: Command, config: StationConfig) -> Taken:
+    """A command as the device process would hand it to the control thread."""
+    built = references.build(command, config) if isinstance(command, Load) else None
+    if isinstance(built, references.Reference):
+        return Taken(number, command, built.trajectory, None, built.correction)
+    return Taken(number, command, None, built)
+
+
+class _Memory(Files):
+    """Keeps the last journal."""
+
+    def __init__(self) -> None:
+        self.kept = bytearray()
+
+    def create(self, path: Path) -> int:
+        """See :class:`~kata.device.journal.Files`."""
+        self.kept.clear()
+        return 0
+
+    def write(self, file: int, data: bytearray) -> int:
+        """See :class:`~kata.device.journal.Files`."""
+        self.kept += data
+        return len(data)

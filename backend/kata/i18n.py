@@ -1,0 +1,260 @@
+"""Names of fields, and what is wrong with one: messages for the problem document of a request that is not valid."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Literal
+
+from kata import texts
+from kata.messages import Template, Text, message, with_key
+
+Language = Literal["en", "ja"]
+
+_SENTENCES: Final = {
+    "missing": "is needed",
+    "extra_forbidden": "is not known here",
+    "string_type": "must be text",
+    "string_empty": "must not be empty",
+    "string_too_short": "must have {min_length:d} characters or more",
+    "string_too_long": "must have {max_length:d} characters or fewer",
+    "string_pattern_mismatch": "holds characters that are not allowed here",
+    "string_unicode": "holds characters that cannot be read",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_parsing_size": "is too large a number",
+    "int_from_float": "must be a whole number",
+    "float_type": "must be a number",
+    "float_parsing": "must be a number",
+    "finite_number": "must be a finite number",
+    "greater_than": "must be more than {gt:g}",
+    "greater_than_equal": "must be {ge:g} or more",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be {le:g} or less",
+    "angle_implausible": "must be between {lowest:g} and {highest:g} degrees for this motion",
+    "position_of_another_motion": "must be {allowed:name} for this motion",
+    "measured_twice": "must hold each side, motion, kind and position once",
+    "nothing_found": "must hold something that was found",
+    "moment_out_of_range": "must be between {year:d} and now",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "uuid_type": "is no identifier",
+    "uuid_parsing": "is no identifier",
+    "date_type": "must be a day, such as 1968-04-12",
+    "date_parsing": "must be a day, such as 1968-04-12",
+    "date_from_datetime_parsing": "must be a day, such as 1968-04-12",
+    "date_from_datetime_inexact": "must be a day without a time",
+    "datetime_type": "must be a time, such as 2026-11-21T09:30:00Z",
+    "datetime_parsing": "must be a time, such as 2026-11-21T09:30:00Z",
+    "datetime_from_date_parsing": "must be a time, such as 2026-11-21T09:30:00Z",
+    "datetime_object_invalid": "is no time that there is",
+    "timezone_aware": "must say its time zone",
+    "literal_error": "must be {expected:name}",
+    "enum": "must be {expected:name}",
+    "list_type": "must be a list",
+    "set_type": "must be a list",
+    "dict_type": "must be an object",
+    "too_short": "must have {min_length:d} entries or more",
+    "too_long": "must have {max_length:d} entries or fewer",
+    "model_type": "must be an object",
+    "model_attributes_type": "must be an object",
+    "union_tag_not_found": "must say in {discriminator:name} which kind it is",
+    "union_tag_invalid": "must be one of {expected_tags:name}",
+    "json_invalid": "is not JSON",
+    "json_type": "is not JSON",
+    "bytes_type": "must be a file",
+    "bytes_too_long": "must have {max_length:d} bytes or fewer",
+    "value_error": "{error:name}",
+    # Our own.
+    "day_out_of_range": "must be between 1900 and today",
+    "limit_without_angle": "must have a lowest or a highest angle",
+    "limits_crossed": "must have a lowest angle below the highest one",
+    "motion_twice": "must name each motion once",
+}
+SENTENCES: Final[dict[str, Template]] = {
+    kind: message(f"invalid_{kind}", english) for kind, english in _SENTENCES.items()
+}
+"""By pydantic's type of error, or our own; bounds are filled in."""
+
+_NAMES: Final = (
+    "account_id",
+    "account_ids",
+    "action",
+    "affected_side",
+    "after",
+    "angle",
+    "archived",
+    "assessed_at",
+    "assessed_by",
+    "assessment_id",
+    "at",
+    "back",
+    "based_on",
+    "birth_date",
+    "chart",
+    "check",
+    "checked_by",
+    "clinic_number",
+    "closing_note",
+    "code",
+    "contraindications",
+    "decided_by",
+    "diagnosis",
+    "disabled",
+    "do",
+    "dominant_side",
+    "down",
+    "end",
+    "episode_id",
+    "erasure_id",
+    "explanation",
+    "fixtures",
+    "further",
+    "glass_id",
+    "highest",
+    "hold",
+    "iss",
+    "items",
+    "kana",
+    "kind",
+    "language",
+    "less",
+    "limit",
+    "limits",
+    "limits_by",
+    "load_level",
+    "stops",
+    "seen_at",
+    "looked_at",
+    "lowest",
+    "made_by",
+    "max_load_level",
+    "max_speed",
+    "method",
+    "motion",
+    "motion_id",
+    "motors",
+    "name",
+    "note",
+    "noted_by",
+    "notes",
+    "offset",
+    "old_password",
+    "onset_on",
+    "openid",
+    "outcome",
+    "pain_active",
+    "pain_after",
+    "pain_average",
+    "pain_before",
+    "pain_during",
+    "pain_passive",
+    "pain_rest",
+    "password",
+    "patient_id",
+    "pause",
+    "percent",
+    "position",
+    "pressed",
+    "programme_id",
+    "programme_position",
+    "programme_version_id",
+    "range",
+    "reason",
+    "recording_id",
+    "repetitions",
+    "restricted",
+    "role",
+    "rom",
+    "run_id",
+    "search",
+    "second_factor",
+    "secret",
+    "session_id",
+    "sessions_per_week",
+    "sex",
+    "side",
+    "sign_in_id",
+    "signed_by",
+    "since",
+    "spadi",
+    "speed",
+    "stage",
+    "stage_id",
+    "start",
+    "state",
+    "station",
+    "stations",
+    "step",
+    "stop",
+    "take_over",
+    "taught_by",
+    "text",
+    "therapist",
+    "timer",
+    "to",
+    "until",
+    "updated_at",
+    "username",
+    "utc_offset",
+    "version",
+    "written_by",
+)
+NAMES: Final[dict[str, Template]] = {name: message(f"field_{name}", name.replace("_", " ")) for name in _NAMES}
+"""The name of every field, without its unit."""
+
+_UNITS: Final = {
+    "_deg_s": "degrees a second",
+    "_deg": "degrees",
+    "_percent": "percent",
+    "_minutes": "minutes",
+    "_ms": "milliseconds",
+    "_s": "seconds",
+    "_hz": "Hz",
+    "_nm": "newton metres",
+}
+UNITS: Final[dict[str, Template]] = {ending: message(f"unit{ending}", english) for ending, english in _UNITS.items()}
+"""By the ending of a field's name."""
+
+
+def sentence(kind: str, english: str, bounds: Mapping[str, Any]) -> Text:
+    """Return what is wrong with a field.
+
+    :param kind: the type of error.
+    :param english: what pydantic says, where a kind has no sentence of ours.
+    :param bounds: what an error of this kind knows: bounds, and what was expected.
+    """
+    if kind == "string_too_short" and bounds.get("min_length") == 1:
+        kind = "string_empty"
+    if kind not in SENTENCES:
+        kind, bounds = "value_error", {"error": english}
+    known = {name: _lower(str(value)) if name == "error" else value for name, value in bounds.items()}
+    template = SENTENCES[kind]
+    return template(**{name: known[name] for name in template.params})
+
+
+def name(path: Sequence[str | int]) -> Text:
+    """Return the name of the field at a place in what was sent: ``limits 1, highest (degrees)``."""
+    if not path:
+        return texts.WHOLE_REQUEST()
+    found: Text | None = None
+    for part in path:
+        if isinstance(part, int):
+            number = part + 1
+            found = texts.FIELD_NUMBERED(field=found, number=number) if found else with_key(str(number), None)
+        else:
+            found = texts.FIELD_WITHIN(outer=found, inner=_one(part)) if found else _one(part)
+    assert found is not None
+    return found
+
+
+def _one(field: str) -> Text:
+    for ending, unit in UNITS.items():
+        if field.endswith(ending):
+            return texts.FIELD_WITH_UNIT(field=_called(field.removesuffix(ending)), unit=unit())
+    return _called(field)
+
+
+def _called(field: str) -> Text:
+    return NAMES[field]() if field in NAMES else with_key(field.replace("_", " "), None)
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]

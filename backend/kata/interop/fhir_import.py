@@ -1,0 +1,234 @@
+"""Patients out of FHIR R4: what is understood is taken over, what is not kept here is named, and the rest is refused by its path."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import date
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from kata.clinic.patients.schemas import PatientCreate
+from kata.interop import texts
+from kata.interop.codes import CLINIC_NUMBER, NAME_REPRESENTATION
+from kata.types import Side
+
+MOST_PATIENTS: Final = 500
+_NOT_KEPT: Final = {
+    "telecom", "address", "maritalStatus", "multipleBirthBoolean", "multipleBirthInteger", "photo", "contact",
+    "communication", "generalPractitioner", "managingOrganization", "text", "contained", "extension", "meta", "language",
+}  # fmt: skip
+_UNDERSTOOD: Final = {"resourceType", "id", "identifier", "active", "name", "gender", "birthDate"}
+_CHANGES_MEANING: Final = {
+    "modifierExtension": texts.FHIR_MAY_CHANGE_MEANING(),
+    "implicitRules": texts.FHIR_MAY_CHANGE_MEANING(),
+    "link": texts.FHIR_OTHER_LINK(),
+    "deceasedDateTime": texts.FHIR_DECEASED(),
+}
+_NOT_A_NAME: Final = {"old", "nickname", "maiden", "anonymous", "temp"}
+_GENDERS: Final = ("female", "male", "other", "unknown")
+_PREFERENCE: Final = ("official", "usual")
+
+
+class NotUnderstoodError(ValueError):
+    """Something cannot be taken over; ``places`` has each path and what is wrong there."""
+
+    def __init__(self, places: list[tuple[str, str]]) -> None:
+        super().__init__("; ".join(f"{path} {what}" for path, what in places))
+        self.texts = [texts.PLACE_PROBLEM(place=path, problem=what) for path, what in places]
+        """What is wrong, a text a place."""
+        self.places = tuple(places)
+
+
+@dataclass(frozen=True)
+class PatientIn:
+    """One patient as it can be signed up; ``path`` is where it stands in what was sent."""
+
+    path: str
+    patient: PatientCreate
+
+
+@dataclass
+class _Reading:
+    wrong: list[tuple[str, str]] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+
+def read_patients(resource: dict[str, Any], affected_side: Side) -> tuple[list[PatientIn], list[str]]:
+    """The patients of a Patient resource or of a Bundle with some, and the paths of what is not kept here.
+
+    :raises NotUnderstoodError: naming every path that cannot be taken over; then nothing is.
+    """
+    reading = _Reading()
+    found = [
+        PatientIn(path, patient)
+        for path, one in _patients(resource, reading)
+        if (patient := _patient(one, path, affected_side, reading))
+    ]
+    if reading.wrong:
+        raise NotUnderstoodError(reading.wrong)
+    return found, reading.left_out
+
+
+def _patients(resource: dict[str, Any], reading: _Reading) -> Iterator[tuple[str, dict[str, Any]]]:
+    kind = resource.get("resourceType")
+    if kind == "Patient":
+        yield "Patient", resource
+        return
+    if kind != "Bundle":
+        reading.wrong.append(("resourceType", texts.FHIR_NOT_PATIENT()))
+        return
+    entries = [
+        (f"Bundle.entry[{place}].resource", entry["resource"])
+        for place, entry in enumerate(_objects(resource, "entry", "Bundle", reading))
+        if isinstance(entry.get("resource"), dict)
+    ]
+    patients = [(path, one) for path, one in entries if one.get("resourceType") == "Patient"]
+    if not 0 < len(patients) <= MOST_PATIENTS:
+        reading.wrong.append(("Bundle.entry", texts.FHIR_PATIENT_COUNT(most=MOST_PATIENTS)))
+        return
+    reading.left_out += [
+        f"{path} ({_shown(str(one.get('resourceType')))})"
+        for path, one in entries
+        if one.get("resourceType") != "Patient"
+    ]
+    yield from patients
+
+
+def _patient(one: dict[str, Any], path: str, affected_side: Side, reading: _Reading) -> PatientCreate | None:
+    wrong_before = len(reading.wrong)
+    _elements(one, path, reading)
+    number_path, number = _number(one, path, reading)
+    name_path, name, kana = _names(one, path, reading)
+    gender = one.get("gender", "unknown")
+    if gender not in _GENDERS:
+        reading.wrong.append((f"{path}.gender", texts.FHIR_ONE_OF(choices=", ".join(_GENDERS))))
+    born = _birth_date(one, path, reading)
+    if len(reading.wrong) > wrong_before:
+        return None
+    try:
+        return PatientCreate(
+            clinic_number=number, name=name, kana=kana, birth_date=born, sex=gender, affected_side=affected_side
+        )
+    except ValidationError as error:
+        paths = {"clinic_number": number_path, "name": name_path, "kana": name_path, "birth_date": f"{path}.birthDate"}
+        for told in error.errors():
+            where = paths.get(str(told["loc"][0]) if told["loc"] else "", path)
+            what = told["msg"].removeprefix("Value error, ")
+            reading.wrong.append((where, what[0].lower() + what[1:]))
+        return None
+
+
+def _elements(one: dict[str, Any], path: str, reading: _Reading) -> None:
+    for name, value in one.items():
+        where = f"{path}.{_shown(name)}"
+        if name in _CHANGES_MEANING:
+            reading.wrong.append((where, _CHANGES_MEANING[name]))
+        elif name == "deceasedBoolean":
+            if value is not False:
+                reading.wrong.append((where, texts.FHIR_DECEASED()))
+        elif name == "active" and value is not True:
+            reading.wrong.append((where, texts.FHIR_INACTIVE()))
+        elif name in _NOT_KEPT or (name.removeprefix("_") in _UNDERSTOOD | _NOT_KEPT and name.startswith("_")):
+            reading.left_out.append(where)
+        elif name not in _UNDERSTOOD:
+            reading.wrong.append((where, texts.FHIR_UNKNOWN_ELEMENT()))
+
+
+def _number(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str]:
+    """The clinic's own number: the one that is marked as ours, or as a medical record number, or the only one."""
+    wrong_before = len(reading.wrong)
+    found = [
+        (f"{path}.identifier[{place}]", identifier)
+        for place, identifier in enumerate(_objects(one, "identifier", path, reading))
+        if identifier.get("use") != "old"
+    ]
+    ours = [told for told in found if told[1].get("system") == CLINIC_NUMBER]
+    numbers = ours or [told for told in found if "MR" in _codes(told[1].get("type"))] or found
+    if len(reading.wrong) > wrong_before:
+        return "", ""
+    if len(numbers) != 1:
+        several = texts.FHIR_NUMBER_AMBIGUOUS()
+        reading.wrong.append((f"{path}.identifier", several if numbers else texts.FHIR_CLINIC_NUMBER_NEEDED()))
+        return "", ""
+    ((where, identifier),) = numbers
+    value = identifier.get("value")
+    if not isinstance(value, str):
+        reading.wrong.append((f"{where}.value", texts.FHIR_NOT_TEXT()))
+        return where, ""
+    reading.left_out += [path_of for path_of, _ in found if path_of != where]
+    return f"{where}.value", value
+
+
+def _codes(concept: Any) -> set[str]:
+    codings = concept.get("coding") if isinstance(concept, dict) else None
+    return {str(one.get("code")) for one in codings if isinstance(one, dict)} if isinstance(codings, list) else set()
+
+
+def _names(one: dict[str, Any], path: str, reading: _Reading) -> tuple[str, str, str | None]:
+    """The name by which the patient is called, and its reading (representation SYL)."""
+    wrong_before = len(reading.wrong)
+    spoken: list[tuple[int, str, str]] = []
+    written: list[tuple[int, str, str]] = []
+    for place, name in enumerate(_objects(one, "name", path, reading)):
+        where = f"{path}.name[{place}]"
+        text = _text(name, where, reading)
+        use = str(name.get("use"))
+        if use in _NOT_A_NAME or not text:
+            reading.left_out.append(where)
+            continue
+        rank = _PREFERENCE.index(use) if use in _PREFERENCE else len(_PREFERENCE)
+        (spoken if _representation(name) == "SYL" else written).append((rank, where, text))
+    if len(reading.wrong) > wrong_before:
+        return "", "", None
+    if not spoken and not written:
+        reading.wrong.append((f"{path}.name", texts.FHIR_NAME_NEEDED()))
+        return f"{path}.name", "", None
+    # Stable: of equal rank the first counts.
+    chosen = min(written or spoken, key=lambda told: told[0])
+    kana = min(spoken, key=lambda told: told[0]) if spoken else None
+    reading.left_out += [told[1] for told in [*written, *spoken] if told not in (chosen, kana)]
+    return chosen[1], chosen[2], kana[2] if kana else None
+
+
+def _text(name: dict[str, Any], where: str, reading: _Reading) -> str:
+    given = name.get("given", [])
+    parts = [name.get("family"), *(given if isinstance(given, list) else [given])]
+    if any(part is not None and not isinstance(part, str) for part in (*parts, name.get("text"))):
+        reading.wrong.append((where, texts.FHIR_NOT_TEXTS()))
+        return ""
+    return (name.get("text") or " ".join(part for part in parts if part)).strip()
+
+
+def _representation(name: dict[str, Any]) -> str | None:
+    extensions = name.get("extension")
+    for one in extensions if isinstance(extensions, list) else []:
+        if isinstance(one, dict) and one.get("url") == NAME_REPRESENTATION:
+            return str(one.get("valueCode"))
+    return None
+
+
+def _birth_date(one: dict[str, Any], path: str, reading: _Reading) -> date | None:
+    told = one.get("birthDate")
+    if told is None:
+        return None
+    try:
+        if isinstance(told, str) and re.fullmatch(r"\d{4}-\d{2}-\d{2}", told, re.ASCII):
+            return date.fromisoformat(told)
+    except ValueError:
+        pass
+    reading.wrong.append((f"{path}.birthDate", texts.FHIR_NOT_DATE(given=repr(str(told)[:40]))))
+    return None
+
+
+def _shown(text: str) -> str:
+    """Some of what somebody sent, as it can be sent back: JSON lets half a character pass, UTF-8 does not."""
+    return text[:60].encode("utf-8", "replace").decode()
+
+
+def _objects(one: dict[str, Any], name: str, path: str, reading: _Reading) -> list[dict[str, Any]]:
+    found = one.get(name, [])
+    if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+        reading.wrong.append((f"{path}.{name}", texts.FHIR_NOT_OBJECTS()))
+        return []
+    return found

@@ -1,0 +1,218 @@
+"""FHIR resources of what was done and found. Each function is one resource, or those of one row, as plain JSON."""
+
+from collections.abc import Iterator
+from datetime import datetime
+from uuid import UUID
+
+from kata.clinic.assessments.spadi import ITEMS
+from kata.clinic.assessments.tables import AssessmentRow, RomRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.interop.care import device_key
+from kata.interop.codes import (
+    HL7,
+    LOINC,
+    PAIN,
+    SPADI,
+    Resource,
+    concept,
+    key,
+    lean,
+    local,
+    noted,
+    quantity,
+    reference,
+    rom_code,
+    shoulder,
+    when,
+)
+
+_EXAM = concept(f"{HL7}observation-category", "exam", "Exam")
+_SURVEY = concept(f"{HL7}observation-category", "survey", "Survey")
+_THERAPY = concept(f"{HL7}observation-category", "therapy", "Therapy")
+_PAINS = ("rest", "active", "passive", "average")
+
+
+def procedure(row: SessionRow, side: str | None) -> Resource:
+    """One session, with its note and what was added to it."""
+    return lean(
+        {
+            "resourceType": "Procedure",
+            "id": str(row.id),
+            "basedOn": [reference(row.programme_version_id)] if row.programme_version_id else [],
+            "status": "completed" if row.ended_at else "in-progress",
+            "code": local("session"),
+            "subject": reference(row.patient_id),
+            "performedPeriod": _period(row),
+            "performer": [{"actor": {"display": row.therapist}}] if row.therapist else [],
+            "reasonReference": [reference(row.episode_id)] if row.episode_id else [],
+            "bodySite": [shoulder(side)] if side else [],
+            "usedReference": [reference(device_key(row.station), row.station)] if row.station else [],
+            "note": [
+                noted(row.note, row.signed_by or row.therapist, row.signed_at),
+                *(noted(addendum.text, addendum.written_by, addendum.written_at) for addendum in row.addenda),
+            ],
+        }
+    )
+
+
+def device_use(row: SessionRow, side: str | None) -> Resource:
+    """That the apparatus was used in a session."""
+    return lean(
+        {
+            "resourceType": "DeviceUseStatement",
+            "id": str(key("device-use", row.id)),
+            "status": "completed" if row.ended_at else "active",
+            "subject": reference(row.patient_id),
+            "derivedFrom": [reference(row.id)],
+            "timingPeriod": _period(row),
+            "recordedOn": when(row.started_at),
+            "device": reference(device_key(row.station), row.station),
+            "reasonReference": [reference(row.episode_id)] if row.episode_id else [],
+            "bodySite": shoulder(side) if side else None,
+        }
+    )
+
+
+def session_pain(row: SessionRow) -> Iterator[Resource]:
+    """Pain before, during and after a session, as far as it was asked for."""
+    moments = {"before": row.started_at, "during": row.started_at, "after": row.ended_at or row.started_at}
+    for context, at in moments.items():
+        score: int | None = getattr(row, f"pain_{context}")
+        if score is not None:
+            told = _pain(key("pain", context, row.id), row.patient_id, context, score, at)
+            yield told | {"partOf": [reference(row.id)]}
+
+
+def run_tracking(row: RunRow, patient_id: UUID) -> Resource:
+    """How well one playback did what was taught: the paper's error; and how the playback ended."""
+    components = [
+        _component("run-outcome", valueString=row.outcome if row.outcome != "loaded" else None),
+        _component("run-repetitions", valueInteger=row.repetitions),
+        _component("tracking-peak", valueQuantity=quantity(row.worst_peak_deg, "deg")),
+    ]
+    for motion in row.motions:
+        components += [
+            _component(f"motion-{motion.motion}-rmse", valueQuantity=quantity(motion.rmse_deg, "deg")),
+            _component(f"motion-{motion.motion}-lowest", valueQuantity=quantity(motion.played_min_deg, "deg")),
+            _component(f"motion-{motion.motion}-highest", valueQuantity=quantity(motion.played_max_deg, "deg")),
+        ]
+    value = quantity(row.worst_rmse_deg, "deg")
+    unknown = concept(f"{HL7}data-absent-reason", "not-performed", "Not Performed")
+    return lean(
+        {
+            "resourceType": "Observation",
+            "id": str(row.id),
+            "partOf": [reference(row.session_id)],
+            "status": "final" if row.ended_at else "preliminary",
+            "category": [_THERAPY],
+            "code": local("run-tracking") | {"text": f"Tracking error (root mean square) of {row.recording.name}"},
+            "subject": reference(patient_id),
+            "effectivePeriod": lean({"start": when(row.started_at), "end": when(row.ended_at)}),
+            "valueQuantity": value,
+            "dataAbsentReason": None if value else unknown,
+            "bodySite": shoulder(row.recording.side),
+            "component": components,
+        }
+    )
+
+
+def assessment(row: AssessmentRow, patient_id: UUID) -> Iterator[Resource]:
+    """Everything that was found on a day; what was withdrawn says so, and corrects what was sent before."""
+    status = "entered-in-error" if row.withdrawn_at else "final"
+    who = lean({"performer": [{"display": row.assessed_by}] if row.assessed_by else []})
+    for measured in row.rom:
+        yield _rom(measured, row, patient_id) | {"status": status} | who
+    for context in _PAINS:
+        score: int | None = getattr(row, f"pain_{context}")
+        if score is not None:
+            told = _pain(key("pain", context, row.id), patient_id, context, score, row.assessed_at)
+            yield told | {"status": status} | who
+    if row.spadi is not None:
+        yield _answers(row, row.spadi, patient_id)
+        if score_percent := quantity(row.spadi_score, "{score}"):
+            yield (
+                _observation(key("spadi", row.id), patient_id, row.assessed_at, _SURVEY)
+                | {
+                    "status": status,
+                    "code": local("spadi-total"),
+                    "valueQuantity": score_percent,
+                    "derivedFrom": [reference(row.id)],
+                }
+                | who
+            )
+    if row.note.strip():
+        yield (
+            _observation(key("assessment-note", row.id), patient_id, row.assessed_at, _EXAM)
+            | {
+                "status": status,
+                "code": local("assessment-note"),
+                "valueString": row.note,
+            }
+            | who
+        )
+
+
+def _rom(measured: RomRow, row: AssessmentRow, patient_id: UUID) -> Resource:
+    names = (measured.side, measured.motion, measured.kind, measured.position)
+    at = None
+    if measured.position:
+        at = _component("arm-position", valueCodeableConcept=local(f"position-{measured.position}"))
+    return lean(
+        _observation(key("rom", row.id, *names), patient_id, row.assessed_at, _EXAM)
+        | {
+            "code": rom_code(measured.motion, measured.position, measured.kind),
+            "bodySite": shoulder(measured.side),
+            "valueQuantity": quantity(measured.angle_deg, "deg"),
+            "component": [at],
+        }
+    )
+
+
+def _answers(row: AssessmentRow, answers: list[int | None], patient_id: UUID) -> Resource:
+    return {
+        "resourceType": "QuestionnaireResponse",
+        "id": str(row.id),
+        "questionnaire": SPADI,
+        "status": "entered-in-error" if row.withdrawn_at else "completed",
+        "subject": reference(patient_id),
+        "authored": when(row.assessed_at),
+        "item": [
+            lean(
+                {
+                    "linkId": str(number),
+                    "text": f"{item.subscale.capitalize()}: {item.english}",
+                    "answer": [] if answer is None else [{"valueInteger": answer}],
+                }
+            )
+            for number, (item, answer) in enumerate(zip(ITEMS, answers, strict=True), start=1)
+        ],
+    }
+
+
+def _pain(identity: UUID, patient_id: UUID, context: str, score: int, at: datetime) -> Resource:
+    return _observation(identity, patient_id, at, _SURVEY) | {
+        "code": concept(LOINC, PAIN, "Pain severity - 0-10 verbal numeric rating [Score] - Reported"),
+        "valueQuantity": quantity(score, "{score}"),
+        "component": [_component("pain-context", valueCodeableConcept=local(f"pain-{context}"))],
+    }
+
+
+def _observation(identity: UUID, patient_id: UUID, at: datetime, category: Resource) -> Resource:
+    return {
+        "resourceType": "Observation",
+        "id": str(identity),
+        "status": "final",
+        "category": [category],
+        "subject": reference(patient_id),
+        "effectiveDateTime": when(at),
+    }
+
+
+def _component(code: str, **value: object) -> Resource | None:
+    """None where it has no value."""
+    (told,) = value.values()
+    return None if told is None else {"code": local(code), **value}
+
+
+def _period(row: SessionRow) -> Resource:
+    return lean({"start": when(row.started_at), "end": when(row.ended_at)})

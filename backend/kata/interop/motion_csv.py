@@ -1,0 +1,149 @@
+"""A therapist's motion from a CSV file: understood, checked as the device would check it, or refused with line and column.
+
+To be run in the worker process that builds figures: an hour of motion must not keep the service from its heartbeats.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from kata.clinic.recordings.tables import SAMPLE_COLUMNS
+from kata.database.series import Series, pack, unpack
+from kata.device.config import StationConfig
+from kata.interop import texts
+from kata.messages import text_of
+from kata.motion.axes import AXES, Side
+from kata.motion.csv_table import Complaint, Table, TableError, read_table
+from kata.motion.edit import LONGEST_S
+from kata.motion.linkage import Floats, OutOfReachError, motor_angles_deg
+from kata.motion.method import reference
+from kata.motion.taught import POSE_LAYOUT, check_poses, check_time
+from kata.motion.trajectory import TrajectoryError
+from kata.plotting import downsampling
+
+Layout = Literal["poses", "motors"]
+MOTOR_LAYOUT: Final = ("time_s", *(f"motor_{motor}_deg" for motor in AXES))
+"""As a recording's own samples go out (:mod:`kata.interop.samples`)."""
+DONE: Final = texts.IMPORTED_FROM_CSV()
+_LIKE_RADIANS: Final = 3.5
+"""No motion that is worth playing stays within so few degrees of 0 in every motor; in radians everyone does."""
+_WHOLE_TURN_DEG: Final = 360.0
+_LONGEST_GAP_S: Final = 1.0
+_SEPARATORS: Final[dict[str, Literal["comma", "semicolon", "tab"]]] = {",": "comma", ";": "semicolon", "\t": "tab"}
+
+
+@dataclass(frozen=True)
+class Understood:
+    """What a file says. ``series`` are its motor angles as a recording's samples are stored."""
+
+    layout: Layout
+    separator: Literal["comma", "semicolon", "tab"]
+    left_alone: tuple[str, ...]
+    series: Series
+    overview: bytes | None
+    samples: int
+    duration_s: float
+    rate_hz: int
+
+
+def understand(data: bytes, side: Side, config: StationConfig) -> Understood:
+    """Read it, and check what comes of it.
+
+    :raises TableError: naming line and column of what is wrong.
+    """
+    table = read_table(_text(data), MOTOR_LAYOUT, POSE_LAYOUT)
+    layout: Layout = "motors" if table.columns == MOTOR_LAYOUT else "poses"
+    _check_clock(table)
+    _check_degrees(table)
+    times_s = table.values[:, 0] - table.values[0, 0]
+    angles_deg = _of_poses(table, side) if layout == "poses" else table.values[:, 1:]
+    series = pack({"time_s": times_s, "angle_deg": angles_deg}, SAMPLE_COLUMNS)
+    # What is stored is what will be played.
+    stored = unpack(series)
+    try:
+        config.check_reference("smooth", reference("smooth", stored["time_s"], stored["angle_deg"]))
+    except TrajectoryError as error:
+        raise _at_its_line(error, table, times_s, layout) from error
+    return Understood(
+        layout,
+        _SEPARATORS[table.separator],
+        table.others,
+        series,
+        downsampling.of_recording(stored["time_s"], stored["angle_deg"]),
+        samples=len(times_s),
+        duration_s=float(stored["time_s"][-1]),
+        rate_hz=max(1, round(1 / float(np.median(np.diff(times_s))))),
+    )
+
+
+def _text(data: bytes) -> str:
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise TableError(texts.FILE_UTF16())
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        if _is_shift_jis(data):
+            raise TableError(texts.LINE_SHIFT_JIS(line=line)) from error
+        raise TableError(texts.LINE_NOT_UTF8(line=line)) from error
+
+
+def _is_shift_jis(data: bytes) -> bool:
+    try:
+        return "\0" not in data.decode("cp932")
+    except UnicodeDecodeError:
+        return False
+
+
+def _check_clock(table: Table) -> None:
+    times_s = table.values[:, 0]
+    steps = np.diff(times_s)
+    if len(steps) > 1 and np.median(steps) > _LONGEST_GAP_S:
+        told = texts.ROWS_FAR_APART(step_s=np.median(steps))
+        table.complain([(1, 0, told)])
+    check_time(table)
+    if times_s[-1] - times_s[0] > LONGEST_S:
+        row = int(np.argmax(times_s - times_s[0] > LONGEST_S))
+        table.complain([(row, 0, texts.MOTION_LONGER_THAN_AN_HOUR())])
+
+    def gaps() -> Iterator[tuple[int, int, str]]:
+        for row in np.flatnonzero(steps > _LONGEST_GAP_S).tolist():
+            yield row + 1, 0, texts.GAP_BEFORE(gap_s=steps[row], longest_s=_LONGEST_GAP_S)
+
+    table.complain(gaps())
+
+
+def _check_degrees(table: Table) -> None:
+    angles = table.values[:, 1:]
+    table.complain(
+        (row, axis + 1, texts.MORE_THAN_A_TURN(angle_deg=angles[row, axis]))
+        for row, axis in np.argwhere(np.abs(angles) > _WHOLE_TURN_DEG).tolist()
+    )
+    if np.abs(angles).max() <= _LIKE_RADIANS and np.ptp(angles, axis=0).max() > 0:
+        row, axis = np.unravel_index(int(np.argmax(np.abs(angles))), angles.shape)
+        told = texts.LOOKS_LIKE_RADIANS(angle_deg=angles[row, axis])
+        table.complain([(int(row), int(axis) + 1, told)])
+
+
+def _of_poses(table: Table, side: Side) -> Floats:
+    check_poses(table)
+    try:
+        return motor_angles_deg(table.values[:, 1:], side)
+    except OutOfReachError as error:
+        what = error.text
+        table.complain([(error.index, 2 if error.motor == 2 else 1, what)])
+        raise
+
+
+def _at_its_line(error: TrajectoryError, table: Table, times_s: Floats, layout: Layout) -> TableError:
+    """The same, with the line and the column that it is about."""
+    if error.at_s is None or error.motor is None:
+        return TableError(text_of(error))
+    row = min(int(np.searchsorted(times_s, error.at_s)), len(times_s) - 1)
+    column = table.columns[error.motor]
+    if layout == "poses" and error.motor <= 2:
+        column = f"{table.columns[1]} and {table.columns[2]}"
+    found = Complaint(int(table.lines[row]), column, text_of(error))
+    return TableError(found.text, [found])

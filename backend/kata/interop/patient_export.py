@@ -1,0 +1,194 @@
+"""Everything of a patient as one ZIP: for the patient, for another clinic, for the archive. Made while it is sent, file by file."""
+
+import csv
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+from uuid import UUID
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
+
+from sqlalchemy import inspect, select
+from sqlalchemy.orm import Session
+
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.events.tables import DeviceEventRow
+from kata.clinic.patients.tables import ErasureRow, PatientRow
+from kata.clinic.programmes.tables import ProgrammeRow
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions.tables import RunRow, SessionRow, SessionStopRow
+from kata.database.base import Base
+from kata.database.engine import Database
+from kata.database.series import Series
+from kata.errors import ProblemError
+from kata.interop import bundle, samples, service
+from kata.interop.samples import Origin
+from kata.plotting.figures import FigureWorker
+
+_PIECE: Final = 1 << 18
+_README: Final = """Everything that Kata keeps of one patient.
+
+patient.json      who it is; episodes of care with stages and limits, programmes with versions, assessments, requests
+sessions.json     every session: checklist, pain, note, signature and addenda, stops, runs with their tracking error
+events.json       what the apparatus told while it worked for this patient
+fhir.json         the same as an HL7 FHIR R4 transaction, for other systems
+recordings.csv    what was taught, imported or made of that, a line each, with the file of its samples
+recordings/       samples: time and the five motors' angles (Apache Parquet; units and clock stand in each file)
+runs.csv          what was played, a line each, with the file of its samples
+runs/             samples: time, phase, place on the motion, setpoint, measured angle and torque of each motor
+
+Angles are degrees, torques newton metres, times seconds; moments are UTC. Motors are counted 1 to 5: two of the scapula,
+abduction, flexion, external rotation. Text is UTF-8.
+"""
+
+
+class _Outgoing:
+    """What a ZIP file writes, until it is sent. It cannot go back, so that nothing needs to be kept."""
+
+    def __init__(self) -> None:
+        self._held = bytearray()
+
+    def write(self, data: bytes) -> int:
+        """Hold it."""
+        self._held += data
+        return len(data)
+
+    def flush(self) -> None:
+        """Nothing is behind this."""
+
+    def taken(self) -> bytes:
+        """All that is held, once."""
+        held, self._held = bytes(self._held), bytearray()
+        return held
+
+
+def pieces(database: Database, worker: FigureWorker, patient_id: UUID) -> Iterator[bytes]:
+    """The ZIP in pieces. No file of it is in memory as a whole, and the database is never kept waiting for whoever reads."""
+    outgoing = _Outgoing()
+    with TemporaryDirectory(prefix="kata-") as folder, ZipFile(outgoing, "w", ZIP_DEFLATED) as archive:  # type: ignore[call-overload]
+        for name, path in _files(database, worker, patient_id, Path(folder)):
+            info = ZipInfo(name)
+            # Parquet is compressed already.
+            info.compress_type = ZIP_STORED if name.endswith(".parquet") else ZIP_DEFLATED
+            with path.open("rb") as file, archive.open(info, "w", force_zip64=True) as member:
+                while piece := file.read(_PIECE):
+                    member.write(piece)
+                    yield outgoing.taken()
+            path.unlink()
+    yield outgoing.taken()
+
+
+def _files(database: Database, worker: FigureWorker, patient_id: UUID, folder: Path) -> Iterator[tuple[str, Path]]:
+    path = folder / "file"
+    path.write_text(_README, encoding="utf-8")
+    yield "README.txt", path
+    with database.read() as session:
+        _write_json(path, _record(session, service.person(session, patient_id)))
+    yield "patient.json", path
+    with database.read() as session:
+        _write_sessions(path, session, service.person(session, patient_id))
+    yield "sessions.json", path
+    with database.read() as session:
+        events = select(DeviceEventRow).where(DeviceEventRow.patient_id == patient_id).order_by(DeviceEventRow.at)
+        _write_json(path, [_plain(row) for row in session.scalars(events)])
+    yield "events.json", path
+    with database.read() as session:
+        bundle.write(session, service.person(session, patient_id), path)
+    yield "fhir.json", path
+    yield from _recordings(database, worker, patient_id, path)
+    yield from _runs(database, worker, patient_id, path)
+
+
+def _recordings(database: Database, worker: FigureWorker, patient_id: UUID, path: Path) -> Iterator[tuple[str, Path]]:
+    with database.read() as session:
+        query = select(RecordingRow).where(RecordingRow.patient_id == patient_id).order_by(RecordingRow.taught_at)
+        rows = [_plain(row) for row in session.scalars(query)]
+    for row in rows:
+        with database.read() as session:
+            series, origin = service.of_recording(session, UUID(row["id"]))
+        row["file"] = _written(worker, series, origin, path)
+        if row["file"]:
+            yield row["file"], path
+    _write_index(path, rows)
+    yield "recordings.csv", path
+
+
+def _runs(database: Database, worker: FigureWorker, patient_id: UUID, path: Path) -> Iterator[tuple[str, Path]]:
+    with database.read() as session:
+        query = select(RunRow).join(SessionRow, SessionRow.id == RunRow.session_id)
+        query = query.where(SessionRow.patient_id == patient_id).order_by(RunRow.started_at)
+        rows = [_plain(row) for row in session.scalars(query)]
+    for row in rows:
+        row["file"] = ""
+        with database.read() as session:
+            measured = service.measured(session, UUID(row["id"]))
+        if measured:
+            row["file"] = _written(worker, *measured, path)
+        if row["file"]:
+            yield row["file"], path
+    _write_index(path, rows)
+    yield "runs.csv", path
+
+
+def _written(worker: FigureWorker, series: Series, origin: Origin, path: Path) -> str:
+    """The name under which the samples stand; empty where they are damaged: the rest is worth having all the same."""
+    try:
+        worker.build(samples.write, series, origin, "parquet", path)
+    except ProblemError:
+        return ""
+    return f"{origin.kind}s/{origin.id}.parquet"
+
+
+def _record(session: Session, patient: PatientRow) -> dict[str, Any]:
+    episodes = [episode.id for episode in patient.episodes]
+    programmes = select(ProgrammeRow).where(ProgrammeRow.episode_id.in_(episodes))
+    assessments = select(AssessmentRow).where(AssessmentRow.episode_id.in_(episodes))
+    erasures = select(ErasureRow).where(ErasureRow.patient_id == patient.id)
+    return {
+        "patient": _plain(patient),
+        "episodes": [_plain(row, stages=row.stages) for row in patient.episodes],
+        "programmes": [
+            _plain(row) | {"versions": [_plain(version, items=version.items) for version in row.versions]}
+            for row in session.scalars(programmes.order_by(ProgrammeRow.created_at))
+        ],
+        "assessments": [
+            _plain(row, rom=row.rom) for row in session.scalars(assessments.order_by(AssessmentRow.assessed_at))
+        ],
+        "requests_for_erasure": [_plain(row) for row in session.scalars(erasures.order_by(ErasureRow.asked_at))],
+    }
+
+
+def _write_sessions(path: Path, session: Session, patient: PatientRow) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        file.write("[")
+        for number, visit in enumerate(bundle.visits(session, patient)):
+            stops = session.scalars(select(SessionStopRow).where(SessionStopRow.session_id == visit.id))
+            told = _plain(visit, addenda=visit.addenda, stops=list(stops))
+            told["runs"] = [_plain(run, motors=run.tracking, motions=run.motions) for run in visit.runs]
+            file.write((",\n" if number else "\n") + json.dumps(told, ensure_ascii=False))
+        file.write("\n]\n")
+
+
+def _write_json(path: Path, told: object) -> None:
+    path.write_text(json.dumps(told, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+
+
+def _write_index(path: Path, rows: list[dict[str, Any]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, ["file", *(name for name in rows[0] if name != "file")] if rows else ["file"])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _plain(row: Base, **parts: list[Any]) -> dict[str, Any]:
+    """Every column of a row, and of the rows that are part of it: what is added to a table is exported with it."""
+    columns = {column.key: getattr(row, column.key) for column in inspect(type(row)).column_attrs}
+    told = {name: _as_json(value) for name, value in columns.items() if name != "search_text"}
+    return told | {name: [_plain(part) for part in some] for name, some in parts.items()}
+
+
+def _as_json(value: Any) -> Any:
+    if hasattr(value, "isoformat"):
+        return value.isoformat()
+    return str(value) if isinstance(value, UUID) else value

@@ -1,0 +1,229 @@
+"""REST for what goes out to others and comes in from them."""
+
+from pathlib import Path
+from typing import Annotated, Any, Final
+from uuid import UUID
+
+from fastapi import APIRouter, Body, Query
+from fastapi.responses import StreamingResponse
+
+from kata.clinic import texts as clinic_texts
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.schemas import Patient
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.schemas import Recording, RecordingDetail
+from kata.database.series import Series, unpack
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation
+from kata.errors import ProblemError
+from kata.interop import bundle, patient_export, samples, service, texts
+from kata.interop.fhir_import import NotUnderstoodError, read_patients
+from kata.interop.files import sent
+from kata.interop.motion_csv import Understood, understand
+from kata.interop.samples import Origin, SampleFormat
+from kata.interop.schemas import ImportedMotion, ImportedPatients, UnderstoodMotion
+from kata.messages import text_of
+from kata.motion.csv_table import TableError
+from kata.plotting.figures import FigureWorker
+from kata.station.station import Station
+from kata.types import By, Name, Side
+
+router = APIRouter(tags=["exchange"])
+
+_LARGEST_CSV: Final = 64_000_000
+"""An hour at 100 Hz is some 20 MB."""
+_MEDIA: Final[dict[SampleFormat, str]] = {"csv": "text/csv", "parquet": "application/vnd.apache.parquet"}
+_CSV: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}}
+_PARQUET: Final[dict[int | str, dict[str, Any]]] = {
+    200: {"content": {_MEDIA["parquet"]: {"schema": {"type": "string", "format": "binary"}}}}
+}
+_FHIR: Final[dict[int | str, dict[str, Any]]] = {200: {"content": {bundle.MEDIA_TYPE: {"schema": {"type": "object"}}}}}
+_ZIP: Final[dict[int | str, dict[str, Any]]] = {
+    200: {"content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}}}
+}
+_MEND: Final = clinic_texts.MEND_FILE()
+
+MotionName = Annotated[Name, Query(description="What to call the recording.")]
+MotionSide = Annotated[Side, Query(description="The shoulder that it is for.")]
+MotionCsv = Annotated[
+    bytes,
+    Body(
+        media_type="text/csv",
+        min_length=1,
+        max_length=_LARGEST_CSV,
+        description="UTF-8 with a header: time_s and the five columns of a pose, or motor_1_deg to motor_5_deg; degrees.",
+    ),
+]
+
+
+@router.get(
+    "/api/recordings/{recording_id}/samples.csv",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 410, 422) | _CSV,
+)
+def get_recording_samples(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
+    """The samples as CSV: ``time_s`` and ``motor_1_deg`` to ``motor_5_deg``."""
+    with database.read() as session:
+        series, origin = service.of_recording(session, recording_id)
+    return _samples(worker, series, origin, "csv")
+
+
+@router.get(
+    "/api/recordings/{recording_id}/samples.parquet",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 410, 422) | _PARQUET,
+)
+def get_recording_parquet(database: TheDatabase, worker: TheFigures, recording_id: UUID) -> StreamingResponse:
+    """The samples as Parquet, with where they come from in the file's metadata and the unit in each column's."""
+    with database.read() as session:
+        series, origin = service.of_recording(session, recording_id)
+    return _samples(worker, series, origin, "parquet")
+
+
+@router.get(
+    "/api/runs/{run_id}/samples.csv",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 410, 422) | _CSV,
+)
+def get_run_samples(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
+    """What was measured as CSV: time, phase, place on the motion, and each motor's setpoint, angle and torque."""
+    with database.read() as session:
+        series, origin = service.of_run(session, run_id)
+    return _samples(worker, series, origin, "csv")
+
+
+@router.get(
+    "/api/runs/{run_id}/samples.parquet",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 410, 422) | _PARQUET,
+)
+def get_run_parquet(database: TheDatabase, worker: TheFigures, run_id: UUID) -> StreamingResponse:
+    """What was measured as Parquet, with where it comes from in the file's metadata and the unit in each column's."""
+    with database.read() as session:
+        series, origin = service.of_run(session, run_id)
+    return _samples(worker, series, origin, "parquet")
+
+
+@router.post("/api/patients/{patient_id}/recordings/import/preview", responses=PROBLEMS.of(404, 422))
+def preview_imported_motion(
+    database: TheDatabase, worker: TheFigures, station: TheStation, patient_id: UUID, side: MotionSide, csv: MotionCsv
+) -> UnderstoodMotion:
+    """What a CSV file of a motion would be taken for; checked as at the import, and not kept."""
+    with database.read() as session:
+        patients.get(session, patient_id)
+    return _as_understood(_understood(worker, station, csv, side), side)
+
+
+@router.post("/api/patients/{patient_id}/recordings/import", status_code=201, responses=PROBLEMS.of(404, 409, 422))
+def import_motion(
+    database: TheDatabase,
+    worker: TheFigures,
+    station: TheStation,
+    patient_id: UUID,
+    name: MotionName,
+    side: MotionSide,
+    csv: MotionCsv,
+    taught_by: Annotated[By, Query(description="Who brings it: you, unless somebody else is named.")] = "",
+) -> ImportedMotion:
+    """Keep a motion from a CSV file as a recording, checked against the station's limits as at loading.
+
+    What is wrong is told with line and column; nothing is mended, and nothing is kept of a file that is wrong.
+    """
+    with database.read() as session:
+        patients.get(session, patient_id)
+    made = _understood(worker, station, csv, side)
+    understood = _as_understood(made, side)
+    with database.write() as session:
+        row = service.keep_motion(
+            session, patient_id, made, name=name, side=side, taught_by=taught_by, station=station.config.name
+        )
+    plain = Recording.model_validate(row).model_dump()
+    return ImportedMotion(
+        recording=RecordingDetail(**plain, readable=True, ranges=understood.ranges), understood=understood
+    )
+
+
+@router.get(
+    "/api/patients/{patient_id}/fhir",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 422) | _FHIR,
+)
+def get_patient_fhir(database: TheDatabase, patient_id: UUID) -> StreamingResponse:
+    """The patient's record as an HL7 FHIR R4 transaction; sent again, it changes nothing where it was sent before."""
+
+    def write(path: Path) -> None:
+        with database.read() as session:
+            bundle.write(session, service.person(session, patient_id), path)
+
+    return sent(write, bundle.MEDIA_TYPE, f"patient-{patient_id}.fhir.json")
+
+
+@router.post("/api/patients/import/fhir", status_code=201, responses=PROBLEMS.of(409, 422))
+def import_fhir_patients(
+    database: TheDatabase,
+    affected_side: Annotated[
+        Side, Query(description="The shoulder that is treated; episodes of care are opened with it.")
+    ],
+    resource: Annotated[
+        dict[str, Any], Body(media_type=bundle.MEDIA_TYPE, description="A FHIR R4 Patient, or a Bundle with Patients.")
+    ],
+) -> ImportedPatients:
+    """Sign up who is in it: all of them, or none where anything is not understood or a clinic number is taken.
+
+    What is not kept here, a telephone number say, is left out and named. No record that is there already is changed.
+    """
+    try:
+        found, left_out = read_patients(resource, affected_side)
+    except NotUnderstoodError as error:
+        raise ProblemError(
+            422, "not_understood", texts.IMPORT_REFUSED(reasons=error.texts), _MEND, error.places
+        ) from error
+    with database.write() as session:
+        rows = service.sign_up(session, found)
+    return ImportedPatients(items=[Patient.model_validate(row) for row in rows], left_out=left_out)
+
+
+@router.get(
+    "/api/patients/{patient_id}/export.zip",
+    response_class=StreamingResponse,
+    responses=PROBLEMS.of(404, 409, 422) | _ZIP,
+)
+def get_whole_patient(database: TheDatabase, worker: TheFigures, patient_id: UUID) -> StreamingResponse:
+    """Everything of a patient: the record, sessions with notes and signatures, FHIR, and every recording and run."""
+    with database.read() as session:
+        service.person(session, patient_id)
+    headers = {"Content-Disposition": f'attachment; filename="patient-{patient_id}.zip"'}
+    return StreamingResponse(
+        patient_export.pieces(database, worker, patient_id), media_type="application/zip", headers=headers
+    )
+
+
+def _samples(worker: FigureWorker, series: Series, origin: Origin, wanted: SampleFormat) -> StreamingResponse:
+    name = f"{origin.kind}-{origin.id}.{wanted}"
+    return sent(lambda path: worker.build(samples.write, series, origin, wanted, path), _MEDIA[wanted], name)
+
+
+def _understood(worker: FigureWorker, station: Station, csv: bytes, side: Side) -> Understood:
+    try:
+        return worker.build(understand, csv, side, station.config)
+    except TableError as error:
+        raise ProblemError(
+            422,
+            "not_a_motion",
+            texts.FILE_REFUSED(reason=text_of(error)),
+            _MEND,
+            [(f"line {one.line}, column {one.column}", one.what) for one in error.complaints],
+        ) from error
+
+
+def _as_understood(made: Understood, side: Side) -> UnderstoodMotion:
+    columns = unpack(made.series)
+    return UnderstoodMotion(
+        layout=made.layout,
+        separator=made.separator,
+        left_alone=list(made.left_alone),
+        side=side,
+        samples=made.samples,
+        duration_s=made.duration_s,
+        rate_hz=made.rate_hz,
+        ranges=recordings.ranges(recordings.Samples(columns["time_s"], columns["angle_deg"])),
+    )

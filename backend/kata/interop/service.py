@@ -1,0 +1,135 @@
+"""What the database has to say for an exchange, and what is kept of one. Commits nothing: the request does."""
+
+from uuid import UUID, uuid4
+
+from sqlalchemy.orm import Session
+
+from kata.clinic import texts as clinic_texts
+from kata.clinic.patients import service as patients
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.recordings import service as recordings
+from kata.clinic.recordings.tables import SAMPLES as RECORDING_SAMPLES
+from kata.clinic.recordings.tables import RecordingRow
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.tables import SAMPLES as RUN_SAMPLES
+from kata.clinic.sessions.tables import SessionRow
+from kata.database.base import utc_now
+from kata.database.series import Series
+from kata.errors import ProblemError
+from kata.interop import texts
+from kata.interop.fhir_import import PatientIn
+from kata.interop.motion_csv import DONE, Understood
+from kata.interop.samples import Origin
+from kata.messages import sent_key
+from kata.motion.axes import Side
+
+
+def person(session: Session, patient_id: UUID) -> PatientRow:
+    """A patient of whom it is still known who that is.
+
+    :raises ProblemError: 404; 409 when the record was erased.
+    """
+    row = patients.get(session, patient_id)
+    if row.erased_at:
+        raise ProblemError(
+            409,
+            "erased",
+            texts.RECORD_WITHOUT_PATIENT(),
+            texts.DOWNLOAD_ONE_BY_ONE(),
+        )
+    return row
+
+
+def of_recording(session: Session, recording_id: UUID) -> tuple[Series, Origin]:
+    """A recording's stored samples, and where they come from.
+
+    :raises ProblemError: 404.
+    """
+    row = recordings.get(session, recording_id)
+    origin = Origin(
+        "recording", str(row.id), str(row.patient_id), row.side, row.station, row.rate_hz, row.taught_at.isoformat()
+    )
+    return recordings.stored_samples(session, recording_id), origin
+
+
+def of_run(session: Session, run_id: UUID) -> tuple[Series, Origin]:
+    """A run's stored samples, and where they come from.
+
+    :raises ProblemError: 404; 409 when nothing was measured in it.
+    """
+    if found := measured(session, run_id):
+        return found
+    raise ProblemError(409, "nothing_played", texts.NOTHING_MEASURED(), texts.NOTHING_TO_DOWNLOAD())
+
+
+def measured(session: Session, run_id: UUID) -> tuple[Series, Origin] | None:
+    """As :func:`of_run`; None when nothing was measured.
+
+    :raises ProblemError: 404.
+    """
+    row = runs.get(session, run_id)
+    series = RUN_SAMPLES.read(session, run_id)
+    if not series.head:
+        return None
+    visit = session.get_one(SessionRow, row.session_id)
+    origin = Origin(
+        "run",
+        str(row.id),
+        str(visit.patient_id),
+        row.recording.side,
+        visit.station or row.recording.station,
+        row.rate_hz,
+        row.started_at.isoformat(),
+    )
+    return series, origin
+
+
+def sign_up(session: Session, patients_in: list[PatientIn]) -> list[PatientRow]:
+    """Sign them all up, or none: nobody's record is changed by an import.
+
+    :raises ProblemError: 409 when a clinic number is taken, with its path.
+    """
+    made = []
+    for one in patients_in:
+        try:
+            made.append(patients.create(session, one.patient))
+        except ProblemError as error:
+            raise error.at(one.path, texts.IMPORTED_PLACE(place=one.path, problem=error.message)) from error
+    return made
+
+
+def keep_motion(
+    session: Session, patient_id: UUID, made: Understood, *, name: str, side: Side, taught_by: str, station: str
+) -> RecordingRow:
+    """Write down an imported motion as a recording that has neither a teaching nor a parent.
+
+    :raises ProblemError: 404; 409 for an archived patient.
+    """
+    patient = patients.get(session, patient_id)
+    if patient.archived_at:
+        raise ProblemError(
+            409, "archived", clinic_texts.PATIENT_ARCHIVED(patient=patient.name), clinic_texts.RESTORE_PATIENT_FIRST()
+        )
+    row = RecordingRow(
+        id=uuid4(),
+        patient_id=patient_id,
+        teaching_id=None,
+        take=None,
+        parent_id=None,
+        done=[str(DONE)],
+        done_keys=[sent_key(DONE)],
+        name=name,
+        side=side,
+        station=station,
+        taught_by=taught_by,
+        taught_at=utc_now(),
+        duration_s=made.duration_s,
+        rate_hz=made.rate_hz,
+        samples=made.samples,
+        note="",
+        archived_at=None,
+    )
+    session.add(row)
+    session.flush()
+    RECORDING_SAMPLES.keep(session, row.id, made.series, made.overview)
+    return row

@@ -1,0 +1,73 @@
+"""Lists that grow, a page at a time (keyset): a page goes on behind the last row of the one before, however long the list is.
+
+How many there are in all is not told: counting them costs more, the longer the list is.
+"""
+
+from base64 import urlsafe_b64decode, urlsafe_b64encode
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, Generic, TypeVar
+
+from fastapi import Query
+from pydantic import Field, TypeAdapter
+from sqlalchemy import Select, literal, tuple_
+from sqlalchemy.orm import InstrumentedAttribute
+
+from kata import texts
+from kata.errors import ProblemError
+
+Row = TypeVar("Row")
+Keys = TypeVar("Keys", bound=tuple[Any, ...])
+Selected = TypeVar("Selected", bound=Select[Any])
+
+Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
+After = Annotated[
+    str | None,
+    Query(max_length=1000, description="`next` of the page before; without it, the list from its beginning."),
+]
+Next = Annotated[
+    str | None, Field(description="Ask for the next page with this as `after`; null at the end of the list.")
+]
+
+
+class Keyset(Generic[Keys]):
+    """The order of a list, by columns that no two rows have all alike."""
+
+    def __init__(self, kinds: type[Keys], *columns: InstrumentedAttribute[Any], descending: bool = False) -> None:
+        """``kinds``: of the columns' values, as a tuple."""
+        self._adapter = TypeAdapter(kinds)
+        self._columns = columns
+        self._descending = descending
+
+    def page(self, query: Selected, after: str | None, limit: int) -> Selected:
+        """The rows of a page, and one more that tells whether another page follows.
+
+        :raises ProblemError: 422 when ``after`` is damaged.
+        """
+        if after is not None:
+            there = tuple_(
+                *(literal(key, column.type) for key, column in zip(self._read(after), self._columns, strict=True))
+            )
+            here = tuple_(*self._columns)
+            query = query.where(here < there if self._descending else here > there)
+        order = (column.desc() if self._descending else column.asc() for column in self._columns)
+        return query.order_by(*order).limit(limit + 1)
+
+    def cut(self, rows: Sequence[Row], limit: int, keys: Callable[[Row], Keys]) -> tuple[Sequence[Row], str | None]:
+        """Of what :meth:`page` has found: the page's rows, and where the next page begins, if there is one."""
+        if len(rows) <= limit:
+            return rows, None
+        shown = rows[:limit]
+        return shown, urlsafe_b64encode(self._adapter.dump_json(keys(shown[-1]))).decode()
+
+    def _read(self, after: str) -> Keys:
+        try:
+            keys = self._adapter.validate_json(urlsafe_b64decode(after.encode()))
+        except ValueError as error:
+            raise _DAMAGED from error
+        # No column holds it, and PostgreSQL refuses to look for it.
+        if any("\0" in key for key in keys if isinstance(key, str)):
+            raise _DAMAGED
+        return keys
+
+
+_DAMAGED = ProblemError(422, "damaged_cursor", texts.LIST_POSITION_UNREADABLE(), texts.BEGIN_LIST_ANEW())

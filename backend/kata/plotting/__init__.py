@@ -1,0 +1,1 @@
+"""Figures for Plotly and the downsampling behind them."""

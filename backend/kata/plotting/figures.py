@@ -1,0 +1,329 @@
+"""Plotly figures, built in a worker process: a long plot must not keep the service from its heartbeats."""
+
+import base64
+import copy
+import json
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from kata.database.arrays import Floats, UnreadableError, decode
+from kata.database.series import Series, unpack, unpack_within
+from kata.device.journal import PHASE_PLAYING
+from kata.errors import ProblemError
+from kata.motion.axes import AXES
+from kata.motion.edit import Motion, PlaybackSettings, with_settings
+from kata.motion.tracking import compare
+from kata.plotting import downsampling, texts
+from kata.plotting.placed_texts import with_texts
+
+# Red, yellow and cyan are kept for alarms. These are told apart by everybody, and in grey by their brightness.
+_TAUGHT: Final = "#1f3a93"
+_PLAYED: Final = "#e07b00"
+_ERROR: Final = "#5e9c76"
+_PIECE: Final = 1 << 18
+Window = tuple[float, float]
+"""From and to, seconds on the figure's own clock."""
+_Layout = dict[str, Any]
+_Trace = dict[str, Any]
+_Built = TypeVar("_Built")
+_NICENESS: Final = 10
+"""Whoever waits for a plot waits; the service and its heartbeats go first."""
+_COMMON: Final = {
+    "template": "plotly_white",
+    "margin": {"l": 60, "r": 60, "t": 30, "b": 45},
+    "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
+    "hovermode": "x unified",
+    "font": {"family": "system-ui, sans-serif", "size": 13},
+}
+
+
+@dataclass(frozen=True)
+class RecordingParts:
+    """What a recording's figure is drawn from: its overview, or its samples, those of a window at least."""
+
+    taught: Series | None
+    overview: bytes | None
+    window: Window | None
+
+
+@dataclass(frozen=True)
+class RunParts:
+    """What a run's figures are drawn from: its overview, or what was taught and how it was to be played, and its own samples."""
+
+    taught: Series | None
+    played: Series | None
+    asked: PlaybackSettings
+    overview: bytes | None
+    window: Window | None
+
+
+class FigureWorker:
+    """One process of its own that turns samples into figures, and into other samples."""
+
+    def __init__(self) -> None:
+        self._closed = False
+        self._pool, self._warm = self._new_pool()
+
+    def build(self, what: Callable[..., _Built], *parts: object) -> _Built:
+        """Run something on stored samples and what else it wants; waits for it, so call it from a worker thread.
+
+        :returns: what that returns: JSON, where it is one of this module's figures.
+        :raises ProblemError: 410 when the samples cannot be read.
+        """
+        try:
+            return self._pool.submit(what, *parts).result()
+        except UnreadableError as error:
+            raise ProblemError(
+                410,
+                "unreadable_samples",
+                texts.RUN_SAMPLES_DAMAGED(),
+                texts.RESTORE_FROM_BACKUP(),
+            ) from error
+        except BrokenProcessPool:
+            if self._closed:
+                raise
+            # The worker was killed, for want of memory perhaps. Once more, with a new one.
+            self._pool.shutdown(wait=False)
+            self._pool, self._warm = self._new_pool()
+            return self._pool.submit(what, *parts).result()
+
+    def close(self) -> None:
+        """End the worker. One that is still warming up is not waited for."""
+        self._closed = True
+        if not self._warm.done():
+            for worker in list(self._pool._processes.values()):
+                worker.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    @staticmethod
+    def _new_pool() -> tuple[ProcessPoolExecutor, Future[None]]:
+        """And when it is warm."""
+        spawning = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(1, mp_context=spawning, initializer=_end_with_parent)
+        # Ctrl-C in a terminal reaches every process of the group; ending the worker is ours. It inherits the mask.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            warm = pool.submit(_warm_up)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        return pool, warm
+
+
+def pieces(figure: str) -> Iterator[bytes]:
+    """A figure as it goes out. In one piece, half a megabyte would keep the event loop from its heartbeats."""
+    for start in range(0, len(figure), _PIECE):
+        yield figure[start : start + _PIECE].encode()
+
+
+def recording(parts: RecordingParts) -> str:
+    """A recording's five angles over time, one under the other, as JSON of a Plotly figure."""
+    lines = _recording_lines(parts)
+    angles = [lines["taught_deg"][:, axis] for axis in range(len(AXES))]
+    traces = [
+        _line(lines["taught_s"][:, axis], angles[axis], texts.FIGURE_MOTOR(motor=motor), _TAUGHT, row=motor, width=1.5)
+        for axis, motor in enumerate(AXES)
+    ]
+    return _stacked(traces, angles, parts.window, legend=False)
+
+
+def derived(before_series: Series, after_series: Series) -> str:
+    """What is made of a recording over what it is made of, one motor under the other, as JSON of a Plotly figure."""
+    before, after = _thinned(unpack(before_series)), _thinned(unpack(after_series))
+    traces, angles = [], []
+    for axis, motor in enumerate(AXES):
+        old, new = before["taught_deg"][:, axis], after["taught_deg"][:, axis]
+        traces += [
+            _line(before["taught_s"][:, axis], old, texts.FIGURE_BEFORE(), _TAUGHT, width=1.2, row=motor),
+            _line(after["taught_s"][:, axis], new, texts.FIGURE_AFTER(), _PLAYED, dash="dash", row=motor),
+        ]
+        for trace in traces[-2:]:
+            trace["showlegend"] = axis == 0
+        angles.append(np.concatenate([old, new]))
+    return _stacked(traces, angles, None, legend=True)
+
+
+def run(parts: RunParts) -> str:
+    """The paper's figure for each motor, as JSON of ``RunFigures``: both angles on the left axis, the error on the right.
+
+    Teaching is what was taught, played as it was asked for.
+    """
+    lines = run_lines(parts)
+    figures = []
+    for axis, motor in enumerate(AXES):
+        of_motor = {name: values[:, axis] for name, values in lines.items()}
+        error = _line(of_motor["played_s"], of_motor["error_deg"], texts.FIGURE_ERROR(), _ERROR, width=1.2)
+        traces = [
+            _line(of_motor["taught_s"], of_motor["taught_deg"], texts.FIGURE_TEACHING(), _TAUGHT),
+            _line(of_motor["played_s"], of_motor["played_deg"], texts.FIGURE_PLAYBACK(), _PLAYED, dash="dash"),
+            error | {"yaxis": "y2"},
+        ]
+        layout = _layout() | {
+            "height": 340,
+            "xaxis": {"title": {"text": texts.FIGURE_TIME()}} | _range(parts.window),
+            "yaxis": {"title": {"text": texts.FIGURE_ANGLE()}, "range": _around(of_motor["taught_deg"])},
+            "yaxis2": {
+                "title": {"text": texts.FIGURE_ERROR_DEG()},
+                "overlaying": "y",
+                "side": "right",
+                "showgrid": False,
+                "tickmode": "auto",
+                "nticks": 6,
+                "range": _symmetric(of_motor["error_deg"]),
+            },
+        }
+        figures.append({"motor": motor, "figure": with_texts({"data": traces, "layout": layout})})
+    return json.dumps({"motors": figures})
+
+
+def _stacked(traces: list[_Trace], angles_deg: list[Floats], window: Window | None, *, legend: bool) -> str:
+    """A row a motor, over one clock."""
+    layout = copy.deepcopy(_rows()) | _layout() | {"height": 900, "showlegend": legend}
+    for motor, angle_deg in zip(AXES, angles_deg, strict=True):
+        layout[_axis("yaxis", motor)] |= {
+            "title": {"text": texts.FIGURE_MOTOR_DEG(motor=motor)},
+            "range": _around(angle_deg),
+        }
+        layout[_axis("xaxis", motor)] |= _range(window)
+    layout[_axis("xaxis", AXES[-1])]["title"] = {"text": texts.FIGURE_TIME()}
+    return json.dumps(with_texts({"data": traces, "layout": layout}))
+
+
+@cache
+def _rows() -> _Layout:
+    """Where the axes of one row a motor are."""
+    figure = make_subplots(rows=len(AXES), cols=1, shared_xaxes=True, vertical_spacing=0.03)
+    layout: _Layout = figure.to_plotly_json()["layout"]
+    return layout
+
+
+@cache
+def _layout() -> _Layout:
+    """What all figures have in common. Plotly checks a figure as it is built, its template first of all: that once is enough."""
+    layout: _Layout = go.Figure(layout=_COMMON).to_plotly_json()["layout"]
+    return layout
+
+
+def _axis(name: str, row: int) -> str:
+    return name if row == 1 else f"{name}{row}"
+
+
+def _range(window: Window | None) -> _Layout:
+    return {"range": list(window)} if window else {}
+
+
+def _recording_lines(parts: RecordingParts) -> downsampling.Lines:
+    if parts.overview is not None:
+        return decode(parts.overview)
+    assert parts.taught is not None
+    if parts.window is None:
+        return _thinned(unpack(parts.taught))
+    return _thinned(unpack_within(parts.taught, "time_s", *parts.window))
+
+
+def _thinned(taught: dict[str, Floats]) -> downsampling.Lines:
+    return downsampling.recording_lines(taught["time_s"], taught["angle_deg"])
+
+
+def run_lines(parts: RunParts) -> downsampling.Lines:
+    """What is drawn of a run (:func:`kata.plotting.downsampling.run_lines`).
+
+    :raises UnreadableError: when its samples, or its recording's, are damaged.
+    """
+    if parts.overview is not None:
+        return decode(parts.overview)
+    assert parts.taught is not None and parts.played is not None
+    taught = unpack(parts.taught)
+    motion = with_settings(Motion(taught["time_s"], taught["angle_deg"]), parts.asked)
+    if parts.window is None:
+        played = unpack(parts.played)
+    else:
+        played = unpack_within(parts.played, "path_s", *parts.window)
+        motion = _around_window(motion, *parts.window)
+    playing = played["phase"] == PHASE_PLAYING
+    path_s, measured_deg = played["path_s"][playing], played["measured_deg"][playing]
+    if not len(path_s):
+        return downsampling.run_lines(motion, path_s, measured_deg, measured_deg)
+    compared = compare(motion.times_s, motion.angles_deg, path_s - motion.times_s[0], measured_deg)
+    return downsampling.run_lines(motion, path_s, compared.played_deg, compared.error_deg)
+
+
+def _around_window(motion: Motion, start_s: float, end_s: float) -> Motion:
+    """The samples within, and the nearest ones besides: its line goes through the whole window."""
+    first = max(int(np.searchsorted(motion.times_s, start_s)) - 2, 0)
+    last = int(np.searchsorted(motion.times_s, end_s)) + 2
+    return replace(motion, times_s=motion.times_s[first:last], angles_deg=motion.angles_deg[first:last])
+
+
+def _line(
+    x_s: Floats,
+    y_deg: Floats,
+    name: str,
+    colour: str,
+    *,
+    row: int = 1,
+    dash: str = "solid",
+    width: float = 2.0,
+) -> _Trace:
+    """A line on the axes of a row."""
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": _numbers(x_s, "f8"),
+        "y": _numbers(y_deg, "f4"),
+        "name": name,
+        "xaxis": _axis("x", row),
+        "yaxis": _axis("y", row),
+        "hovertemplate": texts.FIGURE_ANGLE_HOVER(),
+        "line": {"color": colour, "width": width, "dash": dash},
+    }
+
+
+def _numbers(values: Floats, kind: str) -> _Layout:
+    """As Plotly takes arrays in: their bytes, not their digits."""
+    return {"dtype": kind, "bdata": base64.b64encode(values.astype(f"<{kind}").tobytes()).decode()}
+
+
+def _around(angle_deg: Any) -> list[float]:
+    """An angle axis that holds it all, never so narrow that single counts of the encoder look like movement."""
+    if not len(angle_deg):
+        return [-6.0, 6.0]
+    low, high = float(angle_deg.min()), float(angle_deg.max())
+    reach = max(6.0, 0.6 * (high - low))
+    return [(low + high) / 2 - reach, (low + high) / 2 + reach]
+
+
+def _symmetric(error_deg: Any) -> list[float]:
+    """An error axis with zero in the middle, never so narrow that noise looks like a fault."""
+    reach = max(2.0, 1.2 * float(abs(error_deg).max(initial=0.0)))
+    return [-reach, reach]
+
+
+def _end_with_parent() -> None:
+    """A service that is killed cannot end its worker; so the worker watches."""
+    os.nice(_NICENESS)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+def _warm_up() -> None:
+    """Plotly takes a second to import, and to be asked for a layout; better now than at the first plot."""
+    _rows()
+    _layout()

@@ -1,0 +1,161 @@
+"""Curves as points of an SVG: pure numbers, drawn by a template. Nothing on paper moves, so no plotting library is needed."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from tsdownsample import MinMaxDownsampler
+
+from kata.motion.axes import AXES
+from kata.motion.linkage import Floats
+from kata.plotting.figures import RunParts, run_lines
+
+_PLACES: Final = 90
+"""A curve this narrow has room for so many places: each has its lowest and its highest angle, so that no peak is lost."""
+_NARROWEST_DEG: Final = 10.0
+"""An angle axis is never narrower, or single counts of an encoder would look like movement."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A chart's size and the margins around its curves, in its own units."""
+
+    width: float
+    height: float
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+    def x(self, share: float) -> float:
+        """Where ``share`` (0 to 1) of the way from left to right is."""
+        return round(self.left + share * (self.width - self.left - self.right), 2)
+
+    def y(self, share: float) -> float:
+        """Where ``share`` (0 to 1) of the way from bottom to top is."""
+        return round(self.height - self.bottom - share * (self.height - self.top - self.bottom), 2)
+
+
+SMALL: Final = Frame(128, 76, 24, 3, 4, 12)
+"""Five of them stand beside each other on a page."""
+WIDE: Final = Frame(250, 120, 28, 8, 8, 18)
+"""Two of them do."""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A place on an axis and its label."""
+
+    at: float
+    label: str
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve: what it shows, its points as SVG writes them, and whether each point is marked."""
+
+    name: str
+    points: str
+    dots: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Ready to be drawn."""
+
+    name: str
+    frame: Frame
+    x_ticks: tuple[Tick, ...]
+    y_ticks: tuple[Tick, ...]
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Values over days; a value that has no day goes all the way across."""
+
+    name: str
+    days: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+def tracking(parts: RunParts) -> tuple[Chart, ...]:
+    """Teaching and playback of each motor over the recording's clock, as small charts.
+
+    :raises UnreadableError: when the samples are damaged.
+    """
+    lines = run_lines(parts)
+    end_s = float(lines["taught_s"].max())
+    return tuple(
+        _small(
+            str(motor),
+            end_s,
+            *((name, lines[f"{name}_s"][:, axis], lines[f"{name}_deg"][:, axis]) for name in ("taught", "played")),
+        )
+        for axis, motor in enumerate(AXES)
+    )
+
+
+def over_days(name: str, series: Sequence[Series], labels: Sequence[Tick], low: float, high: float) -> Chart:
+    """Values between two days: ``labels`` are days from the first and how they are called, the last of them the end."""
+    end = max(labels[-1].at, 1.0)
+    ticks = nice_ticks(low, high, 4)
+    low, high = min(low, ticks[0]), max(high, ticks[-1])
+    lines = []
+    for one in series:
+        days = one.days or (0.0, end)
+        values = one.values if one.days else one.values * 2
+        places = [(WIDE.x(day / end), WIDE.y((v - low) / (high - low))) for day, v in zip(days, values, strict=True)]
+        lines.append(Line(one.name, _points(places), tuple(places) if one.days else ()))
+    return Chart(
+        name,
+        WIDE,
+        tuple(Tick(WIDE.x(label.at / end), label.label) for label in labels),
+        tuple(Tick(WIDE.y((tick - low) / (high - low)), f"{tick:g}".replace("-", "−")) for tick in ticks),
+        tuple(lines),
+    )
+
+
+def nice_ticks(low: float, high: float, about: int) -> tuple[float, ...]:
+    """Round numbers from at most ``low`` to at least ``high``, some ``about`` steps."""
+    rough = max(high - low, 1e-9) / about
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= rough * (1 - 1e-9))
+    first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
+    return tuple(round(count * step, 10) for count in range(first, last + 1))
+
+
+def _small(name: str, duration_s: float, *curves: tuple[str, Floats, Floats]) -> Chart:
+    low = min(float(angles.min()) for _, _, angles in curves)
+    high = max(float(angles.max()) for _, _, angles in curves)
+    middle, reach = (low + high) / 2, max(_NARROWEST_DEG, high - low) / 2 * 1.1
+    ticks = [tick for tick in nice_ticks(middle - reach, middle + reach, 4) if abs(tick - middle) <= reach]
+
+    def y(angle: float) -> float:
+        return SMALL.y((angle - middle + reach) / (2 * reach))
+
+    lines = []
+    for line, times, angles in curves:
+        places = [(SMALL.x(min(time / duration_s, 1.0)), y(angle)) for time, angle in _thinned(times, angles)]
+        lines.append(Line(line, _points(places)))
+    return Chart(
+        name,
+        SMALL,
+        (Tick(SMALL.x(0), "0"), Tick(SMALL.x(1), f"{duration_s:.0f} s")),
+        tuple(Tick(y(tick), f"{tick:g}".replace("-", "−")) for tick in ticks),
+        tuple(lines),
+    )
+
+
+def _thinned(times: Floats, angles: Floats) -> list[tuple[float, float]]:
+    """At most the lowest and the highest of every place, in their order."""
+    if len(times) > 2 * _PLACES:
+        kept = MinMaxDownsampler().downsample(np.ascontiguousarray(angles), n_out=2 * _PLACES)  # type: ignore[no-untyped-call]
+        times, angles = times[kept], angles[kept]
+    return list(zip(times.tolist(), angles.tolist(), strict=True))
+
+
+def _points(places: Sequence[tuple[float, float]]) -> str:
+    return " ".join(f"{x:g},{y:g}" for x, y in places)

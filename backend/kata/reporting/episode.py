@@ -1,0 +1,168 @@
+"""An episode's rows as the content of its report."""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+from uuid import UUID
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic import texts
+from kata.clinic.assessments import rom
+from kata.clinic.assessments.tables import AssessmentRow
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients import service as patients
+from kata.clinic.programmes.tables import ProgrammeItemRow
+from kata.clinic.sessions.tables import RunRow, SessionRow
+from kata.errors import not_found
+from kata.reporting.content import Course, EpisodeContent, Limit, Reading, RomLine, Stage, Stop, Visit, motor_of
+from kata.reporting.session import person
+
+PAINS: Final = ("rest", "active", "passive", "average")
+
+
+class _Played(NamedTuple):
+    position: int | None
+    recording_id: UUID
+    repetitions: int
+    rmse_deg: float | None
+
+
+def content(session: DatabaseSession, episode_id: UUID) -> EpisodeContent:
+    """All that its report says.
+
+    :raises ProblemError: 404.
+    """
+    row = session.get(EpisodeRow, episode_id)
+    if row is None:
+        raise not_found(texts.EPISODE_NOT_FOUND)
+    found = session.scalars(
+        select(AssessmentRow)
+        .where(AssessmentRow.episode_id == episode_id, AssessmentRow.withdrawn_at.is_(None))
+        .order_by(AssessmentRow.assessed_at, AssessmentRow.id)
+    ).all()
+    return EpisodeContent(
+        patient=person(patients.get(session, row.patient_id)),
+        side=row.side,
+        diagnosis=row.diagnosis,
+        onset_on=row.onset_on,
+        opened_at=row.opened_at,
+        closed_at=row.closed_at,
+        contraindications=row.contraindications,
+        limits=tuple(Limit(**limit) for limit in row.limits),
+        max_load_level=row.max_load_level,
+        max_speed_deg_s=row.max_speed_deg_s,
+        limits_by=row.limits_by,
+        stages=tuple(Stage(stage.stage, stage.since) for stage in row.stages),
+        assessed_at=tuple(one.assessed_at for one in found),
+        rom=_rom(found, row.side),
+        pain=_pain(found),
+        spadi=tuple(Reading(one.assessed_at, one.spadi_score) for one in found if one.spadi_score is not None),
+        visits=_visits(session, episode_id),
+        stops=_stops(session, episode_id),
+        closing_note=row.closing_note,
+    )
+
+
+def _rom(found: Iterable[AssessmentRow], treated: str) -> tuple[RomLine, ...]:
+    """Direction by direction, active before passive."""
+    own: dict[tuple[str, str, str], list[Reading]] = {}
+    other: dict[tuple[str, str, str], Reading] = {}
+    for one in found:
+        for measured in one.rom:
+            key = (measured.motion, measured.kind, measured.position)
+            reading = Reading(one.assessed_at, measured.angle_deg)
+            if measured.side == treated:
+                own.setdefault(key, []).append(reading)
+            else:
+                other[key] = reading
+
+    def place(key: tuple[str, str, str]) -> tuple[int, str]:
+        motion, kind, position = key
+        return rom.place_of(motion, position), kind
+
+    def reference(motion: str, position: str) -> float | None:
+        measure = rom.measure_of(motion, position)
+        return measure.reference_deg if measure else None
+
+    return tuple(
+        RomLine(*key, tuple(own[key]), other.get(key), reference(key[0], key[2])) for key in sorted(own, key=place)
+    )
+
+
+def _pain(found: Iterable[AssessmentRow]) -> tuple[Course, ...]:
+    courses = []
+    for name in PAINS:
+        readings = tuple(
+            Reading(one.assessed_at, score) for one in found if (score := getattr(one, f"pain_{name}")) is not None
+        )
+        if readings:
+            courses.append(Course(name, readings))
+    return tuple(courses)
+
+
+def _visits(session: DatabaseSession, episode_id: UUID) -> tuple[Visit, ...]:
+    """Without loading what was measured: an episode may have a hundred sessions."""
+    visits = session.execute(
+        select(
+            SessionRow.id, SessionRow.started_at, SessionRow.therapist, SessionRow.programme_version_id,
+            SessionRow.stop_count, SessionRow.pain_before, SessionRow.pain_after, SessionRow.signed_at,
+        )
+        .where(SessionRow.episode_id == episode_id)
+        .order_by(SessionRow.started_at, SessionRow.id)
+    ).all()  # fmt: skip
+    runs: dict[UUID, list[_Played]] = {}
+    for run in session.execute(
+        select(
+            RunRow.session_id, RunRow.programme_position, RunRow.recording_id, RunRow.repetitions_done,
+            RunRow.worst_rmse_deg,
+        )
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
+        .where(SessionRow.episode_id == episode_id)
+    ):  # fmt: skip
+        played = _Played(run.programme_position, run.recording_id, run.repetitions_done or 0, run.worst_rmse_deg)
+        runs.setdefault(run.session_id, []).append(played)
+    versions = {visit.programme_version_id for visit in visits if visit.programme_version_id}
+    items: dict[UUID, list[ProgrammeItemRow]] = {}
+    for item in session.scalars(select(ProgrammeItemRow).where(ProgrammeItemRow.version_id.in_(versions))):
+        items.setdefault(item.version_id, []).append(item)
+    return tuple(
+        Visit(
+            visit.started_at,
+            visit.therapist,
+            *_planned_and_done(items.get(visit.programme_version_id), runs.get(visit.id, [])),
+            visit.stop_count,
+            visit.pain_before,
+            visit.pain_after,
+            max((run.rmse_deg for run in runs.get(visit.id, []) if run.rmse_deg is not None), default=None),
+            visit.signed_at is not None,
+        )
+        for visit in visits
+    )
+
+
+def _planned_and_done(items: list[ProgrammeItemRow] | None, runs: list[_Played]) -> tuple[int | None, int]:
+    """As :mod:`kata.clinic.programmes.planned` counts: a run of another recording is none of the item."""
+    if items is None:
+        return None, sum(run.repetitions for run in runs)
+    done = 0
+    for item in items:
+        own = (run for run in runs if (run.position, run.recording_id) == (item.position, item.recording_id))
+        done += min(item.repetitions, sum(run.repetitions for run in own))
+    return sum(item.repetitions for item in items), done
+
+
+def _stops(session: DatabaseSession, episode_id: UUID) -> tuple[tuple[Stop, int], ...]:
+    """Each cause with its newest sentence, the most frequent first."""
+    counted: dict[str, tuple[Stop, set[UUID]]] = {}
+    for run in session.execute(
+        select(RunRow.session_id, RunRow.stop_code, RunRow.stop_message, RunRow.stop_key)
+        .join(SessionRow, SessionRow.id == RunRow.session_id)
+        .where(SessionRow.episode_id == episode_id, RunRow.stop_code.is_not(None))
+        .order_by(RunRow.started_at)
+    ):
+        stop = Stop(run.stop_code, run.stop_message or "", motor_of(run.stop_key))
+        _, where = counted.get(run.stop_code, (stop, set()))
+        counted[run.stop_code] = (stop, where | {run.session_id})
+    causes = [(stop, len(where)) for stop, where in counted.values()]
+    return tuple(sorted(causes, key=lambda cause: -cause[1]))

@@ -1,0 +1,88 @@
+"""What a drafted note says, in English and in Japanese: whole sentences, with values put in."""
+
+from typing import Final
+
+from kata.reporting.words import LANGUAGES, Language, Speaker
+
+WORDS: Final[dict[str, tuple[str, str]]] = {
+    "between": (" ", ""),
+    "and": (", ", "、"),
+    "motions_between": ("; ", "、"),
+    "shoulder.left": ("Left shoulder", "左肩"),
+    "shoulder.right": ("Right shoulder", "右肩"),
+    "shoulder.": ("Shoulder", "肩"),
+    "without_programme": ("{shoulder}, without a programme.", "{shoulder}、プログラムなし。"),
+    "with_programme": (
+        "{shoulder}, programme {name} (version {number}).",
+        "{shoulder}、プログラム「{name}」(第{number}版)。",
+    ),
+    "nothing_played": ("Nothing was played.", "再生は行わなかった。"),
+    "played_once": ("{what}: {done} of {planned} repetition.", "{what}：{planned}回中{done}回実施。"),
+    "played": ("{what}: {done} of {planned} repetitions.", "{what}：{planned}回中{done}回実施。"),
+    "with_settings": ("{name} ({settings})", "{name}({settings})"),
+    "settings.range": ("{percent:g} % of the range", "範囲{percent:g}%"),
+    "settings.speed": ("{percent:g} % speed", "速度{percent:g}%"),
+    "settings.pause": ("{seconds:g} s of pause", "休止{seconds:g}秒"),
+    "settings.learned": ("learned", "学習"),
+    "settings.paper": ("as in the paper", "論文方式"),
+    "not_played": ("Not played: {names}.", "実施せず：{names}。"),
+    "reached": ("Reached: {motions}.", "到達範囲：{motions}。"),
+    "reached_motion": ("{name} {low} to {high} deg", "{name} {low}〜{high}°"),
+    "tracking": (
+        "Tracking error at most {peak:.1f} deg (motor {motor}, RMSE {rmse:.1f} deg).",
+        "追従誤差は最大{peak:.1f}°(モータ{motor}、RMSE {rmse:.1f}°)。",
+    ),
+    "less": (
+        "Less range was asked for in {name}: part of it was played with {percent:.0f} % of its range.",
+        "「{name}」では可動範囲を狭める操作があり、一部を範囲{percent:.0f}%で実施。",
+    ),
+    "reversed_once": (
+        "In {name} the arm met resistance and was taken back once (level {level}).",
+        "「{name}」で腕が抵抗を受け、1回引き戻された(抵抗許容レベル{level})。",
+    ),
+    "reversed_twice": (
+        "In {name} the arm met resistance and was taken back twice (level {level}).",
+        "「{name}」で腕が抵抗を受け、2回引き戻された(抵抗許容レベル{level})。",
+    ),
+    "reversed": (
+        "In {name} the arm met resistance and was taken back {count} times (level {level}).",
+        "「{name}」で腕が抵抗を受け、{count}回引き戻された(抵抗許容レベル{level})。",
+    ),
+    "stopped": ("{name} was stopped: {cause}", "「{name}」は停止した。原因：{cause}"),
+    "returned": ("{name} was ended early.", "「{name}」は途中で終了した。"),
+    "interrupted": (
+        "{name} was interrupted: the control program ended.",
+        "「{name}」は制御プログラムの終了により中断した。",
+    ),
+    "pain": ("Pain (0 to 10): {given}.", "痛み(0〜10)：{given}。"),
+    "pain.before": ("{pain} before", "前{pain}"),
+    "pain.during": ("{pain} during", "中{pain}"),
+    "pain.after": ("{pain} after", "後{pain}"),
+}
+"""Key to English and Japanese. What stands behind a dot is a value of the record."""
+
+
+class NoteSpeaker:
+    """Says the sentences of a note in one language."""
+
+    def __init__(self, language: Language) -> None:
+        self._column = LANGUAGES.index(language)
+        self._of_reports = Speaker(language, "")
+
+    def say(self, key: str, /, **values: object) -> str:
+        """The words for a key, with values put in."""
+        return WORDS[key][self._column].format(**values)
+
+    def join(self, key: str, words: list[str]) -> str:
+        """One behind the other, with what stands between them."""
+        return self.say(key).join(words)
+
+    def motion(self, number: int, english: str) -> str:
+        """A basic motion within a sentence, without its number."""
+        if self._of_reports.language == "en":
+            return f"{english[0].lower()}{english[1:]}"
+        return self._of_reports.named("motion", number).partition(" ")[2]
+
+    def stop(self, code: str, message: str, motor: int | None) -> str:
+        """Return what stopped something (:meth:`kata.reporting.words.Speaker.stop`)."""
+        return self._of_reports.stop(code, message, motor)

@@ -1,0 +1,159 @@
+"""A report as HTML, and the same HTML as PDF. To be run in the worker process that builds figures.
+
+What was entered by people reaches a page only escaped: in the template by Jinja, in the style sheet's margins by
+:func:`css_string`. The page runs no script and fetches nothing, and its policy forbids both.
+"""
+
+import base64
+import hashlib
+import io
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cache
+from importlib.metadata import version
+from typing import Final
+
+import plutoprint
+import pylopdf_fonts_cjk
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+from kata.clinic.assessments.spadi import IMPORTANT_CHANGE
+from kata.database.arrays import UnreadableError
+from kata.reporting import charts, trends
+from kata.reporting.charts import Chart
+from kata.reporting.content import EpisodeContent, RunContent, SessionContent
+from kata.reporting.letterhead import Letterhead
+from kata.reporting.words import Language, Speaker
+
+_FONT: Final = "kata:sans"
+_FONT_STYLE: Final = f'@font-face {{ font-family: "Kata Sans"; src: url("{_FONT}") }}'
+
+
+@dataclass(frozen=True)
+class Print:
+    """How it is to be printed: by whom, in which words, and when it is now in the clinic."""
+
+    letterhead: Letterhead
+    language: Language
+    zone: str
+    at: datetime
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page and the policy that it is to be shown under."""
+
+    html: str
+    policy: str
+
+
+def session_page(content: SessionContent, how: Print) -> Page:
+    """The report of one session."""
+    speaker = Speaker(how.language, how.zone)
+    title = speaker.say("comma").join([speaker.say("session_report"), speaker.day(content.started_at)])
+    curves = {run.number: _curves(run) for run in content.runs}
+    return _page("session.html", title, content, how, draft=content.signed_at is None, curves=curves)
+
+
+def episode_page(content: EpisodeContent, how: Print) -> Page:
+    """The report of one episode."""
+    speaker = Speaker(how.language, how.zone)
+    drawn = trends.draw(content, speaker)
+    return _page(
+        "episode.html",
+        speaker.say("episode_report"),
+        content,
+        how,
+        draft=False,
+        trends=drawn,
+        important=IMPORTANT_CHANGE,
+    )
+
+
+def session_pdf(content: SessionContent, how: Print) -> bytes:
+    """The same on A4."""
+    return _pdf(session_page(content, how), how)
+
+
+def episode_pdf(content: EpisodeContent, how: Print) -> bytes:
+    """The same on A4."""
+    return _pdf(episode_page(content, how), how)
+
+
+def css_string(text: str) -> Markup:
+    """A string of a style sheet that holds any text, and can end neither the string nor the sheet."""
+    return Markup(f'"{"".join(letter if letter.isalnum() else f"{chr(92)}{ord(letter):x} " for letter in text)}"')  # noqa: S704 - escaped right here
+
+
+def _page(
+    template: str, title: str, content: SessionContent | EpisodeContent, how: Print, *, draft: bool, **more: object
+) -> Page:
+    speaker = Speaker(how.language, how.zone)
+    environment = _environment()
+    given = {
+        "title": title,
+        "report": content,
+        "letterhead": how.letterhead,
+        "language": how.language,
+        "draft": draft,
+        "at": how.at,
+        "printed": f"{speaker.moment(how.at)} {speaker.zone(how.at)}".strip(),
+        "version": version("kata"),
+        "speak": speaker,
+        "w": speaker.say,
+    }
+    style = environment.get_template("style.css").render(given)
+    html = environment.get_template(template).render(given, style=Markup(style), **more)  # noqa: S704 - css_string has escaped
+    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
+    policy = (
+        f"default-src 'none'; style-src 'sha256-{digest}'; img-src data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return Page(html, policy)
+
+
+def _curves(run: RunContent) -> tuple[Chart, ...] | None:
+    """None where the samples are damaged: what else is known of the run is told all the same."""
+    if run.parts is None:
+        return ()
+    try:
+        return charts.tracking(run.parts)
+    except UnreadableError:
+        return None
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("kata.reporting"),
+        autoescape=select_autoescape(["html"]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["css_string"] = css_string
+    return environment
+
+
+class _OnlyOurs(plutoprint.ResourceFetcher):
+    """Hands out the font and what an address itself contains; nothing else exists for a page."""
+
+    def fetch_url(self, url: str) -> plutoprint.ResourceData:
+        if url == _FONT:
+            return plutoprint.ResourceData(pylopdf_fonts_cjk.sans_path().read_bytes(), "font/otf")
+        if url.startswith("data:"):
+            return plutoprint.default_resource_fetcher.fetch_url(url)
+        raise ValueError("a report fetches nothing")
+
+
+def _pdf(page: Page, how: Print) -> bytes:
+    book = plutoprint.Book(plutoprint.PAGE_SIZE_A4, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
+    book.custom_resource_fetcher = _OnlyOurs()
+    book.load_html(page.html, user_style=_FONT_STYLE)
+    book.set_metadata(plutoprint.PDF_METADATA_CREATOR, f"Kata {version('kata')}")
+    book.set_metadata(plutoprint.PDF_METADATA_AUTHOR, how.letterhead.name)
+    book.set_metadata(plutoprint.PDF_METADATA_CREATION_DATE, how.at.strftime("%Y-%m-%dT%H:%M:%SZ"))
+    written = io.BytesIO()
+    book.write_to_pdf_stream(written)
+    return written.getvalue()

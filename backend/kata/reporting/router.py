@@ -1,0 +1,95 @@
+"""REST for reports: pages to be read, printed, or fetched as PDF."""
+
+from typing import Annotated, Any, Final
+from uuid import UUID
+
+from fastapi import APIRouter, Depends, Query, Request
+from fastapi.responses import HTMLResponse, Response
+
+from kata.clinic.sessions import ending, service
+from kata.clinic.sessions.schemas import Draft
+from kata.database.base import utc_now
+from kata.dependencies import PROBLEMS, TheDatabase, TheFigures
+from kata.reporting import episode, paper, session
+from kata.reporting.letterhead import Letterhead
+from kata.reporting.note_draft import draft
+from kata.reporting.paper import Page, Print
+from kata.reporting.words import Language
+
+router = APIRouter()
+
+_PRIVATE: Final = {
+    # A patient's papers stay in no cache, and tell no other site where they were read.
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+_HTML: Final = PROBLEMS.of(404, 422) | {200: {"content": {"text/html": {"schema": {"type": "string"}}}}}
+_PDF: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(404, 422) | {
+    200: {"content": {"application/pdf": {"schema": {"type": "string", "contentMediaType": "application/pdf"}}}}
+}
+
+
+def _how(
+    request: Request, language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en"
+) -> Print:
+    letterhead: Letterhead = request.app.state.letterhead
+    zone: str = request.app.state.clinic_zone
+    return Print(letterhead, language, zone, utc_now())
+
+
+ThePrint = Annotated[Print, Depends(_how)]
+
+
+@router.get("/api/sessions/{session_id}/report.html", response_class=HTMLResponse, responses=_HTML, tags=["reports"])
+def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
+    """A session's report, to be read and printed. Until it is signed, it says so on every page."""
+    with database.read() as reading:
+        content = session.content(reading, session_id)
+    return _shown(worker.build(paper.session_page, content, how))
+
+
+@router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF, tags=["reports"])
+def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
+    """The same as PDF, on A4."""
+    with database.read() as reading:
+        content = session.content(reading, session_id)
+    return _printed(worker.build(paper.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
+
+
+@router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML, tags=["reports"])
+def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
+    """An episode's report, to be read and printed: assessments, trends, sessions."""
+    with database.read() as reading:
+        content = episode.content(reading, episode_id)
+    return _shown(worker.build(paper.episode_page, content, how))
+
+
+@router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF, tags=["reports"])
+def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
+    """The same as PDF, on A4."""
+    with database.read() as reading:
+        content = episode.content(reading, episode_id)
+    return _printed(worker.build(paper.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
+
+
+@router.get("/api/sessions/{session_id}/draft", tags=["sessions"], responses=PROBLEMS.of(404, 422))
+def get_draft(
+    database: TheDatabase,
+    session_id: UUID,
+    language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en",
+) -> Draft:
+    """A note from what was measured, to be read and edited; nothing is kept of it."""
+    with database.read() as reading:
+        ended = service.as_session(service.get(reading, session_id))
+    planned = ended.programme.items if ended.programme else []
+    return Draft(text=draft(ended, language), end_reason=ending.suggested_reason(planned, ended.runs))
+
+
+def _shown(page: Page) -> HTMLResponse:
+    return HTMLResponse(page.html, headers=_PRIVATE | {"Content-Security-Policy": page.policy})
+
+
+def _printed(pdf: bytes, name: str) -> Response:
+    headers = _PRIVATE | {"Content-Disposition": f'inline; filename="{name}.pdf"'}
+    return Response(pdf, media_type="application/pdf", headers=headers)

@@ -1,0 +1,131 @@
+"""A session's rows as the content of its report."""
+
+from datetime import datetime
+from uuid import UUID
+
+from sqlalchemy.orm import Session as DatabaseSession
+
+from kata.clinic.episodes.tables import EpisodeRow
+from kata.clinic.patients.tables import PatientRow
+from kata.clinic.programmes import planned
+from kata.clinic.programmes.tables import ProgrammeVersionRow
+from kata.clinic.sessions import runs
+from kata.clinic.sessions import service as sessions
+from kata.clinic.sessions.tables import MotionTrackingRow, MotorTrackingRow, RunRow, SessionRow
+from kata.motion.edit import PlaybackSettings
+from kata.reporting.content import (
+    Addendum,
+    Check,
+    How,
+    MotionReach,
+    MotorErrors,
+    Person,
+    Plan,
+    PlannedItem,
+    RunContent,
+    SessionContent,
+    Stop,
+    motor_of,
+)
+
+
+def content(session: DatabaseSession, session_id: UUID) -> SessionContent:
+    """All that its report says.
+
+    :raises ProblemError: 404.
+    """
+    row = sessions.get(session, session_id)
+    episode = session.get(EpisodeRow, row.episode_id) if row.episode_id else None
+    runs = tuple(_run(session, run, number) for number, run in enumerate(row.runs, start=1))
+    return SessionContent(
+        patient=person(row.patient),
+        side=episode.side if episode else next((run.recording.side for run in row.runs), None),
+        diagnosis=episode.diagnosis if episode else "",
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        end_reason=row.end_reason,
+        therapist=row.therapist,
+        station=row.station,
+        checks=tuple(_check(given) for given in row.checks),
+        pain_before=row.pain_before,
+        pain_during=row.pain_during,
+        pain_after=row.pain_after,
+        plan=_plan(session, row),
+        runs=runs,
+        note=row.note,
+        signed_at=row.signed_at,
+        signed_by=row.signed_by,
+        addenda=tuple(Addendum(added.written_at, added.written_by, added.text) for added in row.addenda),
+    )
+
+
+def person(row: PatientRow) -> Person:
+    """Whose report it is."""
+    return Person(row.name, row.kana, row.clinic_number, row.birth_date, row.sex)
+
+
+def _check(given: dict[str, str]) -> Check:
+    return Check(given["check"], given["subject"], datetime.fromisoformat(given["at"]), given["by"])
+
+
+def _plan(session: DatabaseSession, row: SessionRow) -> Plan | None:
+    version = session.get(ProgrammeVersionRow, row.programme_version_id) if row.programme_version_id else None
+    if version is None:
+        return None
+    told = planned.of_session(session, row.id)
+    numbers = {run.id: number for number, run in enumerate(row.runs, start=1)}
+    items = tuple(
+        PlannedItem(
+            item.position,
+            item.recording_name,
+            How(
+                PlaybackSettings(item.speed_percent, item.repetitions, item.pause_s, item.range_percent),
+                item.load_level,
+                item.method,
+            ),
+            item.repetitions_done,
+            tuple((numbers[run.run_id], run.outcome) for run in item.runs),
+        )
+        for item in told.items
+    )
+    besides = tuple(numbers[run.run_id] for run in told.besides)
+    return Plan(version.programme.name, version.number, version.made_by, version.timer_minutes, items, besides)
+
+
+def _run(session: DatabaseSession, row: RunRow, number: int) -> RunContent:
+    return RunContent(
+        number=number,
+        recording=row.recording.name,
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        outcome=row.outcome,
+        stop=Stop(row.stop_code, row.stop_message or "", motor_of(row.stop_key)) if row.stop_code else None,
+        how=How(runs.asked_of(row), row.load_level, row.method),
+        rate_hz=row.rate_hz,
+        reversals=row.reversals,
+        least_range_percent=row.least_range_percent,
+        worst_rmse_deg=max((motor.rmse_deg for motor in row.tracking), default=None),
+        worst_peak_deg=max((abs(motor.peak_deg) for motor in row.tracking), default=None),
+        motors=tuple(_motor(motor) for motor in row.tracking),
+        motions=tuple(_motion(motion) for motion in row.motions),
+        parts=None if row.samples is None else runs.figure_parts(session, row.id),
+    )
+
+
+def _motor(row: MotorTrackingRow) -> MotorErrors:
+    return MotorErrors(row.motor, row.peak_deg, row.rmse_deg, row.start_deg, row.lag_ms, row.torque_peak_nm)
+
+
+def _motion(row: MotionTrackingRow) -> MotionReach:
+    return MotionReach(
+        row.motion,
+        row.peak_deg,
+        row.rmse_deg,
+        _ends(row.taught_min_deg, row.taught_max_deg),
+        _ends(row.played_min_deg, row.played_max_deg),
+        (row.reference_min_deg, row.reference_max_deg),
+    )
+
+
+def _ends(low: float | None, high: float | None) -> tuple[float, float] | None:
+    return None if low is None or high is None else (low, high)

@@ -1,0 +1,161 @@
+"""Whatever is done to the trail shows, and the verification says where."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+import pytest
+from sqlalchemy.orm import Session
+from typer.testing import CliRunner
+
+from kata.audit import anchor
+from kata.audit.audit_log import named
+from kata.audit.chain import Head
+from kata.audit.verify import verify
+from kata.cli.main import app
+from kata.database.engine import Database
+from kata.database.upgrade import upgrade
+from tests.support.audit_tampering import cut, cut_anchor, filled, guards_down, judged, last_line, tricks
+from tests.support.databases import upgraded_file
+
+ROWS = 200
+NAMES = [name for name, _ in tricks(ROWS, Random(0))]
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def audit_log(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Database, Path]]:
+    """A whole one, which every test leaves as it was."""
+    folder = tmp_path_factory.mktemp("trail")
+    on_file = request.param == "sqlite"
+    database = Database(f"sqlite:///{folder / 'kata.db'}" if on_file else request.getfixturevalue("postgresql_url"))
+    upgrade(database)
+    filled(database, folder / "audit.anchor", ROWS)
+    yield database, folder / "audit.anchor"
+    if not on_file:
+        with database.writer.begin() as connection:
+            connection.exec_driver_sql("DROP SCHEMA public CASCADE")
+            connection.exec_driver_sql("CREATE SCHEMA public")
+    database.close()
+
+
+def test_unchanged_trail_is_complete(audit_log: tuple[Database, Path]) -> None:
+    database, file = audit_log
+    with database.read() as session:
+        verdict = verify(session, [file])
+    assert verdict.findings == []
+    assert (verdict.rows, verdict.lines, verdict.head) == (ROWS, ROWS // 20, last_line(file))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_tampering_is_detected_and_located(audit_log: tuple[Database, Path], name: str) -> None:
+    database, file = audit_log
+    for seed in range(3):
+        trick = dict(tricks(ROWS, Random(f"{name} {seed}")))[name]
+        played, verdict = judged(database, file, trick)
+        assert verdict.findings, played
+        if played.last:
+            where = [(finding.first, finding.last) for finding in verdict.findings]
+            assert any(first <= played.last and played.first <= last for first, last in where), (played, where)
+        else:
+            assert any("anchor" in finding.message for finding in verdict.findings), played
+
+
+def test_truncation_is_reported_after_the_last_remaining_row(audit_log: tuple[Database, Path]) -> None:
+    _, verdict = judged(*audit_log, lambda session, _: cut(session, ROWS, 30))
+    assert [(one.first, one.last) for one in verdict.findings] == [(171, 200)]
+    assert (
+        verdict.findings[0].message == "Rows 171 to 200 are not there: the trail was anchored with them, and cut off."
+    )
+
+
+def test_external_head_reveals_older_copies_of_database_and_anchor_together(
+    audit_log: tuple[Database, Path],
+) -> None:
+    database, file = audit_log
+    kept, before = last_line(file), file.read_bytes()
+
+    def older(session: Session) -> None:
+        cut(session, ROWS, 40)
+        cut_anchor(file, 2)
+
+    try:
+        with guards_down(database) as session:
+            older(session)
+            # Nothing inside tells: they are what they were then.
+            assert verify(session, [file]).findings == []
+            (finding,) = verify(session, [file], kept).findings
+    finally:
+        file.write_bytes(before)
+    assert (finding.first, finding.last) == (161, 200)
+
+
+def test_only_the_last_anchor_line_can_be_missing_without_notice(
+    audit_log: tuple[Database, Path],
+) -> None:
+    database, file = audit_log
+    _, verdict = judged(database, file, lambda _, path: cut_anchor(path, 1))
+    assert verdict.findings == []
+    with guards_down(database) as session:
+        cut(session, ROWS, 1)
+        assert verify(session, [file]).findings != []
+
+
+class TestCommand:
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        database = Database(upgraded_file(tmp_path / "kata.db"))
+        filled(database, tmp_path / "audit.anchor", 60)
+        database.close()
+        return tmp_path
+
+    def run(self, folder: Path, *more: str) -> tuple[int, str]:
+        done = CliRunner().invoke(app, ["audit", "verify", "--data", str(folder), *more])
+        return done.exit_code, done.output
+
+    def test_verify_reports_a_complete_trail_and_what_to_store(self, folder: Path) -> None:
+        status, told = self.run(folder)
+        assert status == 0
+        assert "whole: 60 rows, 3 anchors" in told
+        head = named(last_line(folder / "audit.anchor"))
+        assert head in told
+        assert self.run(folder, "--head", head)[0] == 0
+        assert self.run(folder, "--head", named(Head(61, bytes(32))))[0] == 1
+
+    def test_verify_reports_the_damage_and_exits_with_status_1(self, folder: Path) -> None:
+        database = Database(f"sqlite:///{folder / 'kata.db'}")
+        with database.writer.begin() as connection:
+            connection.exec_driver_sql("DROP TRIGGER audit_kept_as_it_is")
+            connection.exec_driver_sql("UPDATE audit SET who = 'Nobody' WHERE number = 17")
+        database.close()
+        status, told = self.run(folder)
+        assert status == 1
+        assert "NOT WHOLE  Row 17 is not what was written, or row 16 before it is not." in told
+        assert json.loads(self.run(folder, "--json")[1])["findings"][0]["first"] == 17
+
+    def test_verify_exports_what_it_has_read(self, folder: Path) -> None:
+        assert self.run(folder, "--export", str(folder / "trail.jsonl"))[0] == 0
+        exported = [json.loads(line) for line in (folder / "trail.jsonl").read_text().splitlines()]
+        assert [row["number"] for row in exported] == list(range(1, 61))
+        assert exported[-1]["hash"] == last_line(folder / "audit.anchor").hash.hex()
+
+    def test_several_services_anchors_are_looked_at_together(self, folder: Path) -> None:
+        database = Database(f"sqlite:///{folder / 'kata.db'}")
+        second = folder / "second.anchor"
+        filled(database, second, 40)
+        database.close()
+        assert self.run(folder, "--anchor", str(folder / "audit.anchor"), "--anchor", str(second))[0] == 0
+        status, told = self.run(folder)
+        assert status == 1
+        assert f"{anchor.read(second)[0].anchor}, which is not here" in told
+
+    @pytest.mark.parametrize("more", [("--head", "ten"), ("--head", "1:ab")])
+    def test_malformed_head_is_refused(self, folder: Path, more: tuple[str, ...]) -> None:
+        assert self.run(folder, *more)[0] == 2
+
+    def test_without_a_database_there_is_nothing_to_verify(self, tmp_path: Path) -> None:
+        status, told = self.run(tmp_path)
+        assert status == 2
+        assert "cannot be read" in told

@@ -1,0 +1,86 @@
+"""The station on virtual time: it is the real one, and nothing in it is left to chance."""
+
+import numpy as np
+import pytest
+
+from kata.device.config import simulated
+from kata.device.journal import PHASE_PLAYING, Journal
+from kata.device.messages import Load
+from kata.evaluation.station import EvaluationError, VirtualStation
+from kata.motion.linkage import motor_angles_deg
+from kata.motion.taught import Taught
+
+
+def load(taught: Journal, **given: object) -> Load:
+    times_s = (taught.t_ns - taught.t_ns[0]) / 1e9
+    angles = {"times_s": times_s.tobytes(), "angles_deg": taught.measured_deg.astype("<f8").tobytes()}
+    return Load(**{"run_id": "run", "recording_id": "recording", **angles, **given})
+
+
+def test_motion_is_taught_by_hand_and_pedal_and_played_completely(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    run = station.play(load(taught), short.duration_s)
+
+    assert taught.kind == "teaching"
+    assert set(taught.take) == {1}
+    assert len(taught.t_ns) == pytest.approx(100 * short.duration_s, rel=0.1)
+    wanted = motor_angles_deg(short.poses_deg)
+    assert taught.measured_deg.max(axis=0) == pytest.approx(wanted.max(axis=0), abs=1.5)
+    assert run.end is not None
+    assert run.end.reason == "completed"
+    path_s = run.path_s[run.phase == PHASE_PLAYING]
+    assert path_s[0] < 0.02
+    assert path_s[-1] == pytest.approx((taught.t_ns[-1] - taught.t_ns[0]) / 1e9, abs=0.02)
+
+
+def test_same_seed_gives_the_same_samples_and_other_seeds_differ(short: Taught) -> None:
+    def played(seed: int) -> Journal:
+        station = VirtualStation(simulated("virtual"), seed)
+        return station.play(load(station.teach(short)), short.duration_s)
+
+    first, again, other = played(1), played(1), played(2)
+    for name in ("t_ns", "phase", "setpoint_deg", "measured_deg", "torque_nm"):
+        assert np.array_equal(getattr(first, name), getattr(again, name)), name
+    assert np.array_equal(first.path_s, again.path_s, equal_nan=True)
+    assert not np.array_equal(first.measured_deg, other.measured_deg)
+
+
+def test_station_refusal_is_reported_in_its_words(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    with pytest.raises(EvaluationError, match="cannot be played: its load level must be"):
+        station.play(load(taught, load_level=0), short.duration_s)
+
+
+def test_station_stop_is_reported_in_its_words(short: Taught) -> None:
+    station = VirtualStation(simulated("virtual"))
+    taught = station.teach(short)
+    station._world.apparatus.press_estop(True)
+    with pytest.raises(EvaluationError, match="The emergency stop was pressed"):
+        station.play(load(taught), short.duration_s)
+
+
+@pytest.mark.parametrize("seed", [None, 17])
+def test_motion_begins_alike_from_either_side_of_its_start(short: Taught, seed: int | None) -> None:
+    """The play of the gears and friction are to be as they were the last time, or what was learned there is wrong here."""
+    station = VirtualStation(simulated("virtual"), seed)
+    taught = station.teach(short)
+
+    def began(aside_deg: float) -> Journal:
+        poses = np.array([short.poses_deg[0] + aside_deg] * 2)
+        station.put_back(Taught("put back", np.array([0.0, 0.5]), poses))
+        return station.play(load(taught), short.duration_s)
+
+    below, above = began(-3.0), began(3.0)
+    for run in (below, above):
+        assert run.end is not None
+        assert run.end.reason == "completed"
+    # Until every axis has left the start; three counts of an encoder.
+    grid = np.arange(0.0, 1.0, 0.01)
+    paths = [
+        np.column_stack([np.interp(grid, run.path_s[on], axis[on]) for axis in run.measured_deg.T])
+        for run in (below, above)
+        for on in [run.phase == PHASE_PLAYING]
+    ]
+    assert np.abs(paths[0] - paths[1]).max() <= 3 * 360 / 4096
