@@ -27,8 +27,8 @@ GIVEN: Final[dict[str, tuple[str, ...]]] = {
     "seed": (),
     "serve": ("--simulate",),
 }
-OF_THEIR_OWN: Final = ("bench ", "evaluate")
-"""What measures clears the settings away, or has nothing but its own."""
+OF_THEIR_OWN: Final = ("bench ", "evaluate", "messages")
+"""Commands without settings, or with settings of their own."""
 WRONG: Final = {
     "KATA_DATABASE_URL": (
         "nonsense",
