@@ -39,5 +39,5 @@ export default defineConfig({
     rolldownOptions: { output: { codeSplitting: { groups: [{ name: "page", tags: ["$initial"] }] } } },
   },
   // How fast a busy machine is, is nobody's question here.
-  test: { environment: "jsdom", setupFiles: "src/test-setup.ts", testTimeout: 60_000 },
+  test: { environment: "jsdom", setupFiles: "src/app/test-setup.ts", testTimeout: 60_000 },
 });

@@ -1,7 +1,7 @@
 """Messages by code: each text of the service has a stable code, typed parameters and an English template.
 
 A package declares its messages in its ``texts.py``. Calling a template gives a :class:`Text`: the English sentence, which also
-knows its code and its parameters. The service sends both; the page translates by code (``frontend/src/shared/serverText.ts``).
+knows its code and its parameters. The service sends both; the page translates by code (``frontend/src/lib/serverText.ts``).
 
 What follows the colon of a placeholder is the type of its parameter:
 

@@ -10,7 +10,7 @@ from kata.motion.linkage import motor_angles_deg
 from kata.motion.shoulder import humerus_direction
 from tests.support.paths import ROOT
 
-CASES = json.loads((ROOT / "frontend/src/apparatus3d/cases.json").read_text())
+CASES = json.loads((ROOT / "frontend/src/features/digital-twin/cases.json").read_text())
 
 
 @pytest.mark.parametrize("case", CASES, ids=[f"{case['side']} {case['pose_deg']}" for case in CASES])

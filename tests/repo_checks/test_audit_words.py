@@ -13,7 +13,7 @@ from kata.database.base import Base
 from tests.support.paths import ROOT
 
 KATA: Final = ROOT / "backend/kata"
-PAGE: Final = ROOT / "frontend/src/administration"
+PAGE: Final = ROOT / "frontend/src/features/administration"
 PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Where the action stands among the arguments of what writes it down."""
 ELSEWHERE: Final = {

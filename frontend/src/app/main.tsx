@@ -1,0 +1,45 @@
+import { speak } from "../lib/language";
+import "@mantine/core/styles.css";
+import "./page.css";
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { RouterProvider } from "@tanstack/react-router";
+import { setNonce } from "get-nonce";
+import { StrictMode } from "react";
+import { createRoot } from "react-dom/client";
+import { authStore } from "../features/auth/authState";
+import { ActivityTracker, authMiddleware, startSessionGuard } from "../features/auth/sessionGuard";
+import { client } from "../lib/api/client";
+import { store } from "../lib/live/store";
+import { loadServerTexts } from "../lib/serverText";
+import { router } from "./router";
+import { scheme, theme, variables } from "./theme";
+
+const queries = new QueryClient({ defaultOptions: { queries: { retry: 1, staleTime: 5_000 } } });
+const nonce = document.querySelector<HTMLMetaElement>("meta[property=csp-nonce]")?.nonce ?? "";
+const root = document.getElementById("root");
+if (!root) throw new Error("index.html has no root");
+
+const doing = new ActivityTracker();
+client.use(authMiddleware(authStore, doing));
+startSessionGuard(authStore, doing, queries, store, speak);
+// Mantine's dialogs keep the page behind them from scrolling with a style element of their own.
+setNonce(nonce);
+const drawn = createRoot(root);
+void loadServerTexts().then(() =>
+  drawn.render(
+    <StrictMode>
+      <MantineProvider
+        theme={theme}
+        cssVariablesResolver={variables}
+        colorSchemeManager={scheme}
+        defaultColorScheme="auto"
+        getStyleNonce={() => nonce}
+      >
+        <QueryClientProvider client={queries}>
+          <RouterProvider router={router} />
+        </QueryClientProvider>
+      </MantineProvider>
+    </StrictMode>,
+  ),
+);

@@ -1,0 +1,114 @@
+import { Button, Group, MultiSelect, Radio, Stack, TextInput } from "@mantine/core";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { type Account, api, ProblemError, type Schemas } from "../../lib/api/client";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { ROLES, type Role } from "../auth/messages";
+import { FORM } from "./messages";
+
+type Props =
+  | { account: Account; onDone: () => void }
+  | { account?: never; onDone: (given: Schemas["OneTimeCode"]) => void };
+
+/** Makes an account, or changes one. Whoever it is for chooses the password; nobody else ever knows it. */
+export function AccountForm(props: Props) {
+  const { account } = props;
+  const queries = useQueryClient();
+  const [name, setName] = useState(account?.name ?? "");
+  const [username, setUsername] = useState(account?.username ?? "");
+  const [role, setRole] = useState<Role>(account?.role ?? "therapist");
+  const [stations, setStations] = useState(account?.stations ?? []);
+  const [openid, setOpenid] = useState(account?.openid ?? "");
+  const ways = useQuery({ queryKey: ["ways-in"], queryFn: api.waysIn, staleTime: Number.POSITIVE_INFINITY });
+  const known = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const choices = [...new Set([...(known.data?.stations ?? []), ...stations])].sort();
+  const save = useMutation({
+    mutationFn: async () => {
+      if (props.account) {
+        const { id, updated_at } = props.account;
+        const link = openid.trim() === (props.account.openid ?? "") ? {} : { openid };
+        await api.updateAccount(id, { name, role, stations, updated_at, ...link });
+        return null;
+      }
+      return api.createAccount({ username, name, role, stations });
+    },
+    onSuccess: (made) => {
+      void queries.invalidateQueries({ queryKey: ["accounts"] });
+      if (props.account) props.onDone();
+      else if (made) props.onDone(made);
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <TextInput
+          label={FORM.name}
+          description={FORM.nameMeans}
+          required
+          data-autofocus
+          maxLength={100}
+          value={name}
+          error={fields.name}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        {!account && (
+          <TextInput
+            label={FORM.username}
+            description={FORM.usernameMeans}
+            required
+            maxLength={64}
+            autoComplete="off"
+            autoCapitalize="none"
+            spellCheck={false}
+            value={username}
+            error={fields.username}
+            onChange={(event) => setUsername(event.currentTarget.value)}
+          />
+        )}
+        <Radio.Group label={FORM.role} value={role} onChange={(chosen) => setRole(chosen as Role)}>
+          <Stack gap="xs" mt="xs">
+            {Object.entries(ROLES).map(([value, words]) => (
+              <Radio key={value} size="md" value={value} label={words.name} description={words.may} />
+            ))}
+          </Stack>
+        </Radio.Group>
+        <MultiSelect
+          label={FORM.stations}
+          description={FORM.stationsMean}
+          size="md"
+          data={choices}
+          value={stations}
+          onChange={setStations}
+        />
+        {account && (ways.data?.openid || account.openid) && (
+          <TextInput
+            label={FORM.identity(ways.data?.openid ?? FORM.theProvider)}
+            description={FORM.identityMeans}
+            maxLength={255}
+            autoComplete="off"
+            autoCapitalize="none"
+            spellCheck={false}
+            value={openid}
+            error={fields.openid}
+            onChange={(event) => setOpenid(event.currentTarget.value)}
+          />
+        )}
+        <ProblemNote error={known.error ?? save.error} />
+        <Group justify="end">
+          <Button
+            type="submit"
+            loading={save.isPending}
+            disabled={name.trim() === "" || username.trim() === ""}
+          >
+            {account ? FORM.save : FORM.make}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}

@@ -1,0 +1,170 @@
+import { Button, Code, Group, Select, Skeleton, Stack, Table, Text, TextInput, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useSearch } from "@tanstack/react-router";
+import { useTitle } from "../../app/title";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatClock, formatDayOf } from "../../lib/format";
+import { usePagedQuery } from "../../lib/usePagedQuery";
+import { LoadMoreButton } from "../../ui/LoadMoreButton";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { ROLES } from "../auth/messages";
+import { type AuditFilters, asAsked } from "./auditFilters";
+import { actionChoices, actionOf, linesOf, subjectOf } from "./describeAuditEntry";
+import { AUDIT, OUTCOMES } from "./messages";
+
+/** What everybody did, saw and tried in vain, newest first. What the list is narrowed to stands in the address. */
+export function AuditPage() {
+  useTitle(AUDIT.title);
+  const filters = useSearch({ from: "/administration/audit" });
+  const navigate = useNavigate({ from: "/administration/audit" });
+  const accounts = useQuery({ queryKey: ["accounts"], queryFn: api.accounts });
+  const found = usePagedQuery(["audit", filters], (after) => api.audit(asAsked(filters), after));
+  const set = (name: keyof AuditFilters, value: string | null) => {
+    const { [name]: _, ...others } = filters;
+    void navigate({ search: value ? { ...others, [name]: value } : others, replace: true });
+  };
+  return (
+    <Stack component="section" aria-label={AUDIT.title}>
+      <Title order={2} size="h3">
+        {AUDIT.title}
+      </Title>
+      <Text>{AUDIT.means}</Text>
+      <Group align="end">
+        <TextInput
+          type="date"
+          label={AUDIT.from}
+          value={filters.from ?? ""}
+          onChange={(event) => set("from", event.currentTarget.value)}
+        />
+        <TextInput
+          type="date"
+          label={AUDIT.to}
+          value={filters.to ?? ""}
+          onChange={(event) => set("to", event.currentTarget.value)}
+        />
+        <Select
+          label={AUDIT.who}
+          placeholder={AUDIT.anybody}
+          clearable
+          searchable
+          data={(accounts.data?.items ?? []).map((one) => ({ value: one.id, label: one.name }))}
+          value={filters.account_id ?? null}
+          onChange={(value) => set("account_id", value)}
+        />
+        <Select
+          label={AUDIT.outcome}
+          placeholder={AUDIT.any}
+          clearable
+          data={Object.entries(OUTCOMES).map(([value, label]) => ({ value, label }))}
+          value={filters.outcome ?? null}
+          onChange={(value) => set("outcome", value)}
+        />
+        <Select
+          label={AUDIT.action}
+          placeholder={AUDIT.any}
+          clearable
+          searchable
+          data={actionChoices(filters.action)}
+          value={filters.action ?? null}
+          onChange={(value) => set("action", value)}
+        />
+        {Object.keys(filters).length > 0 && (
+          <Button variant="subtle" onClick={() => void navigate({ search: {}, replace: true })}>
+            {AUDIT.showAll}
+          </Button>
+        )}
+      </Group>
+      {filters.patient_id && <Text>{AUDIT.onePatient}</Text>}
+      <ProblemNote error={found.error ?? accounts.error} />
+      {found.isPending && <Skeleton h={300} />}
+      {found.items?.length === 0 && <Text>{AUDIT.nothing}</Text>}
+      {found.items && found.items.length > 0 && (
+        <Rows items={found.items} names={new Map(accounts.data?.items.map((one) => [one.id, one.name]))} />
+      )}
+      <LoadMoreButton list={found} />
+    </Stack>
+  );
+}
+
+/** `names`: of accounts, for tries of somebody who did not get in. */
+function Rows({ items, names }: { items: Schemas["AuditEntry"][]; names: Map<string, string> }) {
+  return (
+    <Table.ScrollContainer minWidth={900}>
+      <Table verticalSpacing="xs">
+        <Table.Thead>
+          <Table.Tr>
+            <Table.Th ta="right">{AUDIT.number}</Table.Th>
+            <Table.Th>{AUDIT.when}</Table.Th>
+            <Table.Th>{AUDIT.who}</Table.Th>
+            <Table.Th>{AUDIT.what}</Table.Th>
+            <Table.Th>{AUDIT.of}</Table.Th>
+            <Table.Th>{AUDIT.fromWhere}</Table.Th>
+          </Table.Tr>
+        </Table.Thead>
+        <Table.Tbody>
+          {items.map((entry) => (
+            <Table.Tr key={entry.number}>
+              <Table.Td ta="right">{entry.number}</Table.Td>
+              <Table.Td style={{ whiteSpace: "nowrap" }}>
+                {formatDayOf(entry.at)} {formatClock(new Date(entry.at))}
+              </Table.Td>
+              <Table.Td>
+                {entry.who || AUDIT.nobody}
+                <Text size="sm" c="dimmed">
+                  {roleOf(entry.role) ||
+                    (entry.account_id && AUDIT.triedAs(names.get(entry.account_id) ?? AUDIT.anAccount))}
+                </Text>
+              </Table.Td>
+              <Table.Td>
+                <Text title={entry.action}>{actionOf(entry.action)}</Text>
+                {entry.outcome !== "done" && <Text fw={600}>{OUTCOMES[entry.outcome]}</Text>}
+                {linesOf(entry).map((line) => (
+                  <Text key={line} size="sm" c="dimmed">
+                    {line}
+                  </Text>
+                ))}
+                <AsWritten entry={entry} />
+              </Table.Td>
+              <Table.Td>
+                {entry.patient_id && (
+                  <PageLink to="/patients/$patientId" params={{ patientId: entry.patient_id }}>
+                    {AUDIT.patient}
+                  </PageLink>
+                )}
+                <Text size="sm" style={{ overflowWrap: "anywhere" }}>
+                  {subjectOf(entry.subject)}
+                </Text>
+              </Table.Td>
+              <Table.Td>
+                {entry.station}
+                <Text size="sm" c="dimmed">
+                  {entry.address}
+                </Text>
+              </Table.Td>
+            </Table.Tr>
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+/** The codes and ids of a row: what `kata audit` tells, and what somebody else can be asked about. */
+function AsWritten({ entry }: { entry: Schemas["AuditEntry"] }) {
+  const { action, subject, detail } = entry;
+  return (
+    <details>
+      <Text component="summary" size="sm" c="dimmed">
+        {AUDIT.asWritten}
+      </Text>
+      <Code block style={{ whiteSpace: "pre-wrap", overflowWrap: "anywhere" }}>
+        {JSON.stringify({ action, subject, ...detail }, null, 1)}
+      </Code>
+    </details>
+  );
+}
+
+function roleOf(code: string): string {
+  return Object.hasOwn(ROLES, code) ? ROLES[code as keyof typeof ROLES].name : code;
+}

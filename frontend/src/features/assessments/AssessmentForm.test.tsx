@@ -1,0 +1,181 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { type Assessment, api, ProblemError } from "../../lib/api/client";
+import { AssessmentForm } from "./AssessmentForm";
+import { ASSESSMENT, FORM } from "./examples";
+import { spadiScore } from "./spadi";
+
+const create = vi.spyOn(api, "createAssessment");
+const update = vi.spyOn(api, "updateAssessment");
+const onDone = vi.fn();
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  create.mockResolvedValue(ASSESSMENT);
+  update.mockResolvedValue(ASSESSMENT);
+});
+afterEach(cleanup);
+
+function show(assessment?: Assessment) {
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <AssessmentForm
+          episodeId="e"
+          affected="left"
+          form={FORM}
+          last={assessment ? null : ASSESSMENT}
+          onDone={onDone}
+          {...(assessment && { assessment })}
+        />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+}
+
+// By label: asking for roles takes seconds among so many fields.
+const field = (name: string | RegExp) => screen.getByLabelText(name);
+const type = (name: string | RegExp, value: string) => fireEvent.change(field(name), { target: { value } });
+const press = (name: string | RegExp) => fireEvent.click(screen.getByText(name));
+const open = (name: string) => fireEvent.click(screen.getByRole("tab", { name }));
+const touch = (group: string | RegExp, number: number) =>
+  fireEvent.click(within(field(group)).getByText(String(number)));
+
+describe("entering what was found", () => {
+  it("sends what was keyed in, and nothing else", async () => {
+    show();
+    type(/Assessed by/, " Kimura Jun ");
+    type(/When/, "2026-03-02T09:30");
+    type("Flexion, left, active", "110");
+    type("Flexion, right, passive", "172,5");
+    press(/More motions/);
+    type("External rotation, arm flexed 90°, left, passive", "−10");
+    open("Pain");
+    touch("At rest", 3);
+    touch("Moving the arm", 7);
+    touch("Moving the arm", 7);
+    type("Note", "Slept badly.");
+    press("Save assessment");
+    await waitFor(() => expect(onDone).toHaveBeenCalled());
+    const entry = { motion: "flexion", position: "" };
+    expect(create.mock.calls).toEqual([
+      [
+        "e",
+        {
+          assessed_at: new Date("2026-03-02T09:30").toISOString(),
+          assessed_by: "Kimura Jun",
+          rom: [
+            { ...entry, side: "left", kind: "active", angle_deg: 110 },
+            { ...entry, side: "right", kind: "passive", angle_deg: 172.5 },
+            {
+              side: "left",
+              motion: "external_rotation",
+              position: "flexed_90",
+              kind: "passive",
+              angle_deg: -10,
+            },
+          ],
+          pain_rest: 3,
+          pain_active: null,
+          pain_passive: null,
+          pain_average: null,
+          spadi: null,
+          note: "Slept badly.",
+        },
+      ],
+    ]);
+  });
+
+  it("shows last time's angles where nothing is typed yet", () => {
+    show();
+    expect(field("Flexion, left, active").getAttribute("placeholder")).toBe("105");
+    expect(field("Extension, left, active").getAttribute("placeholder")).toBe("");
+  });
+
+  it("goes down with Enter, and up to the next column, without saving", () => {
+    show();
+    const seen: (string | null)[] = [];
+    field("Flexion, left, active").focus();
+    for (let step = 0; step < 3; step++) {
+      fireEvent.keyDown(document.activeElement as Element, { key: "Enter" });
+      seen.push(document.activeElement?.getAttribute("aria-label") ?? null);
+    }
+    expect(seen).toEqual([
+      "Extension, left, active",
+      "External rotation, arm at the side, left, active",
+      "Flexion, left, passive",
+    ]);
+    expect(create).not.toHaveBeenCalled();
+  });
+
+  it.each(["201", "12o", "-21"])("says at once that %s is no flexion", (typed) => {
+    show();
+    type("Flexion, left, active", typed);
+    expect(screen.getByRole("alert").textContent).toBe("Flexion is between −20 and 200 degrees.");
+    expect(screen.getByText("Save assessment").closest("button")?.disabled).toBe(true);
+    type("Flexion, left, active", "120");
+    expect(screen.queryByRole("alert")).toBeNull();
+  });
+
+  it("keeps what was keyed in when it is refused, and says why", async () => {
+    create.mockRejectedValue(
+      new ProblemError({ detail: "Yamada Hanako is archived.", next_step: "Restore it." }),
+    );
+    show();
+    type("Flexion, left, active", "110");
+    press("Save assessment");
+    expect((await screen.findByRole("alert")).textContent).toContain(
+      "Yamada Hanako is archived. Restore it.",
+    );
+    expect((field("Flexion, left, active") as HTMLInputElement).value).toBe("110");
+    expect(onDone).not.toHaveBeenCalled();
+  });
+});
+
+describe("changing an assessment", () => {
+  it("begins with what it holds, says which version was seen, and leaves its moment alone", async () => {
+    show(ASSESSMENT);
+    expect((field("External rotation, arm at the side, left, active") as HTMLInputElement).value).toBe("-5");
+    type("Flexion, left, active", "");
+    type("Note", "");
+    press("Save assessment");
+    await waitFor(() => expect(update).toHaveBeenCalled());
+    const [key, body] = update.mock.calls[0] ?? [];
+    expect(key).toBe("a");
+    expect(body).toMatchObject({ updated_at: ASSESSMENT.updated_at, note: "", pain_rest: 2 });
+    expect(body).not.toHaveProperty("assessed_at");
+    expect(body?.rom?.map((entry) => entry.angle_deg)).toEqual([120, 175, -5]);
+  });
+});
+
+describe("the SPADI", () => {
+  it("is worked out while it is keyed in", async () => {
+    show(ASSESSMENT);
+    open("SPADI");
+    const told = () => screen.getByRole("status").textContent;
+    expect(told()).toContain("SPADI 45 of 100: pain 60, disability 30");
+    touch(/^1\. /, 10);
+    touch(/^13\. /, 3);
+    expect(told()).toContain("SPADI 49 of 100: pain 68, disability 30");
+    expect(told()).toContain("1 of 13 not answered");
+    press("Save assessment");
+    await waitFor(() => expect(update).toHaveBeenCalled());
+    expect(update.mock.calls[0]?.[1].spadi).toEqual([10, 6, 6, 6, 6, 3, 3, 3, 3, 3, 3, 3, null]);
+  });
+});
+
+describe("the score of the SPADI", () => {
+  it.each([
+    [Array(13).fill(0), { pain: 0, disability: 0, total: 0 }],
+    [Array(13).fill(10), { pain: 100, disability: 100, total: 100 }],
+    [[8, 7, 6, 5, 4, ...Array(8).fill(3)], { pain: 60, disability: 30, total: 45 }],
+    [[8, null, 6, 6, 4, ...Array(8).fill(3)], { pain: 60, disability: 30, total: 45 }],
+    [[null, null, 6, 6, 6, null, null, 4, 4, 4, 2, 2, 2], { pain: 60, disability: 30, total: 45 }],
+    [[null, null, null, 6, 6, ...Array(8).fill(3)], { pain: null, disability: 30, total: null }],
+    [[...Array(5).fill(6), null, null, null, 3, 3, 3, 3, 3], { pain: 60, disability: null, total: null }],
+  ])("of %j is that of the service", (answers, score) => {
+    expect(spadiScore(FORM.spadi, answers)).toEqual(score);
+  });
+});

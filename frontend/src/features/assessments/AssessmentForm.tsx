@@ -1,0 +1,152 @@
+import { Button, Group, Paper, Stack, Tabs, Text, Textarea, TextInput, Title } from "@mantine/core";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { type Assessment, api, ProblemError, type Schemas } from "../../lib/api/client";
+import { forgetDrafts, useDraft } from "../../lib/draft";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useName } from "../auth/hooks";
+import { angleProblem, draftOf, emptyDraft, PAIN_NAMES, requestOf, type Side } from "./draft";
+import { FORM, PAINS } from "./messages";
+import { NumberPicker } from "./NumberPicker";
+import { RomGrid } from "./RomGrid";
+import { SpadiFields } from "./SpadiFields";
+
+/** Enter what was found, or change it. What was keyed in stays until it is saved or given up. */
+export function AssessmentForm(props: {
+  episodeId: string;
+  affected: Side;
+  form: Schemas["AssessmentForm"];
+  /** The one to change; none for a new one. */
+  assessment?: Assessment;
+  /** The one before, whose angles stand in the empty fields. */
+  last: Assessment | null;
+  onDone: () => void;
+}) {
+  const { episodeId, form, assessment } = props;
+  const queries = useQueryClient();
+  const who = useName();
+  const [key] = useState(`assessment ${assessment?.id ?? episodeId} ${assessment?.updated_at ?? ""}`);
+  const [draft, setDraft] = useDraft(key, () =>
+    assessment ? draftOf(assessment) : emptyDraft(new Date(), who),
+  );
+  const change = (part: Partial<typeof draft>) => setDraft((before) => ({ ...before, ...part }));
+  const save = useMutation({
+    mutationFn: () => {
+      const body = requestOf(draft, form.rom);
+      if (!assessment) return api.createAssessment(episodeId, body);
+      // Its moment is finer than the field that shows it.
+      const { assessed_at, ...rest } = body;
+      const moved = draft.at !== draftOf(assessment).at;
+      return api.updateAssessment(assessment.id, {
+        ...rest,
+        ...(moved && { assessed_at }),
+        updated_at: assessment.updated_at,
+      });
+    },
+    onSuccess: () => {
+      void queries.invalidateQueries({ queryKey: ["assessments", episodeId] });
+      void queries.invalidateQueries({ queryKey: ["progress", episodeId] });
+      done();
+    },
+  });
+  const done = () => {
+    forgetDrafts(key);
+    props.onDone();
+  };
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const implausible = form.rom.some((measure) =>
+    Object.entries(draft.rom).some(
+      ([key, typed]) =>
+        key.includes(` ${measure.motion} ${measure.position} `) && angleProblem(measure, typed),
+    ),
+  );
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <Paper withBorder p="md" component="section" aria-label={assessment ? FORM.change : FORM.add}>
+      <form onSubmit={submit} noValidate>
+        <Stack>
+          <Title order={3} size="h4">
+            {assessment ? FORM.change : FORM.add}
+          </Title>
+          <Group align="start">
+            <TextInput
+              label={FORM.when}
+              type="datetime-local"
+              required
+              value={draft.at}
+              error={fields.assessed_at}
+              onChange={(event) => change({ at: event.currentTarget.value })}
+            />
+            <TextInput
+              label={FORM.by}
+              required
+              value={draft.by}
+              error={fields.assessed_by}
+              onChange={(event) => change({ by: event.currentTarget.value })}
+            />
+          </Group>
+          <Tabs defaultValue="rom" keepMounted={false}>
+            <Tabs.List mb="md">
+              {(
+                [
+                  ["rom", FORM.rom],
+                  ["pain", FORM.pain],
+                  ["spadi", FORM.spadi],
+                ] as const
+              ).map(([value, label]) => (
+                <Tabs.Tab key={value} value={value} h={48} fz="md">
+                  {label}
+                </Tabs.Tab>
+              ))}
+            </Tabs.List>
+            <Tabs.Panel value="rom">
+              <RomGrid
+                measures={form.rom}
+                affected={props.affected}
+                typed={draft.rom}
+                last={props.last}
+                onChange={(rom) => change({ rom })}
+              />
+            </Tabs.Panel>
+            <Tabs.Panel value="pain">
+              <Stack>
+                <Text size="sm">{FORM.painScale}</Text>
+                {PAIN_NAMES.map((name) => (
+                  <NumberPicker
+                    key={name}
+                    label={PAINS[name]}
+                    value={draft.pains[name]}
+                    onChange={(pain) => change({ pains: { ...draft.pains, [name]: pain } })}
+                  />
+                ))}
+              </Stack>
+            </Tabs.Panel>
+            <Tabs.Panel value="spadi">
+              <SpadiFields items={form.spadi} answers={draft.spadi} onChange={(spadi) => change({ spadi })} />
+            </Tabs.Panel>
+          </Tabs>
+          <Textarea
+            label={FORM.note}
+            autosize
+            minRows={2}
+            value={draft.note}
+            error={fields.note}
+            onChange={(event) => change({ note: event.currentTarget.value })}
+          />
+          <ProblemNote error={save.error} />
+          <Group justify="end">
+            <Button variant="default" onClick={done}>
+              {FORM.discard}
+            </Button>
+            <Button type="submit" loading={save.isPending} disabled={implausible || !draft.at}>
+              {FORM.save}
+            </Button>
+          </Group>
+        </Stack>
+      </form>
+    </Paper>
+  );
+}

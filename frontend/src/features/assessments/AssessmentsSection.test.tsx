@@ -1,0 +1,117 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, type Patient, ProblemError } from "../../lib/api/client";
+import { AssessmentsSection } from "./AssessmentsSection";
+import { ASSESSMENT, BASELINE, FORM } from "./examples";
+import { spadiWords } from "./findings";
+
+vi.mock("../../ui/links", () => ({
+  ButtonLink: ({ to, children }: { to: string; children: string }) => <a href={to}>{children}</a>,
+}));
+
+const assessments = vi.spyOn(api, "assessments");
+const withdraw = vi.spyOn(api, "withdrawAssessment");
+const WITHDRAWN = { ...ASSESSMENT, id: "w", withdrawn_at: "2026-03-10T09:30:00Z" };
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  vi.spyOn(api, "patient").mockResolvedValue({ id: "p", episode_id: "e", affected_side: "left" } as Patient);
+  vi.spyOn(api, "assessmentForm").mockResolvedValue(FORM);
+  withdraw.mockResolvedValue(WITHDRAWN);
+  assessments.mockResolvedValue({ items: [WITHDRAWN, ASSESSMENT, BASELINE], next: null, baseline: BASELINE });
+});
+afterEach(cleanup);
+
+function show() {
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
+        <AssessmentsSection patientId="p" />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+}
+
+const press = async (name: string | RegExp) => fireEvent.click(await screen.findByRole("button", { name }));
+
+describe("where the shoulder stands", () => {
+  it("is told in words, with what has changed since the first assessment", async () => {
+    show();
+    const said = (await screen.findAllByRole("listitem")).map((item) => item.textContent);
+    expect(said).toEqual([
+      "Flexion: 105° active (15 more), 120° passive",
+      "External rotation, arm at the side: −5° active (as at first)",
+      "Pain of 10: at rest 2 (2 less), average of the last week 5 (as at first)",
+      "SPADI 45 of 100 (10 less): pain 60, disability 30. Perhaps an important improvement",
+      "Right shoulder: Flexion: 175° active",
+    ]);
+  });
+
+  it("is not held against itself", async () => {
+    assessments.mockResolvedValue({ items: [BASELINE], next: null, baseline: BASELINE });
+    show();
+    expect((await screen.findAllByRole("listitem"))[0]?.textContent).toBe("Flexion: 90° active");
+  });
+
+  it("is not known where nothing was assessed", async () => {
+    assessments.mockResolvedValue({ items: [], next: null, baseline: null });
+    show();
+    await screen.findByText("Nothing has been assessed yet.");
+    expect(screen.queryByTestId("newest-assessment")).toBeNull();
+  });
+
+  it.each([
+    [-7.9, "No important change"],
+    [-8, "Perhaps an important improvement"],
+    [-13, "An important improvement"],
+    [8, "Perhaps an important worsening"],
+    [13, "An important worsening"],
+  ])("a SPADI changed by %d is: %s", (change, verdict) => {
+    const score = { pain: 50, disability: 50, total: 50 + change };
+    const words = spadiWords({ ...ASSESSMENT, spadi_score: score }, withTotal(50), FORM);
+    expect(words).toContain(`. ${verdict}`);
+  });
+});
+
+describe("an assessment that was entered by mistake", () => {
+  it("is withdrawn after asking, with the version that was seen, and stays in the list", async () => {
+    show();
+    await press("All assessments");
+    expect(screen.getAllByText("Withdrawn, entered by mistake")).toHaveLength(1);
+    const first = screen.getAllByRole("button", { name: "Withdraw" })[0];
+    if (first) fireEvent.click(first);
+    expect(withdraw).not.toHaveBeenCalled();
+    await press("Withdraw: entered by mistake");
+    await waitFor(() => expect(withdraw.mock.calls).toEqual([["a", ASSESSMENT.updated_at]]));
+  });
+
+  it("is kept when somebody has changed it meanwhile, and that is said", async () => {
+    withdraw.mockRejectedValue(new ProblemError({ detail: "Somebody else has changed this assessment." }));
+    show();
+    await press("All assessments");
+    const first = screen.getAllByRole("button", { name: "Withdraw" })[0];
+    if (first) fireEvent.click(first);
+    await press("Withdraw: entered by mistake");
+    expect((await screen.findByRole("alert")).textContent).toContain("Somebody else");
+  });
+});
+
+describe("the form", () => {
+  it("opens for a new one, and for one that is to be changed", async () => {
+    show();
+    await screen.findByTestId("newest-assessment");
+    await press("New assessment");
+    await screen.findByRole("region", { name: "New assessment" });
+    await press("Discard");
+    await press("All assessments");
+    const change = screen.getAllByRole("button", { name: "Change" })[0];
+    if (change) fireEvent.click(change);
+    await screen.findByRole("region", { name: "Change assessment" });
+  });
+});
+
+function withTotal(total: number) {
+  return { ...BASELINE, spadi_score: { pain: total, disability: total, total } };
+}

@@ -1,0 +1,107 @@
+import {
+  Button,
+  Group,
+  Menu,
+  Modal,
+  Text,
+  useComputedColorScheme,
+  useMantineColorScheme,
+} from "@mantine/core";
+import { IconLock, IconLogout, IconMoon, IconSun, IconUser, IconUserCog } from "@tabler/icons-react";
+import { useNavigate } from "@tanstack/react-router";
+import { useState } from "react";
+import { useLive } from "../../lib/live/hooks";
+import { MENU } from "./accountMessages";
+import { authStore } from "./authState";
+import { useMe } from "./hooks";
+import { ROLES } from "./messages";
+
+/** Who is signed in here, and what they can do about it. */
+export function AccountMenu() {
+  const me = useMe();
+  const navigate = useNavigate();
+  const { setColorScheme } = useMantineColorScheme();
+  const dark = useComputedColorScheme() === "dark";
+  const torque = useLive("torque");
+  const operates = useLive("lease")?.mine === true;
+  const [asking, setAsking] = useState(false);
+  if (!me) return null;
+  // The last known state counts without a connection too: an arm may still be held.
+  const stillOn = torque === "on" || (torque === "unknown" && operates);
+  return (
+    <>
+      <StillOn opened={asking} operates={operates && stillOn} onClose={() => setAsking(false)} />
+      <Menu position="bottom-end" zIndex={500}>
+        <Menu.Target>
+          <Button
+            variant="subtle"
+            color="var(--mantine-color-text)"
+            h={44}
+            ml="auto"
+            px={8}
+            maw={260}
+            leftSection={<IconUser size={28} />}
+            styles={{ section: { marginInlineEnd: 0 } }}
+            aria-label={MENU.signedInAs(me.name)}
+          >
+            <Text span inherit truncate visibleFrom="md" ml={8}>
+              {me.name}
+            </Text>
+          </Button>
+        </Menu.Target>
+        <Menu.Dropdown>
+          <Menu.Label>
+            <Text size="sm">{me.name}</Text>
+            <Text size="sm">{ROLES[me.role].name}</Text>
+          </Menu.Label>
+          <Menu.Item
+            h={48}
+            closeMenuOnClick={false}
+            leftSection={dark ? <IconSun size={20} /> : <IconMoon size={20} />}
+            onClick={() => setColorScheme(dark ? "light" : "dark")}
+          >
+            {dark ? MENU.light : MENU.dark}
+          </Menu.Item>
+          {(me.password || me.openid) && (
+            <Menu.Item h={48} leftSection={<IconLock size={20} />} onClick={() => void authStore.lock()}>
+              {MENU.lock}
+            </Menu.Item>
+          )}
+          <Menu.Item
+            h={48}
+            leftSection={<IconUserCog size={20} />}
+            onClick={() => void navigate({ to: "/account" })}
+          >
+            {MENU.account}
+          </Menu.Item>
+          <Menu.Item
+            h={48}
+            leftSection={<IconLogout size={20} />}
+            onClick={() => (stillOn ? setAsking(true) : void authStore.signOut())}
+          >
+            {MENU.signOut}
+          </Menu.Item>
+        </Menu.Dropdown>
+      </Menu>
+    </>
+  );
+}
+
+/** Signing out takes Stop away from this browser: not from under the hands of its operator, and not by a single click. */
+function StillOn({ opened, operates, onClose }: { opened: boolean; operates: boolean; onClose: () => void }) {
+  return (
+    <Modal opened={opened} onClose={onClose} title={MENU.stillOnTitle} centered>
+      <Text mb="md">{operates ? MENU.stillOnMine : MENU.stillOn}</Text>
+      <Group>
+        <Button h={48} onClick={onClose} data-autofocus>
+          {MENU.stay}
+        </Button>
+        {!operates && (
+          <Button h={48} variant="default" onClick={() => void authStore.signOut()}>
+            {MENU.signOutAnyway}
+          </Button>
+        )}
+      </Group>
+    </Modal>
+  );
+}

@@ -1,0 +1,146 @@
+import { Button, Card, Group, PasswordInput, Stack, Text, Title } from "@mantine/core";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { useTitle } from "../../app/title";
+import { api, type Me, ProblemError } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { AuthLayout } from "./AuthLayout";
+import { ACCOUNT, MENU, SECOND_FACTOR } from "./accountMessages";
+import { authStore } from "./authState";
+import { useMe } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
+import { LANGUAGE_WORDS } from "./messages";
+import { isChosen, NewPassword, NOTHING_CHOSEN } from "./NewPassword";
+import { ReauthenticateForm } from "./ReauthenticateForm";
+import { SecondFactor } from "./SecondFactor";
+
+/** One's own account: who one is here, password, second factor. */
+export function AccountPage() {
+  useTitle(ACCOUNT.title);
+  const me = useMe();
+  if (!me) return null;
+  return (
+    <Stack maw={720} gap="lg">
+      <div>
+        <Title order={1} size="h2">
+          {me.name}
+        </Title>
+        <Text>{ACCOUNT.who(me.username, me.role)}</Text>
+        {me.stations.length > 0 && <Text>{ACCOUNT.worksAt(me.stations)}</Text>}
+      </div>
+      <Card withBorder component="section" aria-label={LANGUAGE_WORDS.language}>
+        <Title order={2} size="h3" mb="md">
+          {LANGUAGE_WORDS.language}
+        </Title>
+        <LanguageChoice own />
+      </Card>
+      {me.password && (
+        <Card withBorder component="section" aria-label={ACCOUNT.password}>
+          <Title order={2} size="h3" mb="md">
+            {ACCOUNT.password}
+          </Title>
+          <ChangePassword me={me} />
+        </Card>
+      )}
+      <Card withBorder component="section" aria-label={ACCOUNT.secondFactor}>
+        <Title order={2} size="h3" mb="md">
+          {ACCOUNT.secondFactor}
+        </Title>
+        <SecondFactor me={me} onChanged={() => void authStore.look()} />
+      </Card>
+      <Card withBorder component="section" aria-label={ACCOUNT.whereSignedIn}>
+        <Title order={2} size="h3" mb="md">
+          {ACCOUNT.whereSignedIn}
+        </Title>
+        <OwnSignIns />
+      </Card>
+    </Stack>
+  );
+}
+
+/** Of somebody who has to have a second factor and has none yet: nothing else is possible before. */
+export function EnrolPage({ me, onDone }: { me: Me; onDone: () => void }) {
+  useTitle(ACCOUNT.secondFactor);
+  return (
+    <AuthLayout title={SECOND_FACTOR.needed}>
+      {me.enrolling && <Text>{SECOND_FACTOR.neededOf(me.role, me.name)}</Text>}
+      <SecondFactor me={me} onChanged={onDone} />
+      <Button variant="subtle" onClick={() => void authStore.signOut()}>
+        {MENU.signOut}
+      </Button>
+    </AuthLayout>
+  );
+}
+
+function ChangePassword({ me }: { me: Me }) {
+  const [old, setOld] = useState("");
+  const [chosen, setChosen] = useState(NOTHING_CHOSEN);
+  const change = useMutation({
+    mutationFn: () => api.changePassword({ old_password: old, password: chosen.password }),
+    onSuccess: () => {
+      setOld("");
+      setChosen(NOTHING_CHOSEN);
+    },
+  });
+  const fields = change.error instanceof ProblemError ? change.error.fields : {};
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    change.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <input type="text" autoComplete="username" value={me.username} readOnly hidden />
+        <PasswordInput
+          label={ACCOUNT.presentPassword}
+          autoComplete="current-password"
+          size="lg"
+          value={old}
+          error={fields.old_password}
+          onChange={(event) => setOld(event.currentTarget.value)}
+        />
+        <NewPassword value={chosen} error={fields.password} onChange={setChosen} />
+        <ProblemNote error={change.error} />
+        <Group>
+          <Button type="submit" disabled={old === "" || !isChosen(chosen)} loading={change.isPending}>
+            {ACCOUNT.changePassword}
+          </Button>
+          {change.isSuccess && <Text role="status">{ACCOUNT.changed}</Text>}
+        </Group>
+      </Stack>
+    </form>
+  );
+}
+
+/** The browsers that one is signed in at; one that was forgotten somewhere is signed out from here. */
+function OwnSignIns() {
+  const queries = useQueryClient();
+  const found = useQuery({ queryKey: ["own-sign-ins"], queryFn: api.ownSignIns });
+  return (
+    <Stack>
+      <ProblemNote error={found.error} />
+      {(found.data?.items ?? []).map((one) => (
+        <Group key={one.id} justify="space-between" wrap="nowrap">
+          <div>
+            <Text fw={600}>
+              {one.here
+                ? ACCOUNT.thisBrowser(formatMoment(one.began_at))
+                : ACCOUNT.anotherBrowser(one.address, formatMoment(one.began_at))}
+            </Text>
+            <Text size="sm">{ACCOUNT.lastUsed(formatMoment(one.seen_at), one.agent)}</Text>
+          </div>
+          {!one.here && (
+            <ReauthenticateForm
+              variant="default"
+              act={(password) => api.endOwnSignIn(one.id, password)}
+              onDone={() => void queries.invalidateQueries({ queryKey: ["own-sign-ins"] })}
+            >
+              {ACCOUNT.signItOut}
+            </ReauthenticateForm>
+          )}
+        </Group>
+      ))}
+    </Stack>
+  );
+}

@@ -1,0 +1,31 @@
+import { Box, Card, Stack, Text, Title } from "@mantine/core";
+import type { ReactNode } from "react";
+import { Brand } from "../../app/Brand";
+import classes from "./access.module.css";
+import { useStanding } from "./hooks";
+import { LanguageChoice } from "./LanguageChoice";
+
+/** What stands before the page: a card in the middle of an otherwise empty screen. */
+export function AuthLayout({ title, children }: { title: string; children: ReactNode }) {
+  const nobody = useStanding().is === "out";
+  return (
+    <Box className={classes.door ?? ""} component="main">
+      <Text fw={700} fz={28} c="var(--kata-brand)" mb="lg">
+        <Brand />
+      </Text>
+      <Card withBorder w="100%" maw={480} p="xl">
+        <Stack>
+          <Title order={1} size="h2">
+            {title}
+          </Title>
+          {children}
+        </Stack>
+      </Card>
+      {nobody && (
+        <Box mt="md">
+          <LanguageChoice />
+        </Box>
+      )}
+    </Box>
+  );
+}

@@ -1,0 +1,75 @@
+import { Alert, Button, Card, Group, Stack, Text, Textarea, Title } from "@mantine/core";
+import { IconLockExclamation } from "@tabler/icons-react";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { RECORD } from "./accountMessages";
+import { useRecordAccess } from "./RecordAccess";
+
+/** At least so much is asked for, so that whoever reads it later understands. */
+const REASON_MIN = 10;
+
+/** In place of a record that only its care team sees: how to get in when it has to be. */
+export function BreakGlass({ patientId }: { patientId: string }) {
+  const queries = useQueryClient();
+  const [reason, setReason] = useState("");
+  const open = useMutation({
+    mutationFn: () => api.breakGlass(patientId, { reason }),
+    onSuccess: () => queries.invalidateQueries(),
+  });
+  return (
+    <Card withBorder maw={720} p="xl" component="section" aria-label={RECORD.title}>
+      <Stack>
+        <Group gap="sm">
+          <IconLockExclamation size={28} />
+          <Title order={1} size="h2">
+            {RECORD.isRestricted}
+          </Title>
+        </Group>
+        <Text>{RECORD.means}</Text>
+        <Textarea
+          label={RECORD.why}
+          description={RECORD.whyMeans}
+          autosize
+          minRows={3}
+          maxLength={1000}
+          value={reason}
+          onChange={(event) => setReason(event.currentTarget.value)}
+        />
+        <ProblemNote error={open.error} />
+        <Group>
+          <Button
+            size="lg"
+            color="grape"
+            disabled={reason.trim().length < REASON_MIN}
+            loading={open.isPending}
+            onClick={() => open.mutate()}
+          >
+            {RECORD.open}
+          </Button>
+          <PageLink to="/patients">{RECORD.back}</PageLink>
+        </Group>
+      </Stack>
+    </Card>
+  );
+}
+
+/** While somebody is in a record because they broke the glass, it says so. */
+export function GlassBanner({ patientId }: { patientId: string }) {
+  const told = useRecordAccess(patientId);
+  if (!told.data?.glass_until) return null;
+  return (
+    <Alert
+      color="grape"
+      variant="filled"
+      icon={<IconLockExclamation />}
+      title={RECORD.opened(formatMoment(told.data.glass_until))}
+      data-testid="glass"
+    >
+      {RECORD.writtenDown}
+    </Alert>
+  );
+}

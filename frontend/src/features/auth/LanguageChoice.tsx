@@ -1,0 +1,40 @@
+import { SegmentedControl, Stack, Text } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { api } from "../../lib/api/client";
+import { LANGUAGE, LANGUAGES, type Language, speak } from "../../lib/language";
+import { useLive } from "../../lib/live/hooks";
+import { isMoving } from "../../safety/modes";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { LANGUAGE_WORDS } from "./messages";
+
+const CHOICES = Object.entries(LANGUAGES).map(([value, name]) => ({
+  value,
+  label: <span lang={value}>{name}</span>,
+}));
+
+/** In which language the page speaks: `own`, with whoever is signed in, wherever that is; else at this browser. */
+export function LanguageChoice({ own = false }: { own?: boolean }) {
+  const mode = useLive("mode");
+  // The page is loaded anew by a choice: not beneath the hands of somebody who operates.
+  const moving = mode !== null && isMoving(mode);
+  const choose = useMutation({
+    mutationFn: async (language: Language) => {
+      if (own) await api.chooseLanguage(language);
+      speak(language);
+    },
+  });
+  return (
+    <Stack gap="xs">
+      <SegmentedControl
+        size="md"
+        aria-label={LANGUAGE_WORDS.language}
+        data={CHOICES}
+        value={LANGUAGE}
+        disabled={moving || choose.isPending}
+        onChange={(chosen) => choose.mutate(chosen as Language)}
+      />
+      {own && <Text size="sm">{moving ? LANGUAGE_WORDS.notWhileMoving : LANGUAGE_WORDS.whatItIs}</Text>}
+      <ProblemNote error={choose.error} />
+    </Stack>
+  );
+}

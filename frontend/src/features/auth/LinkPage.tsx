@@ -1,0 +1,42 @@
+import { Button, Text } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { useNavigate } from "@tanstack/react-router";
+import { useEffect, useState } from "react";
+import { useTitle } from "../../app/title";
+import { api } from "../../lib/api/client";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { AuthLayout } from "./AuthLayout";
+import { SIGN_IN } from "./authLayoutMessages";
+import { authStore } from "./authState";
+import { fromLink } from "./fromLink";
+
+/** Where the links of the demonstration clinic lead: one press signs in. */
+export function LinkPage() {
+  useTitle(SIGN_IN.title);
+  const navigate = useNavigate();
+  const [secret] = useState(() => fromLink("link"));
+  const signIn = useMutation({
+    mutationFn: (link: string) => api.signInByLink(link),
+    onSuccess: (me) => {
+      authStore.came(me);
+      void navigate({ to: "/", replace: true });
+    },
+  });
+  const { mutate } = signIn;
+  useEffect(() => {
+    if (secret) mutate(secret);
+    else void navigate({ to: "/", replace: true });
+  }, [secret, mutate, navigate]);
+  return (
+    <AuthLayout title={SIGN_IN.title}>
+      {signIn.error ? (
+        <>
+          <ProblemNote error={signIn.error} />
+          <Button onClick={() => void navigate({ to: "/", replace: true })}>{SIGN_IN.byName}</Button>
+        </>
+      ) : (
+        <Text role="status">{SIGN_IN.oneMoment}</Text>
+      )}
+    </AuthLayout>
+  );
+}

@@ -1,0 +1,98 @@
+import { Box, Button, Card, Group, PasswordInput, Stack, Text, Title } from "@mantine/core";
+import { IconLock, IconLogout } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { useTitle } from "../../app/title";
+import { api, type Me } from "../../lib/api/client";
+import { formatSpan } from "../../lib/format";
+import { useAlive, useLive } from "../../lib/live/hooks";
+import { modeWords } from "../../safety/modes";
+import { StateBar } from "../../safety/StateBar";
+import { ProblemNote } from "../../ui/ProblemNote";
+import classes from "./access.module.css";
+import { LOCKED } from "./authLayoutMessages";
+import { authStore } from "./authState";
+import { OpenIdReauthentication } from "./OpenIdReauthentication";
+
+/**
+ * Nobody at this browser may read a record now, but what goes on at the apparatus stays to be seen, without a patient's
+ * name, and Stop works.
+ */
+export function LockScreen({ me }: { me: Me }) {
+  useTitle(LOCKED.title);
+  const [password, setPassword] = useState("");
+  const unlock = useMutation({
+    mutationFn: () => api.unlock(password),
+    onSuccess: (now) => authStore.came(now),
+    onError: () => setPassword(""),
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    unlock.mutate();
+  };
+  return (
+    <StateBar>
+      <Box className={classes.locked ?? ""}>
+        <GoingOn />
+        <Card withBorder w="100%" maw={480} p="xl">
+          <form onSubmit={submit} noValidate>
+            <Stack>
+              <Group gap="sm">
+                <IconLock size={28} />
+                <Title order={1} size="h2">
+                  {LOCKED.title}
+                </Title>
+              </Group>
+              <Text>{LOCKED.who(me.name)}</Text>
+              {me.openid && <OpenIdReauthentication name={me.openid} then={LOCKED.thenUnlocked} />}
+              {me.password && (
+                <>
+                  {/* For password managers; nothing that can be changed here. */}
+                  <input type="text" autoComplete="username" value={me.username} readOnly hidden />
+                  <PasswordInput
+                    label={LOCKED.passwordOf(me.name)}
+                    autoComplete="current-password"
+                    autoFocus
+                    size="lg"
+                    value={password}
+                    onChange={(event) => setPassword(event.currentTarget.value)}
+                  />
+                  <ProblemNote error={unlock.error} />
+                  <Button type="submit" size="lg" disabled={password === ""} loading={unlock.isPending}>
+                    {LOCKED.unlock}
+                  </Button>
+                </>
+              )}
+              {!me.password && !me.openid && <Text>{LOCKED.noPassword}</Text>}
+              <Button
+                variant="subtle"
+                leftSection={<IconLogout size={20} />}
+                onClick={() => void authStore.signOut()}
+              >
+                {LOCKED.signOut}
+              </Button>
+            </Stack>
+          </form>
+        </Card>
+      </Box>
+    </StateBar>
+  );
+}
+
+/** What the apparatus does, to be read from a distance. */
+function GoingOn() {
+  const alive = useAlive();
+  const mode = useLive("mode");
+  const stop = useLive("stop");
+  const run = useLive("run");
+  if (!alive || !mode) return null;
+  const moving = mode === "approaching" || mode === "playing" || mode === "paused" || mode === "returning";
+  return (
+    <Stack align="center" gap={0} data-testid="going-on">
+      <Text fz={40} fw={700}>
+        {modeWords({ mode, stop, run })}
+      </Text>
+      {moving && run && <Text fz={28}>{LOCKED.left(formatSpan(run.left_s))}</Text>}
+    </Stack>
+  );
+}

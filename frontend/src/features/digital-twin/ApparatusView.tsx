@@ -1,0 +1,149 @@
+import { ActionIcon, Group, SegmentedControl, Stack, Text, UnstyledButton } from "@mantine/core";
+import { IconMinus, IconPlus, IconRotate2, IconRotateClockwise2 } from "@tabler/icons-react";
+import { useEffect, useState, useSyncExternalStore } from "react";
+import { formatDegrees } from "../../lib/format";
+import classes from "./apparatus3d.module.css";
+import { MOTOR_COLOURS } from "./colours";
+import type { AnglesSource } from "./ghost";
+import { endsReached, type Limits, MOTORS, type Motor } from "./limits";
+import { AT_END, BODY, MOVES, VIEW, VIEW_WORDS } from "./messages";
+import { postureOf } from "./posture";
+import { Scene } from "./Scene";
+import type { Side } from "./vectors";
+import { moved, VIEWS, type View, type ViewName, viewOf } from "./view";
+
+const TURN_DEG = 20;
+const NEARER = 1.25;
+
+interface Props {
+  side: Side;
+  limits: Limits;
+  /** Where the arm is; null on a page that is about a recording only. */
+  real: AnglesSource | null;
+  /** Where a recording has it; null while none is looked at. */
+  ghost: AnglesSource | null;
+  label: string;
+}
+
+/** The apparatus, the patient and the arm in three dimensions, and the same in words. */
+export function ApparatusView({ side, limits, real, ghost, label }: Props) {
+  const [named, setNamed] = useState<ViewName | null>("corner");
+  const [view, setView] = useState<View>(() => viewOf("corner", side));
+  const [only, setOnly] = useState<Motor | null>(null);
+  const [unable, setUnable] = useState(false);
+  const look = (next: View, name: ViewName | null = null) => {
+    setNamed(name);
+    setView(next);
+  };
+  // The other shoulder is looked at from its own side.
+  useEffect(() => {
+    setNamed((name) => name ?? "corner");
+    setView(viewOf("corner", side));
+  }, [side]);
+  const buttons = [
+    { label: VIEW.left, Icon: IconRotateClockwise2, to: () => moved(view, -TURN_DEG, 0) },
+    { label: VIEW.right, Icon: IconRotate2, to: () => moved(view, TURN_DEG, 0) },
+    { label: VIEW.nearer, Icon: IconPlus, to: () => moved(view, 0, 0, NEARER) },
+    { label: VIEW.further, Icon: IconMinus, to: () => moved(view, 0, 0, 1 / NEARER) },
+  ];
+  return (
+    <Stack gap="xs">
+      <Group gap="xs" justify="space-between">
+        <SegmentedControl
+          aria-label={VIEW.view}
+          size="md"
+          value={named ?? ""}
+          onChange={(name) => look(viewOf(name as ViewName, side), name as ViewName)}
+          data={VIEWS.map((value) => ({ value, label: VIEW_WORDS[value] }))}
+        />
+        <Group gap={4}>
+          {buttons.map(({ label: does, Icon, to }) => (
+            <ActionIcon key={does} variant="default" size={44} aria-label={does} onClick={() => look(to())}>
+              <Icon size={22} />
+            </ActionIcon>
+          ))}
+        </Group>
+      </Group>
+      <div className={classes.canvas ?? ""}>
+        {unable ? (
+          <Text p="md">{VIEW.no3d}</Text>
+        ) : (
+          <Scene
+            side={side}
+            limits={limits}
+            view={view}
+            only={only}
+            real={real}
+            ghost={ghost}
+            label={label}
+            onView={look}
+            onUnable={() => setUnable(true)}
+          />
+        )}
+      </div>
+      <Group gap={6} role="group" aria-label={VIEW.motors}>
+        {MOTORS.map((motor) => (
+          <UnstyledButton
+            key={motor}
+            className={classes.motor ?? ""}
+            aria-pressed={only === motor}
+            onClick={() => setOnly(only === motor ? null : motor)}
+          >
+            <span className={classes.disc ?? ""} style={{ background: MOTOR_COLOURS[motor] }}>
+              {motor}
+            </span>
+            {MOVES[motor]}
+          </UnstyledButton>
+        ))}
+      </Group>
+      <InWords source={real ?? ghost} side={side} limits={limits} />
+    </Stack>
+  );
+}
+
+/** What the drawing shows, for whoever does not see it; whole degrees, so that it changes no faster than it is read. */
+function InWords({ source, side, limits }: { source: AnglesSource | null; side: Side; limits: Limits }) {
+  const told = useSyncExternalStore(
+    source?.subscribe ?? never,
+    // Text, because what is compared is whether it says the same.
+    () => JSON.stringify(inWords(source, side, limits)),
+  );
+  const { body, notes } = JSON.parse(told) as ReturnType<typeof inWords>;
+  return (
+    <div data-testid="apparatus-words">
+      {body && (
+        <dl className={classes.body ?? ""}>
+          {BODY.map((name, n) => (
+            <div key={name}>
+              <dt>{name}</dt>
+              <dd>{body[n]}</dd>
+            </div>
+          ))}
+        </dl>
+      )}
+      {notes.map((note) => (
+        <Text key={note} fw={600}>
+          {note}
+        </Text>
+      ))}
+      <Text size="sm" c="dimmed">
+        {VIEW.elbow}
+      </Text>
+    </div>
+  );
+}
+
+const never = () => () => {};
+
+function inWords(source: AnglesSource | null, side: Side, limits: Limits) {
+  const angles = source?.get() ?? null;
+  if (angles === null) return { body: null, notes: [VIEW.noAngles] };
+  const posture = postureOf(angles, side);
+  const ends = endsReached(angles, limits);
+  const notes = MOTORS.flatMap((motor) => {
+    const end = ends[motor - 1];
+    return end ? [AT_END[end](motor)] : [];
+  });
+  if (posture === null) return { body: null, notes: [VIEW.noPose, ...notes] };
+  return { body: posture.pose_deg.map((angle) => formatDegrees(angle, 0)), notes };
+}

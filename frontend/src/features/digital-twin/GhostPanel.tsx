@@ -1,0 +1,69 @@
+import { Button, Group, Slider, Stack, Text } from "@mantine/core";
+import { useReducedMotion } from "@mantine/hooks";
+import { IconPlayerPause, IconPlayerPlay } from "@tabler/icons-react";
+import { useEffect, useSyncExternalStore } from "react";
+import { formatDeg } from "../../lib/format";
+import type { Ghost } from "./ghost";
+import type { Leaving } from "./limits";
+import { GHOST } from "./messages";
+
+const STEP_S = 0.05;
+/** The slider's own tenth of a second is fine enough to be told, and coarse enough not to burden the page. */
+const SHOWN_S = 0.1;
+
+/** Play, pause, and a slider over the recording's own time. Nothing of it goes to the apparatus. */
+export function GhostPanel({
+  ghost,
+  leaving,
+  playsItself = false,
+}: {
+  ghost: Ghost;
+  leaving: Leaving[];
+  playsItself?: boolean;
+}) {
+  const still = useReducedMotion();
+  const playing = useSyncExternalStore(ghost.subscribe, () => ghost.playing);
+  const at_s = useSyncExternalStore(ghost.subscribe, () =>
+    ghost.playing ? Math.floor(ghost.at_s() / SHOWN_S) * SHOWN_S : ghost.at_s(),
+  );
+  useEffect(() => {
+    if (playsItself && !still) ghost.play();
+    return () => ghost.pause();
+  }, [ghost, playsItself, still]);
+  const length = ghost.duration_s;
+  return (
+    <Stack gap={4} component="section" aria-label={GHOST.title}>
+      <Group gap="md" wrap="nowrap">
+        <Button
+          variant="default"
+          h={44}
+          w={210}
+          leftSection={playing ? <IconPlayerPause size={20} /> : <IconPlayerPlay size={20} />}
+          onClick={() => (playing ? ghost.pause() : ghost.play())}
+        >
+          {playing ? GHOST.pause : GHOST.play}
+        </Button>
+        <Slider
+          flex={1}
+          size="lg"
+          thumbSize={28}
+          thumbLabel={GHOST.time}
+          min={0}
+          max={length}
+          step={STEP_S}
+          value={at_s}
+          label={(value) => GHOST.seconds(formatDeg(value))}
+          onChange={(value) => ghost.seek(value)}
+        />
+        <Text style={{ fontVariantNumeric: "tabular-nums" }} w={110} ta="right" data-testid="ghost-time">
+          {GHOST.at(formatDeg(at_s), formatDeg(length))}
+        </Text>
+      </Group>
+      {leaving.map((one) => (
+        <Text key={one.motor} fw={600}>
+          {GHOST.leaves(one.motor, formatDeg(one.at_s), formatDeg(one.angle_deg))}
+        </Text>
+      ))}
+    </Stack>
+  );
+}

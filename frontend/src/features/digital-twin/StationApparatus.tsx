@@ -1,0 +1,61 @@
+import { Card, Group, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useMemo } from "react";
+import { api } from "../../lib/api/client";
+import { useAlive, useLive, useStation } from "../../lib/live/hooks";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { ApparatusView } from "./ApparatusView";
+import { GHOST as GHOST_COLOUR } from "./colours";
+import { GhostPanel } from "./GhostPanel";
+import { Ghost } from "./ghost";
+import { leavings, limitsOf } from "./limits";
+import { liveAngles } from "./liveAngles";
+import { GHOST, VIEW } from "./messages";
+
+const SQUARE = "■";
+
+/** The station's apparatus as it stands now; over it, before it may touch the patient, what has been loaded. */
+export default function StationApparatus() {
+  const station = useStation();
+  const alive = useAlive();
+  const side = useLive("side");
+  const mode = useLive("mode");
+  const run = useLive("run");
+  const runId = run?.run_id ?? null;
+  const motion = useQuery({
+    queryKey: ["run-motion", runId],
+    queryFn: () => api.runMotion(runId ?? ""),
+    enabled: runId !== null,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  const axes = station?.axes;
+  const limits = useMemo(() => (axes ? limitsOf(axes) : []), [axes]);
+  const asked = motion.data;
+  const ghost = useMemo(() => (asked ? new Ghost(asked) : null), [asked]);
+  const leaving = useMemo(() => (asked ? leavings(asked, limits) : []), [asked, limits]);
+  if (!station || !side) return null;
+  // From the approach on, the arm itself is what is to be looked at.
+  const shown = mode === "ready" && alive ? ghost : null;
+  return (
+    <Card withBorder component="section" aria-label={VIEW.title}>
+      <Group justify="space-between" mb="sm">
+        <Title order={2} size="h3">
+          {VIEW.title}
+        </Title>
+        {shown && (
+          <Text fw={600}>
+            <Text span c={GHOST_COLOUR} inherit aria-hidden>
+              {SQUARE}{" "}
+            </Text>
+            {GHOST.shows}
+          </Text>
+        )}
+      </Group>
+      {shown && <GhostPanel ghost={shown} leaving={leaving} playsItself />}
+      {mode === "ready" && <ProblemNote error={motion.error} />}
+      <div className={alive ? "" : "stale"}>
+        <ApparatusView side={side} limits={limits} real={liveAngles} ghost={shown} label={VIEW.now} />
+      </div>
+    </Card>
+  );
+}

@@ -1,0 +1,39 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, render, screen } from "@testing-library/react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import type { Live } from "../../lib/api/client";
+import { type LiveState, store } from "../../lib/live/store";
+import { LiveApparatus } from "./lazily";
+
+function opener(torque: Live["torque"]) {
+  const state = {
+    connected: true,
+    heardAt: 0,
+    station: null,
+    live: { torque } as Partial<Live>,
+    events: [],
+  };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  render(
+    <MantineProvider>
+      <LiveApparatus />
+    </MantineProvider>,
+  );
+  return screen.getByRole("button", { name: "Show in three dimensions" }) as HTMLButtonElement;
+}
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+describe("the apparatus in three dimensions", () => {
+  it("is opened only while the motors have no torque: a first drawing can hold up Stop", () => {
+    expect(opener("on").disabled).toBe(true);
+    expect(screen.getByText("To be opened while the motors have no torque.")).toBeTruthy();
+    cleanup();
+    expect(opener("unknown").disabled).toBe(true);
+    cleanup();
+    expect(opener("off").disabled).toBe(false);
+  });
+});

@@ -1,0 +1,55 @@
+import { Button, Card, Group, Skeleton, Text, Title } from "@mantine/core";
+import { IconCube } from "@tabler/icons-react";
+import { lazy, type ReactNode, Suspense, useState } from "react";
+import { useLive } from "../../lib/live/hooks";
+import { VIEW } from "./messages";
+
+// Three dimensions weigh as much as half of the page. They come where they are asked for.
+const StationApparatus = lazy(() => import("./StationApparatus"));
+const RecordingApparatus = lazy(() => import("./RecordingApparatus"));
+
+const HEIGHT = 560;
+
+/** On the station page. Opened only without torque: what is fetched and made ready first can hold up the page, and Stop with it. */
+export function LiveApparatus() {
+  const torque = useLive("torque");
+  return (
+    <Opened title={VIEW.title} notNow={torque !== "off" && torque !== null ? VIEW.notNow : ""}>
+      <StationApparatus />
+    </Opened>
+  );
+}
+
+export function RecordingGhost({ recordingId }: { recordingId: string }) {
+  return (
+    <Opened title={VIEW.motion} notNow="">
+      <RecordingApparatus recordingId={recordingId} />
+    </Opened>
+  );
+}
+
+function Opened({ title, notNow, children }: { title: string; notNow: string; children: ReactNode }) {
+  const [open, setOpen] = useState(false);
+  if (open) {
+    return <Suspense fallback={<Skeleton h={HEIGHT} aria-label={VIEW.drawing} />}>{children}</Suspense>;
+  }
+  return (
+    <Card withBorder component="section" aria-label={title}>
+      <Group justify="space-between">
+        <Title order={2} size="h3">
+          {title}
+        </Title>
+        <Button
+          variant="default"
+          h={44}
+          leftSection={<IconCube size={20} />}
+          disabled={notNow !== ""}
+          onClick={() => setOpen(true)}
+        >
+          {VIEW.open}
+        </Button>
+      </Group>
+      {notNow && <Text>{notNow}</Text>}
+    </Card>
+  );
+}

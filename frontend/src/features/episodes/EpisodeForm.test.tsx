@@ -1,0 +1,203 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, type Episode, ProblemError } from "../../lib/api/client";
+import { EpisodeForm } from "./EpisodeForm";
+import { EpisodeCard } from "./Episodes";
+import { limitWords, today } from "./messages";
+
+const EPISODE: Episode = {
+  id: "e",
+  patient_id: "p",
+  side: "right",
+  diagnosis: "Adhesive capsulitis",
+  onset_on: "2026-05-01",
+  contraindications: "No traction.",
+  limits: [{ motion: 4, lowest_deg: null, highest_deg: 90 }],
+  max_load_level: 12,
+  max_speed_deg_s: 40,
+  limits_by: "Dr. Mori",
+  opened_at: "2026-06-01T09:30:00Z",
+  closed_at: null,
+  closing_note: "",
+  updated_at: "2026-06-01T09:30:00Z",
+  stage: null,
+  stages: [],
+};
+
+const update = vi.spyOn(api, "updateEpisode");
+const open = vi.spyOn(api, "openEpisode");
+const add = vi.spyOn(api, "addStage");
+const close = vi.spyOn(api, "closeEpisode");
+const onDone = vi.fn();
+
+const show = (shown: React.ReactNode) =>
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>{shown}</QueryClientProvider>
+    </MantineProvider>,
+  );
+const type = (label: string, value: string) =>
+  fireEvent.change(screen.getByLabelText(label), { target: { value } });
+const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  for (const call of [update, open, add, close]) call.mockResolvedValue(EPISODE);
+});
+afterEach(cleanup);
+
+describe("changing an episode", () => {
+  const edit = (episode = EPISODE) => (
+    <EpisodeForm patientId="p" side="right" episode={episode} onDone={onDone} />
+  );
+
+  it("sends all of it, with the version that was seen", async () => {
+    show(edit());
+    type("Flexion / extension of the shoulder: no less than", "-10");
+    type("Diagnosis", "Fracture");
+    type("Highest speed", "25 deg/s");
+    press("Save");
+    await waitFor(() => expect(onDone).toHaveBeenCalled());
+    expect(update.mock.calls).toEqual([
+      [
+        "e",
+        {
+          diagnosis: "Fracture",
+          onset_on: "2026-05-01",
+          contraindications: "No traction.",
+          limits: [
+            { motion: 4, lowest_deg: null, highest_deg: 90 },
+            { motion: 5, lowest_deg: -10, highest_deg: null },
+          ],
+          max_load_level: 12,
+          max_speed_deg_s: 25,
+          limits_by: "Dr. Mori",
+          updated_at: EPISODE.updated_at,
+        },
+      ],
+    ]);
+  });
+
+  it("does not take a newer version for the one that was read", async () => {
+    const shown = show(edit());
+    type("Diagnosis", "Fracture");
+    const newer = { ...EPISODE, diagnosis: "Other", updated_at: "2026-06-02T09:30:00Z" };
+    shown.rerender(
+      <MantineProvider env="test">
+        <QueryClientProvider client={new QueryClient()}>{edit(newer)}</QueryClientProvider>
+      </MantineProvider>,
+    );
+    press("Save");
+    await waitFor(() => expect(update.mock.calls[0]?.[1].updated_at).toBe(EPISODE.updated_at));
+  });
+
+  it("takes a limit back when its number is", async () => {
+    show(edit());
+    type("Abduction / adduction of the shoulder: no more than", "");
+    press("Save");
+    await waitFor(() => expect(update.mock.calls[0]?.[1].limits).toEqual([]));
+  });
+
+  it("sends no speed limit when its number is taken away", async () => {
+    show(edit());
+    type("Highest speed", "");
+    press("Save");
+    await waitFor(() => expect(update.mock.calls[0]?.[1].max_speed_deg_s).toBeNull());
+  });
+
+  it("shows what is wrong with the speed limit beside it", async () => {
+    const problem = { detail: "Please check what was entered.", next_step: "" };
+    update.mockRejectedValue(
+      new ProblemError({
+        ...problem,
+        errors: [
+          {
+            pointer: "#/max_speed_deg_s",
+            field: "max_speed_deg_s",
+            detail: "At most 150.",
+            field_key: null,
+            detail_key: null,
+          },
+        ],
+      }),
+    );
+    show(edit());
+    type("Highest speed", "200 deg/s");
+    press("Save");
+    expect(await screen.findByText("At most 150.")).toBeTruthy();
+    expect(screen.getByLabelText("Highest speed")).toHaveProperty("value", "200 deg/s");
+  });
+
+  it("says why it was not saved, and keeps what was written", async () => {
+    update.mockRejectedValue(
+      new ProblemError({
+        detail: "The name of the doctor who set the limits is missing.",
+        next_step: "Write the name.",
+      }),
+    );
+    show(edit());
+    type("Doctor who set the limits", "");
+    press("Save");
+    expect((await screen.findByRole("alert")).textContent).toContain("which doctor");
+    expect(screen.getByLabelText("Diagnosis")).toHaveProperty("value", "Adhesive capsulitis");
+    expect(onDone).not.toHaveBeenCalled();
+  });
+});
+
+it("a new episode is opened for its side", async () => {
+  show(<EpisodeForm patientId="p" side="left" onDone={onDone} />);
+  press("Open episode");
+  await waitFor(() => expect(open.mock.calls[0]?.[0]).toBe("p"));
+  expect(open.mock.calls[0]?.[1]).toMatchObject({ side: "left", limits: [], max_load_level: null });
+});
+
+describe("an episode on the patient's page", () => {
+  it("says what the doctor allows, and that no stage is noted", () => {
+    show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
+    expect(screen.getByTestId("limits").textContent).toBe(
+      "Allowed by Dr. MoriAbduction / adduction of the shoulder: no more than 90 degResistance level 12 at mostNo motor faster than 40 deg/s",
+    );
+    expect(screen.getByText("No stage noted")).toBeTruthy();
+  });
+
+  it("is given another stage", async () => {
+    show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
+    expect(screen.getByRole("button", { name: "Note stage" })).toHaveProperty("disabled", true);
+    fireEvent.click(screen.getByRole("combobox", { name: "New stage" }));
+    fireEvent.click(screen.getByRole("option", { name: "Frozen" }));
+    type("Since", "2026-08-01");
+    press("Note stage");
+    await waitFor(() => expect(add.mock.calls).toEqual([["e", { stage: "frozen", since: "2026-08-01" }]]));
+    await waitFor(() => expect(onDone).toHaveBeenCalled());
+  });
+
+  it("is closed with a note", async () => {
+    show(<EpisodeCard episode={EPISODE} onSaved={onDone} />);
+    press("Close episode");
+    fireEvent.change(await screen.findByLabelText("Closing note"), { target: { value: "Full range." } });
+    fireEvent.click(screen.getAllByRole("button", { name: "Close episode" }).at(-1) as HTMLElement);
+    await waitFor(() =>
+      expect(close.mock.calls).toEqual([
+        ["e", { closing_note: "Full range.", updated_at: EPISODE.updated_at }],
+      ]),
+    );
+  });
+
+  it("can only be reopened once it is closed", () => {
+    show(<EpisodeCard episode={{ ...EPISODE, closed_at: "2026-09-01T09:30:00Z" }} onSaved={onDone} />);
+    expect(screen.queryByRole("button", { name: "Change" })).toBeNull();
+    expect(screen.getByRole("button", { name: "Reopen" })).toBeTruthy();
+  });
+});
+
+describe("words", () => {
+  it.each([
+    [{ motion: 4, lowest_deg: 0, highest_deg: 90 }, "Abduction / adduction of the shoulder: 0 to 90 deg"],
+    [{ motion: 1, lowest_deg: -10 }, "Abduction / adduction of the scapula: no less than −10 deg"],
+  ])("of a limit", (limit, words) => expect(limitWords(limit)).toBe(words));
+
+  it("today is the day of this browser", () =>
+    expect(today(new Date(2026, 0, 5, 23, 59))).toBe("2026-01-05"));
+});

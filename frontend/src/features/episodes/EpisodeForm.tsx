@@ -1,0 +1,190 @@
+import { Alert, Button, Group, NumberInput, Stack, Table, Text, Textarea, TextInput } from "@mantine/core";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, type Episode, ProblemError } from "../../lib/api/client";
+import { forgetDrafts, useDraft } from "../../lib/draft";
+import { LOAD_LEVELS } from "../station/loadLevels";
+import { FORM, MOTIONS, minus, type Side } from "./messages";
+
+type Ends = { lowest: number | null; highest: number | null };
+const FREE: Ends = { lowest: null, highest: null };
+
+/** Open an episode of a shoulder, or change one: what is treated, since when, and what a doctor allows. */
+export function EpisodeForm(props: {
+  patientId: string;
+  side: Side;
+  episode?: Episode;
+  onDone: (saved: Episode) => void;
+}) {
+  const { patientId, side, episode } = props;
+  const queries = useQueryClient();
+  // Of the record that these values are from: a newer one may arrive while somebody writes.
+  const [version] = useState(episode?.updated_at ?? null);
+  const [key] = useState(`episode ${episode?.id ?? `new ${patientId} ${side}`} ${version ?? ""}`);
+  const [diagnosis, setDiagnosis] = useDraft(`${key} diagnosis`, episode?.diagnosis ?? "");
+  const [onset, setOnset] = useDraft(`${key} onset`, episode?.onset_on ?? "");
+  const [contraindications, setContraindications] = useDraft(
+    `${key} contraindications`,
+    episode?.contraindications ?? "",
+  );
+  const [limits, setLimits] = useDraft(`${key} limits`, () => byMotion(episode));
+  const [level, setLevel] = useDraft<number | null>(`${key} level`, episode?.max_load_level ?? null);
+  const [speed, setSpeed] = useDraft<number | null>(`${key} speed`, episode?.max_speed_deg_s ?? null);
+  const [doctor, setDoctor] = useDraft(`${key} doctor`, episode?.limits_by ?? "");
+  const save = useMutation({
+    mutationFn: () => {
+      const body = {
+        diagnosis,
+        onset_on: onset || null,
+        contraindications,
+        limits: asLimits(limits),
+        max_load_level: level,
+        max_speed_deg_s: speed,
+        limits_by: doctor,
+      };
+      return episode
+        ? api.updateEpisode(episode.id, { ...body, updated_at: version })
+        : api.openEpisode(patientId, { ...body, side });
+    },
+    onSuccess: (saved) => {
+      forgetDrafts(key);
+      props.onDone(saved);
+    },
+    onError: () => void queries.invalidateQueries({ queryKey: ["episodes", patientId] }),
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  const end = (motion: number, name: keyof Ends, label: string) => (
+    <NumberInput
+      size="md"
+      hideControls
+      suffix={FORM.deg}
+      placeholder={FORM.free}
+      aria-label={label}
+      value={limits[motion]?.[name] ?? ""}
+      onChange={(given) =>
+        setLimits({
+          ...limits,
+          [motion]: { ...(limits[motion] ?? FREE), [name]: typeof given === "number" ? given : null },
+        })
+      }
+    />
+  );
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <TextInput
+          label={FORM.diagnosis}
+          maxLength={200}
+          value={diagnosis}
+          error={fields.diagnosis}
+          onChange={(event) => setDiagnosis(event.currentTarget.value)}
+        />
+        <TextInput
+          type="date"
+          label={FORM.onset}
+          value={onset}
+          error={fields.onset_on}
+          onChange={(event) => setOnset(event.currentTarget.value)}
+        />
+        <Textarea
+          label={FORM.contraindications}
+          autosize
+          minRows={2}
+          value={contraindications}
+          error={fields.contraindications}
+          onChange={(event) => setContraindications(event.currentTarget.value)}
+        />
+        <Text fw={500}>{FORM.allowed}</Text>
+        <Text size="sm">{FORM.allowedMeans}</Text>
+        <Table verticalSpacing="xs">
+          <Table.Thead>
+            <Table.Tr>
+              <Table.Th>{FORM.motion}</Table.Th>
+              <Table.Th>{FORM.lowest}</Table.Th>
+              <Table.Th>{FORM.highest}</Table.Th>
+            </Table.Tr>
+          </Table.Thead>
+          <Table.Tbody>
+            {MOTIONS.map(({ motion, name, from, to }) => (
+              <Table.Tr key={motion}>
+                <Table.Td>
+                  {`${motion}. ${name}`}
+                  <Text size="sm" c="dimmed">
+                    {FORM.fromTo(minus(from), minus(to))}
+                  </Text>
+                </Table.Td>
+                <Table.Td>{end(motion, "lowest", FORM.lowestOf(name))}</Table.Td>
+                <Table.Td>{end(motion, "highest", FORM.highestOf(name))}</Table.Td>
+              </Table.Tr>
+            ))}
+          </Table.Tbody>
+        </Table>
+        <Group grow align="start">
+          <NumberInput
+            size="md"
+            label={FORM.level}
+            placeholder={FORM.any}
+            min={1}
+            max={LOAD_LEVELS}
+            allowDecimal={false}
+            value={level ?? ""}
+            error={fields.max_load_level}
+            onChange={(given) => setLevel(typeof given === "number" ? given : null)}
+          />
+          <NumberInput
+            size="md"
+            hideControls
+            label={FORM.speed}
+            description={FORM.speedMeans}
+            placeholder={FORM.any}
+            suffix={FORM.degPerSecond}
+            value={speed ?? ""}
+            error={fields.max_speed_deg_s}
+            onChange={(given) => setSpeed(typeof given === "number" ? given : null)}
+          />
+          <TextInput
+            label={FORM.doctor}
+            maxLength={100}
+            value={doctor}
+            error={fields.limits_by}
+            onChange={(event) => setDoctor(event.currentTarget.value)}
+          />
+        </Group>
+        {save.error && (
+          // All of it: a limit's own error has no field of this form to stand at.
+          <Alert color="grape" variant="light" role="alert">
+            {save.error.message} {save.error instanceof ProblemError ? save.error.nextStep : ""}
+          </Alert>
+        )}
+        <Group justify="end">
+          <Button type="submit" loading={save.isPending}>
+            {episode ? FORM.save : FORM.open}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}
+
+function byMotion(episode: Episode | undefined): Record<number, Ends> {
+  return Object.fromEntries(
+    (episode?.limits ?? []).map((limit) => [
+      limit.motion,
+      { lowest: limit.lowest_deg ?? null, highest: limit.highest_deg ?? null },
+    ]),
+  );
+}
+
+function asLimits(limits: Record<number, Ends>): Episode["limits"] {
+  return Object.entries(limits)
+    .filter(([, ends]) => ends.lowest !== null || ends.highest !== null)
+    .map(([motion, ends]) => ({
+      motion: Number(motion),
+      lowest_deg: ends.lowest,
+      highest_deg: ends.highest,
+    }));
+}

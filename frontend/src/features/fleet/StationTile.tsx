@@ -1,0 +1,102 @@
+import { Alert, Badge, Card, Group, Progress, Stack, Text, Title } from "@mantine/core";
+import { IconAlertTriangle, IconPlugConnectedX } from "@tabler/icons-react";
+import type { ReactNode } from "react";
+import { translateServerText } from "../../lib/serverText";
+import { EstopSign } from "../../safety/EstopBadge";
+import { AlarmFrame } from "../alarms/Alarms";
+import {
+  doingWords,
+  operatedBy,
+  progressWords,
+  type Shown,
+  STATIONS,
+  type State,
+  silentSince,
+} from "./messages";
+
+/** One station at a glance. What is not known looks like nothing that is. */
+export function StationTile({ station, children }: { station: Shown; children?: ReactNode }) {
+  const { name, state } = station;
+  return (
+    <Card
+      withBorder
+      component="article"
+      aria-label={name}
+      data-testid="station"
+      data-silent={station.silent}
+      {...(!state && { bg: "var(--kata-quiet)" })}
+    >
+      <Stack gap="sm">
+        <Group justify="space-between">
+          <Title order={2} size="h3">
+            {name}
+          </Title>
+          <Group gap="xs">
+            {station.here && <Badge variant="light">{STATIONS.here}</Badge>}
+            {state?.simulated && (
+              <Badge variant="outline" color="gray">
+                {STATIONS.simulated}
+              </Badge>
+            )}
+          </Group>
+        </Group>
+        {station.doubled && (
+          <Alert color="grape" role="alert" icon={<IconAlertTriangle />}>
+            {STATIONS.doubled}
+          </Alert>
+        )}
+        {state ? <Doing state={state} /> : <Silent heardAt={station.heard_at} />}
+        {children}
+      </Stack>
+    </Card>
+  );
+}
+
+function Silent({ heardAt }: { heardAt: string | null }) {
+  return (
+    <Group gap="sm" wrap="nowrap" role="status">
+      <IconPlugConnectedX size={28} aria-hidden />
+      <div>
+        <Text fw={600}>{STATIONS.silent}</Text>
+        <Text size="sm">{silentSince(heardAt)}</Text>
+      </div>
+    </Group>
+  );
+}
+
+function Doing({ state }: { state: State }) {
+  const progress = progressWords(state);
+  const alive = state.device === "running";
+  return (
+    <>
+      <Group gap="xs">
+        <EstopSign estop={alive ? state.estop : "unknown"} />
+        <Badge size="xl" radius="sm" variant="light" color={alive ? "indigo" : "gray"} tt="none">
+          {doingWords(state)}
+        </Badge>
+      </Group>
+      {state.causes.map((cause) => (
+        <AlarmFrame
+          key={`${cause.code} ${cause.axis}`}
+          priority={cause.cleared && !state.arm_held ? "medium" : "high"}
+        >
+          {translateServerText(cause.message, cause.message_key)}
+        </AlarmFrame>
+      ))}
+      <Text fw={600}>{state.patient ? state.patient.name : STATIONS.nobody}</Text>
+      {state.recording_name && <Text size="sm">{state.recording_name}</Text>}
+      {state.progress && (
+        <Progress
+          value={(100 * state.progress.position_s) / Math.max(state.progress.duration_s, 0.001)}
+          aria-label={progress}
+        />
+      )}
+      {progress && <Text size="sm">{progress}</Text>}
+      {state.operator && (
+        <Text size="sm" c="dimmed">
+          {operatedBy(state.operator)}
+        </Text>
+      )}
+    </>
+  );
+}

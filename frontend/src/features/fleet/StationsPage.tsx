@@ -1,0 +1,64 @@
+import { Code, SimpleGrid, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useState, useSyncExternalStore } from "react";
+import { useTitle } from "../../app/title";
+import { api } from "../../lib/api/client";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { AlarmFrame } from "../alarms/Alarms";
+import { RequirePermission } from "../auth/RequirePermission";
+import { STATIONS, versionWords } from "./messages";
+import { StationTile } from "./StationTile";
+import { stations } from "./store";
+
+/** Every station of the clinic, as it is now. */
+export function StationsPage() {
+  useTitle(STATIONS.title);
+  const known = useSyncExternalStore(stations.subscribe, stations.get);
+  return (
+    <Stack>
+      <Title order={1} size="h2">
+        {STATIONS.title}
+      </Title>
+      {known.stations === null && known.lost && <AlarmFrame priority="medium">{STATIONS.lost}</AlarmFrame>}
+      {known.stations === null && !known.lost && (
+        <>
+          <Text role="status">{STATIONS.connecting}</Text>
+          <Skeleton h={160} />
+        </>
+      )}
+      <SimpleGrid cols={{ base: 1, sm: 2, lg: 3 }}>
+        {known.stations?.map((one) => (
+          <StationTile key={one.name} station={one}>
+            <RequirePermission permission="see_operation">
+              <Versions station={one.name} />
+            </RequirePermission>
+          </StationTile>
+        ))}
+      </SimpleGrid>
+    </Stack>
+  );
+}
+
+/** What a station's device has run with: for whoever looks after it. */
+function Versions({ station }: { station: string }) {
+  const [open, setOpen] = useState(false);
+  const versions = useQuery({
+    queryKey: ["station-versions", station],
+    queryFn: () => api.stationVersions(station),
+    enabled: open,
+  });
+  return (
+    <details onToggle={(event) => setOpen(event.currentTarget.open)}>
+      <summary>{STATIONS.configuration}</summary>
+      <ProblemNote error={versions.error} />
+      {versions.data?.items.map((one) => (
+        <div key={one.number}>
+          <Text size="sm">{versionWords(one)}</Text>
+          <Code block mah={240} style={{ overflow: "auto" }}>
+            {one.config}
+          </Code>
+        </div>
+      ))}
+    </details>
+  );
+}

@@ -1,0 +1,153 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, render, screen } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { doingWords, progressWords, type Shown, STATIONS, type State, silentSince } from "./messages";
+import { StationTile } from "./StationTile";
+import { LOST_AFTER_MS, StationsStore } from "./store";
+
+const state: State = {
+  station: "Station 2",
+  service: "00000000-0000-0000-0000-000000000001",
+  simulated: false,
+  device: "running",
+  mode: "playing",
+  torque: "on",
+  estop: "closed",
+  causes: [],
+  arm_held: false,
+  operator: "Sato",
+  patient: { id: "00000000-0000-0000-0000-000000000002", name: "Yamada Hanako" },
+  recording_name: "Flexion",
+  progress: { position_s: 10, duration_s: 40, left_s: 30, reversing: false },
+  take_s: null,
+};
+const shown: Shown = {
+  name: "Station 2",
+  here: false,
+  heard_at: "2026-03-01T09:00:00Z",
+  silent: false,
+  doubled: false,
+  state,
+};
+const show = (station: Shown) =>
+  render(
+    <MantineProvider>
+      <StationTile station={station} />
+    </MantineProvider>,
+  );
+
+describe("a tile", () => {
+  afterEach(cleanup);
+
+  it("tells who is on the apparatus, what it does, how far, and the emergency stop", () => {
+    show(shown);
+    for (const words of [
+      "Yamada Hanako",
+      "Flexion",
+      "Playing",
+      "0:30 left",
+      "E-stop ready",
+      "Operated by Sato",
+    ]) {
+      expect(screen.getByText(words)).toBeDefined();
+    }
+  });
+
+  it("of a station that fell silent tells since when, and nothing of what it did before", () => {
+    show({ ...shown, silent: true, state: null });
+    expect(screen.getByText(STATIONS.silent)).toBeDefined();
+    expect(screen.getByText(silentSince(shown.heard_at))).toBeDefined();
+    expect(screen.queryByText(/Yamada|Playing|E-stop/)).toBeNull();
+  });
+
+  it("tells why a station has stopped", () => {
+    const cause = {
+      code: "bus_lost",
+      category: 0 as const,
+      message: "The bus is gone.",
+      next_step: "",
+      axis: null,
+      cleared: false,
+    };
+    show({ ...shown, state: { ...state, mode: "stopped", estop: "pressed", causes: [cause] } });
+    expect(screen.getByRole("alert").textContent).toBe("The bus is gone.");
+    expect(screen.getByText("E-stop pressed")).toBeDefined();
+  });
+
+  it("believes nothing of a control program that does not answer", () => {
+    show({ ...shown, state: { ...state, device: "restarting", mode: "offline" } });
+    expect(screen.getByText("E-stop unknown")).toBeDefined();
+    expect(screen.getByText(STATIONS.restarting)).toBeDefined();
+  });
+
+  it("names two services of one name", () => {
+    show({ ...shown, doubled: true });
+    expect(screen.getByRole("alert").textContent).toBe(STATIONS.doubled);
+  });
+});
+
+describe("words", () => {
+  it("tell what is held and taken back", () => {
+    const cause = { code: "x", category: 2 as const, message: "", next_step: "", axis: null, cleared: true };
+    expect(doingWords({ ...state, mode: "stopped", arm_held: true, causes: [cause] })).toBe(
+      "Stopped, holding the arm",
+    );
+    const progress = { position_s: 1, duration_s: 2, left_s: 1, reversing: true };
+    expect(doingWords({ ...state, progress })).toBe("Taking the arm back");
+  });
+
+  it("tell how long a take is", () => {
+    expect(progressWords({ ...state, progress: null, take_s: 61 })).toBe("Take of 1:01");
+    expect(progressWords({ ...state, progress: null })).toBe("");
+  });
+});
+
+describe("the store", () => {
+  class FakeSocket {
+    onmessage: ((event: { data: string }) => void) | null = null;
+    onclose: (() => void) | null = null;
+    closed = false;
+    close() {
+      this.closed = true;
+    }
+    say() {
+      this.onmessage?.({ data: JSON.stringify({ sequence: 1, sent_at: "", stations: [shown] }) });
+    }
+  }
+  let sockets: FakeSocket[];
+  let store: StationsStore;
+  const last = () => sockets.at(-1) as FakeSocket;
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    sockets = [];
+    store = new StationsStore(() => {
+      const socket = new FakeSocket();
+      sockets.push(socket);
+      return socket as unknown as WebSocket;
+    });
+  });
+  afterEach(() => vi.useRealTimers());
+
+  it("listens only while somebody looks", () => {
+    expect(sockets).toHaveLength(0);
+    const leave = store.subscribe(() => {});
+    last().say();
+    expect(store.get().stations).toEqual([shown]);
+    leave();
+    expect(last().closed).toBe(true);
+    expect(store.get().stations).toBeNull();
+  });
+
+  it("believes nothing any more once nothing comes, and connects anew", () => {
+    const leave = store.subscribe(() => {});
+    last().say();
+    vi.advanceTimersByTime(LOST_AFTER_MS + 300);
+    expect(store.get()).toEqual({ stations: null, lost: true });
+    vi.advanceTimersByTime(1000);
+    expect(sockets).toHaveLength(2);
+    last().say();
+    expect(store.get()).toEqual({ stations: [shown], lost: false });
+    leave();
+  });
+});

@@ -1,0 +1,65 @@
+import { Button, Group, Modal, Stack, Text, Title } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconDownload, IconFileImport } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate } from "@tanstack/react-router";
+import { api } from "../../lib/api/client";
+import { useMay } from "../auth/hooks";
+import { ErasureRequests } from "./ErasureRequests";
+import { ImportMotion } from "./ImportMotion";
+import { DATA } from "./messages";
+
+/** What leaves and enters a patient's record as files, and the patient's right to have it erased. */
+export function DataSection({ patientId }: { patientId: string }) {
+  const writes = useMay("write_records");
+  const navigate = useNavigate();
+  const [importing, dialog] = useDisclosure(false);
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  if (!patient.data) return null;
+  const who = patient.data;
+  return (
+    <Stack gap="xs" component="section" aria-label={DATA.title}>
+      <Title order={2} size="h3">
+        {DATA.title}
+      </Title>
+      {who.erased_at ? (
+        <Text>{DATA.erased}</Text>
+      ) : (
+        <Group>
+          <Button
+            component="a"
+            variant="default"
+            href={`/api/patients/${patientId}/export.zip`}
+            leftSection={<IconDownload size={20} />}
+          >
+            {DATA.everything}
+          </Button>
+          <Button
+            component="a"
+            variant="default"
+            href={`/api/patients/${patientId}/fhir`}
+            leftSection={<IconDownload size={20} />}
+          >
+            {DATA.otherSystems}
+          </Button>
+          {writes && !who.archived_at && (
+            <Button variant="default" leftSection={<IconFileImport size={20} />} onClick={dialog.open}>
+              {DATA.motion}
+            </Button>
+          )}
+        </Group>
+      )}
+      <ErasureRequests patient={who} />
+      <Modal opened={importing} onClose={dialog.close} title={DATA.motion} size="xl">
+        <ImportMotion
+          patientId={patientId}
+          side={who.affected_side}
+          onKept={(recordingId) => {
+            dialog.close();
+            void navigate({ to: "/recordings/$recordingId", params: { recordingId } });
+          }}
+        />
+      </Modal>
+    </Stack>
+  );
+}

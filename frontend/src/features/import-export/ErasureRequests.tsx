@@ -1,0 +1,150 @@
+import { Button, Group, Modal, Stack, Text, Textarea, TextInput } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Patient, type Schemas } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useMay, useName } from "../auth/hooks";
+import { ERASURE } from "./messages";
+
+type Erasure = Schemas["Erasure"];
+
+/** That a patient asks for the record to be erased, and what was decided. */
+export function ErasureRequests({ patient }: { patient: Patient }) {
+  const writes = useMay("write_records");
+  const decides = useMay("administer");
+  const [asking, dialog] = useDisclosure(false);
+  const [deciding, decision] = useDisclosure(false);
+  const requests = useQuery({
+    queryKey: ["erasures", patient.id],
+    queryFn: () => api.erasures(patient.id),
+  });
+  const items = requests.data?.items ?? [];
+  const open = items.find((request) => request.decision === null);
+  return (
+    <Stack gap="xs">
+      <ProblemNote error={requests.error} />
+      {items.map((request) => (
+        <Text key={request.id} data-testid="erasure">
+          {words(request)}
+        </Text>
+      ))}
+      <Group>
+        {open && decides && <Button onClick={decision.open}>{ERASURE.decide}</Button>}
+        {open && !decides && <Text>{ERASURE.administratorDecides}</Text>}
+        {!open && writes && !patient.erased_at && requests.data && (
+          <Button variant="default" onClick={dialog.open}>
+            {ERASURE.ask}
+          </Button>
+        )}
+      </Group>
+      <Modal opened={asking} onClose={dialog.close} title={ERASURE.asking} size="lg">
+        <Ask patient={patient} onDone={dialog.close} />
+      </Modal>
+      <Modal opened={deciding} onClose={decision.close} title={ERASURE.decide} size="lg">
+        {open && <Decide patient={patient} request={open} onDone={decision.close} />}
+      </Modal>
+    </Stack>
+  );
+}
+
+function words(request: Erasure): string {
+  const asked = ERASURE.request(formatMoment(request.asked_at), request.noted_by, request.reason);
+  if (request.decision === null) return asked;
+  return ERASURE[request.decision](asked, request.decided_by, request.explanation);
+}
+
+function Ask({ patient, onDone }: { patient: Patient; onDone: () => void }) {
+  const queries = useQueryClient();
+  const name = useName();
+  const [reason, setReason] = useState("");
+  const note = useMutation({
+    mutationFn: () => api.noteErasure(patient.id, { reason, noted_by: name }),
+    onSuccess: () => {
+      void queries.invalidateQueries({ queryKey: ["erasures"] });
+      onDone();
+    },
+  });
+  return (
+    <Stack>
+      <Text>{ERASURE.noted}</Text>
+      <Textarea
+        label={ERASURE.how}
+        size="md"
+        autosize
+        minRows={2}
+        maxLength={2000}
+        value={reason}
+        onChange={(event) => setReason(event.currentTarget.value)}
+      />
+      <ProblemNote error={note.error} />
+      <Group justify="end">
+        <Button disabled={reason.trim() === ""} loading={note.isPending} onClick={() => note.mutate()}>
+          {ERASURE.note}
+        </Button>
+      </Group>
+    </Stack>
+  );
+}
+
+function Decide({ patient, request, onDone }: { patient: Patient; request: Erasure; onDone: () => void }) {
+  const queries = useQueryClient();
+  const name = useName();
+  const [explanation, setExplanation] = useState("");
+  const [number, setNumber] = useState("");
+  const decide = useMutation({
+    mutationFn: (decision: "erase" | "refuse") =>
+      decision === "erase"
+        ? api.erasePatient(request.id, { clinic_number: number, explanation, decided_by: name })
+        : api.refuseErasure(request.id, { explanation, decided_by: name }),
+    onSuccess: () => {
+      void queries.invalidateQueries();
+      onDone();
+    },
+  });
+  return (
+    <Stack>
+      <Text>{words(request)}</Text>
+      <Textarea
+        label={ERASURE.explanation}
+        description={ERASURE.explanationMeans}
+        size="md"
+        autosize
+        minRows={2}
+        maxLength={2000}
+        value={explanation}
+        onChange={(event) => setExplanation(event.currentTarget.value)}
+      />
+      <Group justify="end">
+        <Button
+          variant="default"
+          disabled={explanation.trim() === ""}
+          loading={decide.isPending}
+          onClick={() => decide.mutate("refuse")}
+        >
+          {ERASURE.refuse}
+        </Button>
+      </Group>
+      <Text fw={600}>{ERASURE.erasing}</Text>
+      <TextInput
+        label={ERASURE.typeNumber(patient.name)}
+        size="md"
+        autoComplete="off"
+        value={number}
+        onChange={(event) => setNumber(event.currentTarget.value)}
+      />
+      <ProblemNote error={decide.error} />
+      <Group justify="end">
+        <Button
+          color="grape"
+          disabled={number.trim() !== patient.clinic_number}
+          loading={decide.isPending}
+          onClick={() => decide.mutate("erase")}
+        >
+          {ERASURE.erase}
+        </Button>
+      </Group>
+    </Stack>
+  );
+}

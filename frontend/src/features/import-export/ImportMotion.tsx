@@ -1,0 +1,109 @@
+import { Button, FileInput, Group, SegmentedControl, Stack, Text, TextInput } from "@mantine/core";
+import { IconFileImport } from "@tabler/icons-react";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatSpan } from "../../lib/format";
+import { MotorRanges } from "../../ui/MotorRanges";
+import { useName } from "../auth/hooks";
+import { FILE, MOTION } from "./messages";
+import { Refused } from "./Refused";
+
+type Side = "left" | "right";
+
+/** A motion from a CSV file as a recording: first what is understood of it, then it is kept. */
+export function ImportMotion({
+  patientId,
+  side: affected,
+  onKept,
+}: {
+  patientId: string;
+  side: Side | null;
+  onKept: (recordingId: string) => void;
+}) {
+  const queries = useQueryClient();
+  const who = useName();
+  const [file, setFile] = useState<File | null>(null);
+  const [name, setName] = useState("");
+  const [side, setSide] = useState<Side>(affected ?? "right");
+  const look = useMutation({
+    mutationFn: ({ csv, side }: { csv: File; side: Side }) => api.previewMotion(patientId, side, csv),
+  });
+  const keep = useMutation({
+    mutationFn: (csv: File) => api.importMotion(patientId, { name, side, taught_by: who }, csv),
+    onSuccess: ({ recording }) => {
+      void queries.invalidateQueries({ queryKey: ["recordings"] });
+      onKept(recording.id);
+    },
+  });
+  const choose = (chosen: File | null, forSide: Side) => {
+    setFile(chosen);
+    setSide(forSide);
+    keep.reset();
+    if (chosen) {
+      setName((before) => before || chosen.name.replace(/\.csv$/i, ""));
+      look.mutate({ csv: chosen, side: forSide });
+    } else look.reset();
+  };
+  return (
+    <Stack>
+      <Text>{MOTION.layout}</Text>
+      <SegmentedControl
+        size="md"
+        aria-label={MOTION.shoulder}
+        value={side}
+        onChange={(chosen) => choose(file, chosen as Side)}
+        data={[
+          { value: "left", label: MOTION.sides.left },
+          { value: "right", label: MOTION.sides.right },
+        ]}
+      />
+      <FileInput
+        label={MOTION.file}
+        placeholder={FILE.choose}
+        size="md"
+        accept=".csv,text/csv"
+        leftSection={<IconFileImport size={20} />}
+        value={file}
+        onChange={(chosen) => choose(chosen, side)}
+      />
+      <Refused error={keep.error ?? look.error} />
+      {file && look.data && <Understood motion={look.data} />}
+      <TextInput
+        label={MOTION.name}
+        size="md"
+        maxLength={100}
+        value={name}
+        onChange={(event) => setName(event.currentTarget.value)}
+      />
+      <Group justify="end">
+        <Button
+          disabled={!file || !look.data || name.trim() === ""}
+          loading={keep.isPending || look.isPending}
+          onClick={() => file && keep.mutate(file)}
+        >
+          {MOTION.keep}
+        </Button>
+      </Group>
+    </Stack>
+  );
+}
+
+/** What the service makes of a file, to be compared with what was meant. */
+function Understood({ motion }: { motion: Schemas["UnderstoodMotion"] }) {
+  return (
+    <Stack gap="xs" data-testid="understood">
+      <Text>
+        {MOTION.understood({
+          layout: motion.layout,
+          rows: motion.samples,
+          hz: motion.rate_hz,
+          duration: formatSpan(motion.duration_s),
+          side: motion.side,
+        })}
+        {motion.left_alone.length > 0 && MOTION.leftAlone(motion.left_alone)}
+      </Text>
+      <MotorRanges ranges={motion.ranges} />
+    </Stack>
+  );
+}

@@ -1,0 +1,25 @@
+import { Alert, Group } from "@mantine/core";
+import { IconInfoCircle } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { api } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { PageLink } from "../../ui/links";
+import { ERASURE } from "./messages";
+
+/** Requests for erasure that wait for a decision. Shows nothing while none does. */
+export function OpenErasures() {
+  const open = useQuery({ queryKey: ["erasures"], queryFn: () => api.openErasures() });
+  const items = open.data?.items ?? [];
+  if (items.length === 0) return null;
+  return (
+    <Alert color="grape" variant="light" icon={<IconInfoCircle />} title={ERASURE.open}>
+      <Group gap="lg">
+        {items.map((request) => (
+          <PageLink key={request.id} to="/patients/$patientId" params={{ patientId: request.patient_id }}>
+            {ERASURE.askedOn(formatMoment(request.asked_at))}
+          </PageLink>
+        ))}
+      </Group>
+    </Alert>
+  );
+}

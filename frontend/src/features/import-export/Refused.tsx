@@ -1,0 +1,29 @@
+import { Alert, List } from "@mantine/core";
+import { IconInfoCircle } from "@tabler/icons-react";
+import { ProblemError } from "../../lib/api/client";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { FILE } from "./messages";
+
+/** Why a file was not taken, place by place: its lines and columns, or the paths in it. */
+export function Refused({ error }: { error: unknown }) {
+  const places = error instanceof ProblemError ? Object.entries(error.fields) : [];
+  if (places.length === 0) return <ProblemNote error={error} />;
+  return (
+    <Alert
+      color="grape"
+      variant="light"
+      icon={<IconInfoCircle />}
+      role="alert"
+      title={FILE.wrong(places.length)}
+    >
+      <List data-testid="places">
+        {places.map(([where, what]) => (
+          <List.Item key={where}>
+            <strong>{FILE.place(where)}</strong> {what}
+          </List.Item>
+        ))}
+      </List>
+      {error instanceof ProblemError && error.nextStep}
+    </Alert>
+  );
+}

@@ -1,0 +1,31 @@
+import { Button } from "@mantine/core";
+import { IconDownload } from "@tabler/icons-react";
+import { FILE } from "./messages";
+
+/** What was measured, to be worked on elsewhere: as CSV and as Parquet. */
+export function SampleLinks({
+  of,
+  id,
+  disabled = false,
+}: {
+  of: "recordings" | "runs";
+  id: string;
+  disabled?: boolean;
+}) {
+  return (
+    <Button.Group>
+      {(["csv", "parquet"] as const).map((kind) => (
+        <Button
+          key={kind}
+          component="a"
+          variant="default"
+          href={`/api/${of}/${id}/samples.${kind}`}
+          leftSection={<IconDownload size={20} />}
+          disabled={disabled}
+        >
+          {FILE[kind]}
+        </Button>
+      ))}
+    </Button.Group>
+  );
+}

@@ -1,0 +1,186 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import type { ReactElement } from "react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { api, type Patient, ProblemError, type Schemas } from "../../lib/api/client";
+import { authStore } from "../auth/authState";
+import { ME } from "../auth/examples";
+import { ErasureRequests } from "./ErasureRequests";
+import { ImportMotion } from "./ImportMotion";
+import { ImportPatients } from "./ImportPatients";
+import { SampleLinks } from "./SampleLinks";
+
+vi.mock("../../ui/links", () => ({
+  PageLink: ({ children }: { children: string }) => <span>{children}</span>,
+}));
+
+const PATIENT = { id: "p", name: "Yamada Hanako", clinic_number: "K-7", erased_at: null } as Patient;
+const UNDERSTOOD: Schemas["UnderstoodMotion"] = {
+  layout: "poses",
+  separator: "comma",
+  left_alone: ["remark"],
+  side: "left",
+  samples: 401,
+  duration_s: 4,
+  rate_hz: 100,
+  ranges: [{ motor: 3, min_deg: 10, max_deg: 90, max_speed_deg_s: 31 }],
+};
+const REQUEST: Schemas["Erasure"] = {
+  id: "e",
+  patient_id: "p",
+  asked_at: "2026-11-21T09:30:00Z",
+  reason: "By letter",
+  noted_by: "Ito Mai",
+  decided_at: null,
+  decided_by: "",
+  decision: null,
+  explanation: "",
+};
+
+const show = (element: ReactElement) =>
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
+        {element}
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
+const enabled = (name: string) => !(screen.getByRole("button", { name }) as HTMLButtonElement).disabled;
+const type = (label: string | RegExp, value: string) =>
+  fireEvent.change(screen.getByLabelText(label), { target: { value } });
+const give = (name: string) => {
+  const input = document.querySelector("input[type=file]") as HTMLInputElement;
+  fireEvent.change(input, { target: { files: [new File(["time_s"], name)] } });
+};
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+it("what was measured is offered as CSV and as Parquet", () => {
+  show(<SampleLinks of="runs" id="r" />);
+  const addresses = screen.getAllByRole("link").map((link) => link.getAttribute("href"));
+  expect(addresses).toEqual(["/api/runs/r/samples.csv", "/api/runs/r/samples.parquet"]);
+});
+
+describe("a motion from a CSV file", () => {
+  it("is shown as it is understood before it is kept", async () => {
+    const preview = vi.spyOn(api, "previewMotion").mockResolvedValue(UNDERSTOOD);
+    const keep = vi.spyOn(api, "importMotion").mockResolvedValue({
+      recording: { id: "new" } as Schemas["RecordingDetail"],
+      understood: UNDERSTOOD,
+    });
+    const onKept = vi.fn();
+    show(<ImportMotion patientId="p" side="left" onKept={onKept} />);
+    expect(enabled("Keep as a recording")).toBe(false);
+    give("lift.csv");
+    const told = await screen.findByTestId("understood");
+    expect(told.textContent).toContain(
+      "Angles of the arm, 401 rows at 100 Hz, 0:04 long, for the left shoulder.",
+    );
+    expect(told.textContent).toContain("Left alone: remark.");
+    expect(preview).toHaveBeenCalledWith("p", "left", expect.any(File));
+    press("Keep as a recording");
+    await waitFor(() => expect(onKept).toHaveBeenCalledWith("new"));
+    expect(keep).toHaveBeenCalledWith(
+      "p",
+      { name: "lift", side: "left", taught_by: "Ito Mai" },
+      expect.any(File),
+    );
+  });
+
+  it("that is wrong is told line by line, and is not kept", async () => {
+    vi.spyOn(api, "previewMotion").mockRejectedValue(
+      new ProblemError({
+        detail: "This file cannot be used.",
+        errors: [
+          {
+            pointer: "line 3, column time_s",
+            field: "",
+            detail: "'x' is not a number",
+            field_key: null,
+            detail_key: null,
+          },
+          {
+            pointer: "line 9, column time_s",
+            field: "",
+            detail: "'y' is not a number",
+            field_key: null,
+            detail_key: null,
+          },
+        ],
+      }),
+    );
+    show(<ImportMotion patientId="p" side="left" onKept={vi.fn()} />);
+    give("lift.csv");
+    const places = await screen.findByTestId("places");
+    expect(places.textContent).toBe(
+      "line 3, column time_s: 'x' is not a numberline 9, column time_s: 'y' is not a number",
+    );
+    expect(screen.getByText("2 things are wrong in this file")).toBeTruthy();
+    expect(enabled("Keep as a recording")).toBe(false);
+  });
+});
+
+it("patients are imported once a file and the shoulder are chosen", async () => {
+  const bring = vi.spyOn(api, "importPatients").mockResolvedValue({
+    items: [PATIENT],
+    left_out: ["Patient.telecom"],
+  });
+  show(<ImportPatients />);
+  press("Import");
+  await screen.findByRole("dialog");
+  give("patients.json");
+  const button = () => screen.getAllByRole("button", { name: "Import" }).at(-1) as HTMLButtonElement;
+  expect(button().disabled).toBe(true);
+  fireEvent.click(screen.getByLabelText("Left shoulder is treated"));
+  fireEvent.click(button());
+  const told = await screen.findByTestId("imported");
+  expect(told.textContent).toContain("Yamada Hanako, K-7");
+  expect(told.textContent).toContain("Not kept here: Patient.telecom.");
+  expect(bring).toHaveBeenCalledWith("left", expect.any(File));
+});
+
+describe("erasure", () => {
+  it("is noted with a reason, in the name of whoever is signed in", async () => {
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [] });
+    const note = vi.spyOn(api, "noteErasure").mockResolvedValue(REQUEST);
+    show(<ErasureRequests patient={PATIENT} />);
+    fireEvent.click(await screen.findByRole("button", { name: "Patient asks for erasure" }));
+    await screen.findByRole("dialog");
+    type("How and why it was asked for", "By letter");
+    press("Note the request");
+    await waitFor(() => expect(note).toHaveBeenCalledWith("p", { reason: "By letter", noted_by: "Ito Mai" }));
+  });
+
+  it("is decided by administrators", async () => {
+    authStore.came({ ...ME, permissions: ME.permissions.filter((one) => one !== "administer") });
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
+    show(<ErasureRequests patient={PATIENT} />);
+    expect(await screen.findByText("An administrator decides on it.")).toBeTruthy();
+    expect(screen.queryByRole("button")).toBeNull();
+  });
+
+  it("is done only with the clinic number typed, and refused only with an explanation", async () => {
+    vi.spyOn(api, "erasures").mockResolvedValue({ items: [REQUEST] });
+    const erase = vi.spyOn(api, "erasePatient").mockResolvedValue(REQUEST);
+    show(<ErasureRequests patient={PATIENT} />);
+    fireEvent.click(await screen.findByRole("button", { name: "Decide on the erasure" }));
+    await screen.findByRole("dialog");
+    expect(enabled("Refuse, keep the record")).toBe(false);
+    type(/type the clinic number of Yamada Hanako/, "K-8");
+    expect(enabled("Erase for good")).toBe(false);
+    type(/type the clinic number of Yamada Hanako/, "K-7");
+    press("Erase for good");
+    await waitFor(() =>
+      expect(erase).toHaveBeenCalledWith("e", {
+        clinic_number: "K-7",
+        explanation: "",
+        decided_by: "Ito Mai",
+      }),
+    );
+  });
+});

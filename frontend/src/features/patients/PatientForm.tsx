@@ -1,0 +1,113 @@
+import { Button, Group, SegmentedControl, Select, Stack, Text, Textarea, TextInput } from "@mantine/core";
+import { useMutation, useQueryClient } from "@tanstack/react-query";
+import { type FormEvent, useState } from "react";
+import { api, type Patient, ProblemError } from "../../lib/api/client";
+import { replaceData } from "../../lib/replaceData";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { FORM, SEXES, SIDES } from "./patientListMessages";
+
+const choices = (words: Record<string, string>) =>
+  Object.entries(words).map(([value, label]) => ({ value, label }));
+
+/** Sign a patient up, or change a record. What the service finds wrong stands at its field. */
+export function PatientForm({ patient, onDone }: { patient?: Patient; onDone: (saved: Patient) => void }) {
+  const queries = useQueryClient();
+  const [values, setValues] = useState({
+    clinic_number: patient?.clinic_number ?? "",
+    name: patient?.name ?? "",
+    kana: patient?.kana ?? "",
+    birth_date: patient?.birth_date ?? "",
+    sex: patient?.sex ?? "unknown",
+    dominant_side: patient?.dominant_side ?? "",
+    notes: patient?.notes ?? "",
+  });
+  // Of the record that these values are from: a newer one may arrive while somebody writes.
+  const [version] = useState(patient?.updated_at ?? null);
+  // Said once, when signing up: from then on it is the episode's.
+  const [side, setSide] = useState<"left" | "right" | "">("");
+  const save = useMutation({
+    mutationFn: () => {
+      const body = {
+        ...values,
+        kana: values.kana || null,
+        birth_date: values.birth_date || null,
+        dominant_side: (values.dominant_side || null) as Patient["dominant_side"],
+      };
+      return patient
+        ? api.updatePatient(patient.id, { ...body, updated_at: version })
+        : api.createPatient({ ...body, affected_side: side as "left" | "right" });
+    },
+    onSuccess: (saved) => {
+      void queries.invalidateQueries({ queryKey: ["patients"] });
+      replaceData(queries, ["patient", saved.id], saved);
+      onDone(saved);
+    },
+    onError: () => void queries.invalidateQueries({ queryKey: ["patient", patient?.id] }),
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const text = (name: "clinic_number" | "name" | "kana" | "birth_date" | "notes") => ({
+    value: values[name],
+    error: fields[name],
+    onChange: (event: { currentTarget: { value: string } }) => {
+      const { value } = event.currentTarget;
+      setValues((before) => ({ ...before, [name]: value }));
+    },
+  });
+  const submit = (event: FormEvent) => {
+    event.preventDefault();
+    save.mutate();
+  };
+  return (
+    <form onSubmit={submit} noValidate>
+      <Stack>
+        <TextInput label={FORM.name} required data-autofocus {...text("name")} />
+        <TextInput label={FORM.kana} {...text("kana")} />
+        <TextInput label={FORM.number} required {...text("clinic_number")} />
+        {!patient && (
+          <div>
+            <Text component="label" fw={500} id="affected-side">
+              {FORM.treated}
+            </Text>
+            <SegmentedControl
+              size="md"
+              fullWidth
+              aria-labelledby="affected-side"
+              value={side}
+              onChange={(chosen) => setSide(chosen as "left" | "right")}
+              data={choices(SIDES)}
+            />
+            {fields.affected_side && (
+              <Text size="sm" c="grape.9">
+                {FORM.chooseSide}
+              </Text>
+            )}
+          </div>
+        )}
+        <Group grow align="start">
+          <TextInput label={FORM.birthDate} type="date" {...text("birth_date")} />
+          <Select
+            label={FORM.sex}
+            data={choices(SEXES)}
+            allowDeselect={false}
+            value={values.sex}
+            onChange={(sex) => setValues({ ...values, sex: (sex ?? "unknown") as Patient["sex"] })}
+          />
+          <Select
+            label={FORM.dominant}
+            data={[{ value: "", label: FORM.notStated }, ...choices(SIDES)]}
+            allowDeselect={false}
+            value={values.dominant_side}
+            onChange={(dominant) => setValues({ ...values, dominant_side: dominant ?? "" })}
+          />
+        </Group>
+        <Textarea label={FORM.notes} autosize minRows={2} {...text("notes")} />
+        <ProblemNote error={save.error} />
+        <Group justify="end">
+          <Button type="submit" loading={save.isPending}>
+            {patient ? FORM.save : FORM.signUp}
+          </Button>
+        </Group>
+      </Stack>
+    </form>
+  );
+}

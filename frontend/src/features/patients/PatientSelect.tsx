@@ -1,0 +1,53 @@
+import { Select } from "@mantine/core";
+import { useDebouncedValue } from "@mantine/hooks";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api, type Patient } from "../../lib/api/client";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { CHOICE } from "./patientListMessages";
+
+const label = (one: Patient) => CHOICE.one(one.name, one.clinic_number);
+
+/** The first of those who match; everybody does where nothing is wanted. */
+export function useFound(words: string) {
+  return useQuery({
+    queryKey: ["patients", words, false, "first"],
+    queryFn: () => api.patients(words, false),
+    placeholderData: keepPreviousData,
+  });
+}
+
+/** One of all patients, looked for as on their own page. */
+export function PatientSelect(props: {
+  chosen: Patient | undefined;
+  disabled?: boolean;
+  onChange: (patientId: string | null) => void;
+}) {
+  const { chosen } = props;
+  const [search, setSearch] = useState("");
+  const [words] = useDebouncedValue(search, 200);
+  // What stands in the box once somebody is chosen is no search.
+  const wanted = chosen && words === label(chosen) ? "" : words;
+  const found = useFound(wanted);
+  const items = found.data?.items ?? [];
+  const all = chosen && !items.some((one) => one.id === chosen.id) ? [...items, chosen] : items;
+  return (
+    <>
+      <Select
+        size="lg"
+        label={CHOICE.label}
+        placeholder={all.length || words ? CHOICE.who : CHOICE.nobodyYet}
+        searchable
+        // The service has looked already, in kana and numbers that the label does not show.
+        filter={({ options }) => options}
+        nothingFoundMessage={CHOICE.nobodyMatches}
+        data={all.map((one) => ({ value: one.id, label: label(one) }))}
+        value={chosen?.id ?? null}
+        disabled={props.disabled ?? false}
+        onSearchChange={setSearch}
+        onChange={props.onChange}
+      />
+      <ProblemNote error={found.error} />
+    </>
+  );
+}

@@ -1,0 +1,108 @@
+import { Button, Group, Modal, Skeleton, Stack, Switch, Table, Text, TextInput, Title } from "@mantine/core";
+import { useDebouncedValue, useDisclosure } from "@mantine/hooks";
+import { IconSearch, IconUserPlus } from "@tabler/icons-react";
+import { useNavigate } from "@tanstack/react-router";
+import { useState } from "react";
+import { useTitle } from "../../app/title";
+import { api } from "../../lib/api/client";
+import { formatDay, sideWord } from "../../lib/format";
+import { usePagedQuery } from "../../lib/usePagedQuery";
+import { LoadMoreButton } from "../../ui/LoadMoreButton";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { RequirePermission } from "../auth/RequirePermission";
+import { ImportPatients } from "../import-export/ImportPatients";
+import { OpenErasures } from "../import-export/OpenErasures";
+import { PatientForm } from "./PatientForm";
+import { PATIENTS } from "./patientListMessages";
+
+export function PatientsPage() {
+  useTitle(PATIENTS.title);
+  const navigate = useNavigate();
+  const [search, setSearch] = useState("");
+  const [archived, setArchived] = useState(false);
+  const [words] = useDebouncedValue(search, 200);
+  const [signingUp, form] = useDisclosure(false);
+  const found = usePagedQuery(["patients", words, archived], (after) => api.patients(words, archived, after));
+  const { items } = found;
+  return (
+    <Stack>
+      <Group justify="space-between">
+        <Title order={1} size="h2">
+          {PATIENTS.title}
+        </Title>
+        <RequirePermission permission="write_records">
+          <Group>
+            <ImportPatients />
+            <Button leftSection={<IconUserPlus size={20} />} onClick={form.open}>
+              {PATIENTS.add}
+            </Button>
+          </Group>
+        </RequirePermission>
+      </Group>
+      <RequirePermission permission="administer">
+        <OpenErasures />
+      </RequirePermission>
+      <Group align="end">
+        <TextInput
+          label={PATIENTS.search}
+          description={PATIENTS.searchedBy}
+          leftSection={<IconSearch size={18} />}
+          w={460}
+          maxLength={100}
+          value={search}
+          onChange={(event) => setSearch(event.currentTarget.value)}
+        />
+        <Switch
+          size="md"
+          label={PATIENTS.archived}
+          checked={archived}
+          onChange={(event) => setArchived(event.currentTarget.checked)}
+        />
+      </Group>
+      <ProblemNote error={found.error} />
+      {found.isPending && <Skeleton h={200} />}
+      {items?.length === 0 && <Text>{words || archived ? PATIENTS.nobodyMatches : PATIENTS.nobodyYet}</Text>}
+      {items && items.length > 0 && (
+        <Table verticalSpacing="md" highlightOnHover>
+          <Table.Thead>
+            <Table.Tr>
+              <Table.Th>{PATIENTS.name}</Table.Th>
+              <Table.Th>{PATIENTS.number}</Table.Th>
+              <Table.Th>{PATIENTS.born}</Table.Th>
+              <Table.Th>{PATIENTS.shoulder}</Table.Th>
+            </Table.Tr>
+          </Table.Thead>
+          <Table.Tbody>
+            {items.map((patient) => (
+              <Table.Tr key={patient.id}>
+                <Table.Td>
+                  <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+                    {patient.name}
+                  </PageLink>
+                  {patient.kana && (
+                    <Text size="sm" c="dimmed" lang="ja">
+                      {patient.kana}
+                    </Text>
+                  )}
+                </Table.Td>
+                <Table.Td>{patient.clinic_number}</Table.Td>
+                <Table.Td>{patient.birth_date ? formatDay(patient.birth_date) : "–"}</Table.Td>
+                <Table.Td>{sideWord(patient.affected_side)}</Table.Td>
+              </Table.Tr>
+            ))}
+          </Table.Tbody>
+        </Table>
+      )}
+      <LoadMoreButton list={found} />
+      <Modal opened={signingUp} onClose={form.close} title={PATIENTS.add} size="lg">
+        <PatientForm
+          onDone={(saved) => {
+            form.close();
+            void navigate({ to: "/patients/$patientId", params: { patientId: saved.id } });
+          }}
+        />
+      </Modal>
+    </Stack>
+  );
+}

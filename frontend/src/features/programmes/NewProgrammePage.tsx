@@ -1,0 +1,109 @@
+import { Radio, Stack, Text, TextInput, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useParams } from "@tanstack/react-router";
+import { useState } from "react";
+import { useTitle } from "../../app/title";
+import { api, type Programme } from "../../lib/api/client";
+import { useEpisodes } from "../../lib/patientQueries";
+import { InlineSlot } from "../../ui/InlineSlot";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { EMPTY, type Wanted } from "./draft";
+import { NEW } from "./messages";
+import { ProgrammeEditor } from "./ProgrammeEditor";
+import { useSetProgrammeCache } from "./useSetProgrammeCache";
+
+/** A new programme of a patient. Where both shoulders are treated, it asks which of them it is for. */
+export function NewProgrammePage() {
+  const { patientId } = useParams({ from: "/patients/$patientId/programmes/new" });
+  const navigate = useNavigate();
+  const keep = useSetProgrammeCache();
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  useTitle(NEW.title);
+  return (
+    <Stack>
+      <Title order={1} size="h2">
+        <InlineSlot words={NEW.for}>
+          <PageLink inherit to="/patients/$patientId" params={{ patientId }}>
+            {patient.data?.name ?? NEW.thePatient}
+          </PageLink>
+        </InlineSlot>
+      </Title>
+      <ProblemNote error={patient.error} />
+      <NewProgramme
+        patientId={patientId}
+        onSaved={(made) => {
+          keep(made);
+          void navigate({ to: "/programmes/$programmeId", params: { programmeId: made.id } });
+        }}
+        onCancel={() => void navigate({ to: "/patients/$patientId", params: { patientId } })}
+      />
+    </Stack>
+  );
+}
+
+/** What a new programme says, once it is known which episode of care it is for. */
+export function NewProgramme(props: {
+  patientId: string;
+  onSaved: (made: Programme) => void;
+  onCancel: () => void;
+}) {
+  const { patientId } = props;
+  const [name, setName] = useState("");
+  const [chosen, setChosen] = useState<string | null>(null);
+  const episodes = useEpisodes(patientId);
+  const open = (episodes.data?.items ?? []).filter((one) => !one.closed_at);
+  const episode = open.length === 1 ? open[0] : open.find((one) => one.id === chosen);
+  const save = async (wanted: Wanted) =>
+    props.onSaved(await api.createProgramme(patientId, { ...wanted, name, episode_id: episode?.id ?? null }));
+  return (
+    <>
+      <ProblemNote error={episodes.error} />
+      {episodes.data && open.length === 0 && <Text>{NEW.noEpisode}</Text>}
+      {open.length > 1 && (
+        <Radio.Group
+          label={NEW.which}
+          description={NEW.whichMeans}
+          size="md"
+          value={chosen}
+          onChange={setChosen}
+        >
+          <Stack gap="xs" mt="xs">
+            {open.map((one) => (
+              <Radio
+                key={one.id}
+                size="md"
+                value={one.id}
+                label={NEW.episode(one.side, one.diagnosis || NEW.noDiagnosis)}
+              />
+            ))}
+          </Stack>
+        </Radio.Group>
+      )}
+      {episode && (
+        // Of the other shoulder nothing of it can be meant: it begins anew.
+        <ProgrammeEditor
+          key={episode.id}
+          patientId={patientId}
+          episode={{ id: episode.id, side: episode.side }}
+          start={EMPTY}
+          draftKey={`new for ${episode.id}`}
+          saveLabel={NEW.save}
+          onSave={save}
+          onCancel={props.onCancel}
+        >
+          {(fields) => (
+            <TextInput
+              label={NEW.name}
+              required
+              maw={600}
+              value={name}
+              error={fields.name}
+              onChange={(event) => setName(event.currentTarget.value)}
+            />
+          )}
+        </ProgrammeEditor>
+      )}
+    </>
+  );
+}

@@ -1,0 +1,252 @@
+import { Button, Group, Modal, Select, Stack, Switch, Text, Textarea, TextInput } from "@mantine/core";
+import { useDebouncedValue } from "@mantine/hooks";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { type ReactNode, useState } from "react";
+import { api, ProblemError } from "../../lib/api/client";
+import { forgetDrafts, useDraft } from "../../lib/draft";
+import { formatSpan } from "../../lib/format";
+import { useHighestLevel, useRecordings } from "../../lib/patientQueries";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { isWithin, Stepper, type Steps } from "../../ui/Stepper";
+import { useName } from "../auth/hooks";
+import { LoadLevel } from "../station/LoadLevel";
+import { arePlayable, PlaySettings } from "../station/PlaySettings";
+import { timerWords } from "./describeProgramme";
+import { added, type Draft, type DraftItem, itemsOf, type Wanted } from "./draft";
+import { EditableItems } from "./EditableItems";
+import { EDITOR } from "./messages";
+
+type Treated = { id: string; side: "left" | "right" };
+type Field = Steps & typeof EDITOR.timer;
+const TIMER: Field = { ...EDITOR.timer, min: 1, max: 240, step: 1 };
+const WISH: Field = { ...EDITOR.wish, min: 1, max: 21, step: 1 };
+
+/** Whether a number that need not be is none, or may be used. */
+const isGiven = (field: Field, value: number | null) => value === null || isWithin(field, value);
+
+/** Writes what a programme is to say: recordings in order with their settings, timer, how often, and why. */
+export function ProgrammeEditor(props: {
+  patientId: string;
+  /** Whose programme it is, and of which shoulder. */
+  episode: Treated;
+  start: Draft;
+  /** Names the programme and its version: what was typed about it is kept under this. */
+  draftKey: string;
+  saveLabel: string;
+  onSave: (wanted: Wanted) => Promise<unknown>;
+  onCancel: () => void;
+  /** Stands above the rest, for what only some programmes ask. */
+  children?: (fields: Record<string, string>) => ReactNode;
+}) {
+  const { patientId, episode, start } = props;
+  const [draft, setDraft] = useDraft(`programme ${props.draftKey} items`, start);
+  const [set, setSet] = useState<string | null>(null);
+  const [note, setNote] = useDraft(`programme ${props.draftKey} note`, "");
+  const [name, setName] = useState(useName());
+  const preview = usePreview(patientId, episode.id, draft);
+  const save = useMutation({
+    mutationFn: () => {
+      const { timer_minutes, sessions_per_week } = draft;
+      return props.onSave({
+        items: itemsOf(draft.items),
+        timer_minutes,
+        sessions_per_week,
+        note,
+        made_by: name,
+      });
+    },
+    onSuccess: () => drop(),
+  });
+  const drop = () => forgetDrafts(`programme ${props.draftKey}`);
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  const checked = preview.told?.items ?? [];
+  const beyond = timerWords(draft.timer_minutes, preview.told?.duration_s ?? 0);
+  const change = (key: string, given: Partial<DraftItem>) =>
+    setDraft({
+      ...draft,
+      items: draft.items.map((item) => (item.key === key ? { ...item, ...given } : item)),
+    });
+  const highest = useHighestLevel(patientId, episode.id);
+  const withoutLevel = draft.items.filter((item) => item.load_level === null);
+  const chosen = draft.items.find((item) => item.key === set);
+  return (
+    <Stack component="section" aria-label={EDITOR.title}>
+      {props.children?.(fields)}
+      <EditableItems draft={draft} checked={checked} onChange={setDraft} onSet={setSet} />
+      <AddRecording
+        patientId={patientId}
+        episode={episode}
+        draft={draft}
+        highest={highest}
+        onChange={setDraft}
+        onAdded={setSet}
+      />
+      <Text size="lg" fw={600} data-testid="whole">
+        {preview.told
+          ? EDITOR.whole(formatSpan(preview.told.duration_s))
+          : withoutLevel.length > 0
+            ? EDITOR.levelOpen(withoutLevel.map((item) => item.recording_name))
+            : draft.items.length > 0 && !preview.error && EDITOR.working}
+      </Text>
+      {beyond && <Text data-testid="beyond">{beyond}</Text>}
+      <ProblemNote error={preview.error} />
+      <Group grow align="start">
+        <Optional
+          field={TIMER}
+          usual={20}
+          value={draft.timer_minutes}
+          onChange={(timer_minutes) => setDraft({ ...draft, timer_minutes })}
+        />
+        <Optional
+          field={WISH}
+          usual={3}
+          value={draft.sessions_per_week}
+          onChange={(sessions_per_week) => setDraft({ ...draft, sessions_per_week })}
+        />
+      </Group>
+      <Textarea
+        label={EDITOR.why}
+        rows={3}
+        value={note}
+        error={fields.note}
+        onChange={(event) => setNote(event.currentTarget.value)}
+      />
+      <TextInput
+        label={EDITOR.prescribedBy}
+        required
+        maw={400}
+        value={name}
+        error={fields.made_by}
+        onChange={(event) => setName(event.currentTarget.value)}
+      />
+      <ProblemNote error={save.error} />
+      <Group>
+        <Button
+          size="lg"
+          loading={save.isPending}
+          disabled={
+            draft.items.length === 0 ||
+            checked.some((one) => one.problem !== null) ||
+            !draft.items.every((item) => arePlayable(item) && item.load_level !== null) ||
+            !isGiven(TIMER, draft.timer_minutes) ||
+            !isGiven(WISH, draft.sessions_per_week)
+          }
+          onClick={() => save.mutate()}
+        >
+          {props.saveLabel}
+        </Button>
+        <Button
+          size="lg"
+          variant="default"
+          onClick={() => {
+            drop();
+            props.onCancel();
+          }}
+        >
+          {EDITOR.discard}
+        </Button>
+      </Group>
+      <Modal
+        opened={chosen !== undefined}
+        onClose={() => setSet(null)}
+        title={chosen?.recording_name}
+        size="xl"
+      >
+        {chosen && (
+          <Stack>
+            <PlaySettings value={chosen} last={null} onChange={(given) => change(chosen.key, given)} />
+            <LoadLevel
+              value={chosen.load_level}
+              last={null}
+              highest={highest}
+              onChange={(load_level) => change(chosen.key, { load_level })}
+            />
+            <Button size="lg" onClick={() => setSet(null)}>
+              {EDITOR.done}
+            </Button>
+          </Stack>
+        )}
+      </Modal>
+    </Stack>
+  );
+}
+
+/** How long it takes, and what of it cannot be played: the service says so while one writes. */
+function usePreview(patientId: string, episodeId: string, draft: Draft) {
+  const [settled] = useDebouncedValue(draft.items, 250);
+  const items = itemsOf(settled);
+  const preview = useQuery({
+    queryKey: ["programme-preview", patientId, episodeId, items],
+    queryFn: () => api.previewProgramme(patientId, { items, episode_id: episodeId }),
+    enabled: items.length > 0 && settled.every((item) => arePlayable(item) && item.load_level !== null),
+    staleTime: 60_000,
+  });
+  // What was told of other recordings, or of another order, says nothing about these.
+  return { error: preview.error, told: settled === draft.items ? preview.data : undefined };
+}
+
+function AddRecording(props: {
+  patientId: string;
+  episode: Treated;
+  draft: Draft;
+  /** The highest resistance level that the doctor allows; null: any. */
+  highest: number | null;
+  onChange: (draft: Draft) => void;
+  onAdded: (key: string) => void;
+}) {
+  const { draft, episode, highest } = props;
+  const recordings = useRecordings(props.patientId);
+  const [next, setNext] = useState(1);
+  const fitting = (recordings.data?.items ?? []).filter(
+    (one) => !one.archived_at && one.side === episode.side,
+  );
+  const add = (id: string | null) => {
+    const recording = fitting.find((one) => one.id === id);
+    if (!recording) return;
+    props.onChange(added(draft, recording, `added ${next}`, highest));
+    props.onAdded(`added ${next}`);
+    setNext(next + 1);
+  };
+  if (recordings.data && fitting.length === 0) {
+    return <Text>{EDITOR.nothingToAdd}</Text>;
+  }
+  return (
+    <>
+      <ProblemNote error={recordings.error} />
+      <Select
+        size="lg"
+        maw={600}
+        label={EDITOR.add}
+        placeholder={EDITOR.choose}
+        data={fitting.map((one) => ({
+          value: one.id,
+          label: EDITOR.choice(one.name, formatSpan(one.duration_s)),
+        }))}
+        value={null}
+        onChange={add}
+      />
+    </>
+  );
+}
+
+/** A number that need not be. */
+function Optional(props: {
+  field: Field;
+  usual: number;
+  value: number | null;
+  onChange: (value: number | null) => void;
+}) {
+  const { field, value, onChange } = props;
+  return (
+    <Stack gap="xs">
+      <Switch
+        size="lg"
+        label={value === null ? field.none : field.label}
+        aria-label={field.withIt}
+        checked={value !== null}
+        onChange={(event) => onChange(event.currentTarget.checked ? props.usual : null)}
+      />
+      {value !== null && <Stepper field={field} value={value} onChange={onChange} />}
+    </Stack>
+  );
+}

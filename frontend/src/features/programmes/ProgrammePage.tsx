@@ -1,0 +1,238 @@
+import {
+  Alert,
+  Badge,
+  Button,
+  Card,
+  Group,
+  List,
+  Modal,
+  Skeleton,
+  Stack,
+  Text,
+  TextInput,
+  Title,
+} from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconArchive, IconInfoCircle, IconPencil } from "@tabler/icons-react";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { useParams } from "@tanstack/react-router";
+import { useState } from "react";
+import { useTitle } from "../../app/title";
+import { api, ProblemError, type Programme, type ProgrammeVersion } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { RequirePermission } from "../auth/RequirePermission";
+import { changes, timerWords, versionWords } from "./describeProgramme";
+import { draftOf, type Wanted } from "./draft";
+import { ItemTable } from "./ItemTable";
+import { PROGRAMME, VERSIONS } from "./messages";
+import { ProgrammeEditor } from "./ProgrammeEditor";
+import { useSetProgrammeCache } from "./useSetProgrammeCache";
+
+/** One programme: what it says, what it said before, and why it was changed. */
+export function ProgrammePage() {
+  const { programmeId } = useParams({ from: "/programmes/$programmeId" });
+  const programme = useQuery({
+    queryKey: ["programme", programmeId],
+    queryFn: () => api.programme(programmeId),
+  });
+  useTitle(programme.data?.name ?? PROGRAMME.title);
+  if (programme.error) return <ProblemNote error={programme.error} />;
+  if (!programme.data) return <Skeleton h={300} />;
+  return <ProgrammeView programme={programme.data} />;
+}
+
+/** The programme as it stands, with what can be done to it. */
+export function ProgrammeView({ programme }: { programme: Programme }) {
+  const [editing, editor] = useDisclosure(false);
+  const [renaming, name] = useDisclosure(false);
+  const keep = useSetProgrammeCache();
+  const archive = useMutation({
+    mutationFn: (archived: boolean) =>
+      api.updateProgramme(programme.id, { archived, updated_at: programme.updated_at }),
+    onSuccess: keep,
+  });
+  const { current, patient } = programme;
+  return (
+    <Stack gap="xl">
+      <Group justify="space-between" align="start">
+        <div>
+          <Title order={1} size="h2">
+            {programme.name}
+          </Title>
+          <Group gap="lg">
+            <PageLink to="/patients/$patientId" params={{ patientId: patient.id }}>
+              {patient.name}
+            </PageLink>
+            <Text>{PROGRAMME.shoulder(programme.side)}</Text>
+            {programme.archived_at && <Badge color="gray">{PROGRAMME.archived}</Badge>}
+          </Group>
+        </div>
+        <RequirePermission permission="write_records">
+          <Group>
+            {!programme.archived_at && !programme.closed && !editing && (
+              <Button leftSection={<IconPencil size={20} />} onClick={editor.open}>
+                {PROGRAMME.change}
+              </Button>
+            )}
+            <Button variant="default" onClick={name.open}>
+              {PROGRAMME.rename}
+            </Button>
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              loading={archive.isPending}
+              onClick={() => archive.mutate(!programme.archived_at)}
+            >
+              {programme.archived_at ? PROGRAMME.restore : PROGRAMME.archive}
+            </Button>
+          </Group>
+        </RequirePermission>
+      </Group>
+      <ProblemNote error={archive.error} />
+      {programme.closed && <Text>{PROGRAMME.closed}</Text>}
+      {editing ? <Change programme={programme} onDone={editor.close} /> : <Says version={current} />}
+      <Stack gap="sm" component="section" aria-label={VERSIONS.title}>
+        <Title order={2} size="h3">
+          {VERSIONS.title}
+        </Title>
+        <Versions versions={programme.versions} />
+      </Stack>
+      <Modal opened={renaming} onClose={name.close} title={PROGRAMME.renaming}>
+        <Rename programme={programme} onDone={name.close} />
+      </Modal>
+    </Stack>
+  );
+}
+
+function Says({ version }: { version: ProgrammeVersion }) {
+  const beyond = timerWords(version.timer_minutes, version.duration_s);
+  return (
+    <Stack gap="xs" component="section" aria-label={PROGRAMME.saysNow}>
+      <Text size="lg" fw={600}>
+        {versionWords(version)}
+      </Text>
+      {beyond && <Text>{beyond}</Text>}
+      <ItemTable version={version} />
+    </Stack>
+  );
+}
+
+/** Writes the next version. When somebody else was quicker, nothing is lost: theirs is shown below, one's own stays. */
+function Change({ programme, onDone }: { programme: Programme; onDone: () => void }) {
+  const keep = useSetProgrammeCache();
+  const [basedOn, setBasedOn] = useState(programme.current.number);
+  const [start] = useState(() => draftOf(programme.current));
+  const newest = programme.current.number;
+  const save = async (wanted: Wanted) => {
+    try {
+      keep(await api.createProgrammeVersion(programme.id, { ...wanted, based_on: basedOn }));
+    } catch (error) {
+      if (error instanceof ProblemError && error.code === "edited_meanwhile") {
+        keep(await api.programme(programme.id));
+      }
+      throw error;
+    }
+    onDone();
+  };
+  return (
+    <>
+      {newest > basedOn && (
+        <Alert color="grape" variant="light" icon={<IconInfoCircle />} role="alert">
+          <Stack gap="xs" align="start">
+            <Text>{VERSIONS.meanwhile(programme.current.made_by, newest)}</Text>
+            <Button variant="default" onClick={() => setBasedOn(newest)}>
+              {VERSIONS.read(newest)}
+            </Button>
+          </Stack>
+        </Alert>
+      )}
+      <ProgrammeEditor
+        patientId={programme.patient.id}
+        episode={{ id: programme.episode_id, side: programme.side }}
+        start={start}
+        draftKey={`${programme.id} ${basedOn}`}
+        saveLabel={VERSIONS.saveAs(basedOn + 1)}
+        onSave={save}
+        onCancel={onDone}
+      />
+    </>
+  );
+}
+
+/** What it said from when to when, by whom and why, and what each version changed. */
+function Versions({ versions }: { versions: ProgrammeVersion[] }) {
+  return versions.map((version, place) => (
+    <Version key={version.id} version={version} before={versions[place + 1]} />
+  ));
+}
+
+function Version({ version, before }: { version: ProgrammeVersion; before: ProgrammeVersion | undefined }) {
+  const [open, { toggle }] = useDisclosure(false);
+  return (
+    <Card withBorder component="section" aria-label={VERSIONS.one(version.number)}>
+      <Stack gap="xs">
+        <Group justify="space-between" align="start">
+          <Title order={3} size="h4">
+            {VERSIONS.made(version.number, formatMoment(version.made_at), version.made_by)}
+          </Title>
+          <Button variant="default" aria-expanded={open} onClick={toggle}>
+            {open ? VERSIONS.hide(version.number) : VERSIONS.show(version.number)}
+          </Button>
+        </Group>
+        {version.note && <Text style={{ whiteSpace: "pre-wrap" }}>{version.note}</Text>}
+        {before && (
+          <List data-testid={`changes-${version.number}`}>
+            {changes(before, version).map((change) => (
+              <List.Item key={change}>{change}</List.Item>
+            ))}
+          </List>
+        )}
+        {open && (
+          <>
+            <Text>{versionWords(version)}</Text>
+            <ItemTable version={version} />
+          </>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+function Rename({ programme, onDone }: { programme: Programme; onDone: () => void }) {
+  const keep = useSetProgrammeCache();
+  const [name, setName] = useState(programme.name);
+  const save = useMutation({
+    mutationFn: () => api.updateProgramme(programme.id, { name, updated_at: programme.updated_at }),
+    onSuccess: (saved) => {
+      keep(saved);
+      onDone();
+    },
+  });
+  const fields = save.error instanceof ProblemError ? save.error.fields : {};
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        save.mutate();
+      }}
+      noValidate
+    >
+      <Stack>
+        <TextInput
+          label={PROGRAMME.name}
+          required
+          data-autofocus
+          value={name}
+          error={fields.name}
+          onChange={(event) => setName(event.currentTarget.value)}
+        />
+        <ProblemNote error={save.error} />
+        <Button type="submit" loading={save.isPending}>
+          {PROGRAMME.save}
+        </Button>
+      </Stack>
+    </form>
+  );
+}

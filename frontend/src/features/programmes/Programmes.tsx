@@ -1,0 +1,118 @@
+import { Badge, Group, Stack, Table, Text, Title } from "@mantine/core";
+import { IconPlus } from "@tabler/icons-react";
+import { useQuery } from "@tanstack/react-query";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { ButtonLink, PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { RequirePermission } from "../auth/RequirePermission";
+import { itemWords, versionWords } from "./describeProgramme";
+import { NEW, PROGRAMME, VERSIONS } from "./messages";
+import { REGULARITY } from "./planMessages";
+
+/** A patient's programmes, each with what it says now. */
+export function Programmes({ patientId }: { patientId: string }) {
+  const programmes = useQuery({
+    queryKey: ["programmes", "of", patientId],
+    queryFn: () => api.programmes(patientId),
+  });
+  const items = programmes.data?.items ?? [];
+  const present = items.find((one) => !one.archived_at);
+  return (
+    <Stack gap="xs" component="section" aria-label={PROGRAMME.programmes}>
+      <Group justify="space-between">
+        <Title order={2} size="h3">
+          {PROGRAMME.programmes}
+        </Title>
+        <RequirePermission permission="write_records">
+          <ButtonLink
+            to="/patients/$patientId/programmes/new"
+            params={{ patientId }}
+            variant="default"
+            leftSection={<IconPlus size={20} />}
+          >
+            {NEW.title}
+          </ButtonLink>
+        </RequirePermission>
+      </Group>
+      <ProblemNote error={programmes.error} />
+      {programmes.data && items.length === 0 && <Text>{PROGRAMME.none}</Text>}
+      {present && <Regularity episodeId={present.episode_id} />}
+      {items.length > 0 && (
+        <Table verticalSpacing="md" highlightOnHover>
+          <Table.Thead>
+            <Table.Tr>
+              <Table.Th>{PROGRAMME.nameColumn}</Table.Th>
+              <Table.Th>{PROGRAMME.says}</Table.Th>
+              <Table.Th>{PROGRAMME.since}</Table.Th>
+            </Table.Tr>
+          </Table.Thead>
+          <Table.Tbody>
+            {items.map((programme) => (
+              <Row key={programme.id} programme={programme} />
+            ))}
+          </Table.Tbody>
+        </Table>
+      )}
+    </Stack>
+  );
+}
+
+function Row({ programme }: { programme: Schemas["Programme"] }) {
+  const { current } = programme;
+  return (
+    <Table.Tr {...(programme.archived_at && { c: "dimmed" })}>
+      <Table.Td>
+        <PageLink to="/programmes/$programmeId" params={{ programmeId: programme.id }}>
+          {programme.name}
+        </PageLink>
+        {programme.archived_at && (
+          <Badge ml="xs" color="gray">
+            {PROGRAMME.archived}
+          </Badge>
+        )}
+      </Table.Td>
+      <Table.Td>
+        {current.items.map((item) => (
+          <Text key={item.position}>
+            {(item.recording_archived ? PROGRAMME.itemArchived : PROGRAMME.item)(
+              item.recording_name,
+              itemWords(item),
+            )}
+          </Text>
+        ))}
+        <Text size="sm" c="dimmed">
+          {versionWords(current)}
+        </Text>
+      </Table.Td>
+      <Table.Td>
+        {VERSIONS.since(current.number, formatMoment(current.made_at))}
+        <Text size="sm" c="dimmed">
+          {current.made_by}
+        </Text>
+      </Table.Td>
+    </Table.Tr>
+  );
+}
+
+/** How the sessions of this week and the last compare with how many were wished for. */
+function Regularity({ episodeId }: { episodeId: string }) {
+  const adherence = useQuery({
+    queryKey: ["adherence", episodeId],
+    queryFn: () => api.adherence(episodeId, -new Date().getTimezoneOffset()),
+  });
+  const [now, before] = [...(adherence.data?.weeks ?? [])].reverse();
+  if (!now || now.sessions_wished === null) return null;
+  return (
+    <Text data-testid="regularity">
+      {before ? REGULARITY.nowAndBefore(weekOf(now), weekOf(before)) : REGULARITY.now(weekOf(now))}
+    </Text>
+  );
+}
+
+const weekOf = (week: Schemas["AdherenceWeek"]) => ({
+  sessions: week.sessions,
+  wished: week.sessions_wished,
+  planned: week.repetitions_planned,
+  done: week.repetitions_done,
+});

@@ -1,0 +1,13 @@
+import { useQueryClient } from "@tanstack/react-query";
+import type { Programme } from "../../lib/api/client";
+import { replaceData } from "../../lib/replaceData";
+
+/** Let every screen know a programme as the service has just answered it. */
+export function useSetProgrammeCache() {
+  const queries = useQueryClient();
+  return (saved: Programme) => {
+    replaceData(queries, ["programme", saved.id], saved);
+    void queries.invalidateQueries({ queryKey: ["programmes"] });
+    void queries.invalidateQueries({ queryKey: ["adherence", saved.episode_id] });
+  };
+}

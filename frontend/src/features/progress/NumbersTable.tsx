@@ -1,0 +1,64 @@
+import { Button, Group, ScrollArea, Table } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconTable } from "@tabler/icons-react";
+import type { Schemas } from "../../lib/api/client";
+import { formatDeg, formatMoment } from "../../lib/format";
+import { translatePlaced } from "../../lib/serverText";
+import { PROGRESS } from "./messages";
+
+type Column = Schemas["ProgressColumn"];
+
+/** What a chart was drawn from, to be read without seeing it. */
+export function NumbersTable({ title, table: sent }: { title: string; table: Schemas["ProgressTable"] }) {
+  const table = translatePlaced(sent);
+  const [shown, rows] = useDisclosure(false);
+  return (
+    <>
+      <Group>
+        <Button
+          variant="default"
+          leftSection={<IconTable size={20} />}
+          aria-expanded={shown}
+          onClick={rows.toggle}
+        >
+          {shown ? PROGRESS.hideNumbers : PROGRESS.showNumbers}
+        </Button>
+      </Group>
+      {shown && (
+        <ScrollArea.Autosize mah={480} type="auto">
+          <Table stickyHeader withTableBorder verticalSpacing="xs" aria-label={PROGRESS.numbers(title)}>
+            <Table.Thead>
+              <Table.Tr>
+                {table.columns.map((column) => (
+                  <Table.Th key={column.name} scope="col" ta={alignment(column)}>
+                    {column.name}
+                  </Table.Th>
+                ))}
+              </Table.Tr>
+            </Table.Thead>
+            <Table.Tbody>
+              {table.rows.map((row) => (
+                <Table.Tr key={row.join(" ")}>
+                  {table.columns.map((column, place) => (
+                    <Table.Td key={column.name} ta={alignment(column)}>
+                      {cellText(column, row[place] ?? null)}
+                    </Table.Td>
+                  ))}
+                </Table.Tr>
+              ))}
+            </Table.Tbody>
+          </Table>
+        </ScrollArea.Autosize>
+      )}
+    </>
+  );
+}
+
+const alignment = (column: Column) => (column.kind === "number" ? "right" : "left");
+
+function cellText(column: Column, value: string | number | null): string {
+  if (typeof value === "number") return formatDeg(value, column.digits);
+  if (value === null) return "–";
+  if (column.kind === "moment") return formatMoment(value);
+  return value;
+}

@@ -1,0 +1,76 @@
+import { Group, Skeleton, Stack, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useParams, useSearch } from "@tanstack/react-router";
+import { useTitle } from "../../app/title";
+import { api, type Chart } from "../../lib/api/client";
+import { useEpisodes } from "../../lib/patientQueries";
+import { PageLink } from "../../ui/links";
+import { Plot } from "../../ui/Plot";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { CARE } from "../episodes/messages";
+import { withLocalDays } from "./days";
+import { CHARTS, PROGRESS } from "./messages";
+import { NumbersTable } from "./NumbersTable";
+
+/** An episode over its weeks: every chart, and the numbers behind it. */
+export function ProgressPage() {
+  const { episodeId } = useParams({ from: "/episodes/$episodeId/progress" });
+  const { patient: patientId } = useSearch({ from: "/episodes/$episodeId/progress" });
+  useTitle(PROGRESS.title);
+  return (
+    <Stack gap="xl">
+      <div>
+        {patientId !== undefined && <Whose patientId={patientId} episodeId={episodeId} />}
+        <Title order={1} size="h2">
+          {PROGRESS.title}
+        </Title>
+        <Text>{PROGRESS.weeks}</Text>
+      </div>
+      {(Object.keys(CHARTS) as Chart[]).map((chart) => (
+        <ProgressChart key={chart} episodeId={episodeId} chart={chart} />
+      ))}
+    </Stack>
+  );
+}
+
+/** Nothing where the address names somebody whose episode it is not. */
+export function Whose({ patientId, episodeId }: { patientId: string; episodeId: string }) {
+  const patient = useQuery({ queryKey: ["patient", patientId], queryFn: () => api.patient(patientId) });
+  const episode = useEpisodes(patientId).data?.items.find((one) => one.id === episodeId);
+  if (!patient.data || !episode) return null;
+  return (
+    <Group gap="lg">
+      <PageLink to="/patients/$patientId" params={{ patientId }}>
+        {patient.data.name}
+      </PageLink>
+      <Text>{CARE.shoulder(episode.side)}</Text>
+    </Group>
+  );
+}
+
+function ProgressChart({ chart, episodeId }: { chart: Chart; episodeId: string }) {
+  const { title, shows, nothing } = CHARTS[chart];
+  const progress = useQuery({
+    queryKey: ["progress", episodeId, chart],
+    queryFn: () => api.progress(episodeId, chart),
+    select: ({ figure, table }) => ({ figure: withLocalDays(figure), table }),
+  });
+  const found = progress.data;
+  return (
+    <Stack gap="xs" component="section" aria-label={title}>
+      <Title order={2} size="h3">
+        {title}
+      </Title>
+      <ProblemNote error={progress.error} />
+      {progress.isPending && <Skeleton h={340} />}
+      {found && found.table.rows.length === 0 && <Text>{nothing}</Text>}
+      {found && found.table.rows.length > 0 && (
+        <>
+          <Text size="sm">{shows}</Text>
+          <Plot figure={found.figure} label={PROGRESS.figure(title, shows)} />
+          <NumbersTable title={title} table={found.table} />
+        </>
+      )}
+    </Stack>
+  );
+}

@@ -1,0 +1,147 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, ProblemError, type Recording } from "../../lib/api/client";
+import { EditPanel } from "./EditPanel";
+import { madeOf } from "./madeOf";
+
+vi.mock("../../ui/Plot", () => ({
+  Plot: ({ label }: { label: string }) => <figure aria-label={label} />,
+}));
+
+const RECORDING: Recording = {
+  id: "a",
+  patient_id: "p",
+  teaching_id: "t",
+  take: 1,
+  parent_id: null,
+  done: [],
+  done_keys: [],
+  name: "Lift",
+  side: "right",
+  station: "Station 1",
+  taught_by: "",
+  fixtures: [],
+  taught_at: "2026-11-21T09:30:00Z",
+  duration_s: 8.04,
+  rate_hz: 100,
+  samples: 805,
+  note: "",
+  updated_at: "2026-11-21T09:30:00Z",
+  archived_at: null,
+};
+const MADE = {
+  ...RECORDING,
+  id: "b",
+  parent_id: "a",
+  teaching_id: null,
+  take: null,
+  readable: true,
+  ranges: [],
+};
+
+const preview = vi.spyOn(api, "previewDerived");
+const derive = vi.spyOn(api, "derive");
+const onKept = vi.fn();
+
+beforeEach(() => {
+  vi.resetAllMocks();
+  preview.mockResolvedValue({ data: [], layout: {}, texts: [] });
+  derive.mockResolvedValue(MADE);
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <EditPanel recording={RECORDING} onKept={onKept} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+});
+afterEach(cleanup);
+
+const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
+const choose = (label: string) => {
+  fireEvent.click(screen.getByRole("combobox", { name: "What to do" }));
+  fireEvent.click(screen.getByRole("option", { name: label }));
+};
+const kept = () => screen.queryByRole("button", { name: "Keep as a new recording" });
+
+describe("making a new recording of one", () => {
+  it("is looked at first, and kept as it was looked at", async () => {
+    press("From: more");
+    press("To: less");
+    expect(kept()).toBeNull();
+    press("Preview");
+    await screen.findByRole("figure");
+    const asked = { do: "trim", start_s: 0.5, end_s: 7.5 };
+    expect(preview.mock.calls).toEqual([["a", asked]]);
+
+    fireEvent.change(screen.getByRole("textbox", { name: "Name of the new recording" }), {
+      target: { value: " Short lift " },
+    });
+    press("Keep as a new recording");
+    await waitFor(() => expect(onKept.mock.calls[0]?.[0]).toEqual(MADE));
+    expect(derive.mock.calls).toEqual([["a", { ...asked, name: "Short lift" }]]);
+  });
+
+  it("has to be looked at again with another number", async () => {
+    press("Preview");
+    await screen.findByRole("figure");
+    expect(kept()).not.toBeNull();
+    press("From: more");
+    expect(kept()).toBeNull();
+    expect(screen.queryByRole("figure")).toBeNull();
+  });
+
+  it("says why it is refused, and keeps nothing", async () => {
+    preview.mockRejectedValue(
+      new ProblemError({ detail: "motor 3 would go to 128.0 deg at 4.0 s.", next_step: "Choose less." }),
+    );
+    choose("Stretch at the end");
+    press("Beyond the end: more");
+    press("Preview");
+    expect((await screen.findByRole("alert")).textContent).toContain(
+      "motor 3 would go to 128.0 deg at 4.0 s.",
+    );
+    expect(preview.mock.calls[0]?.[1]).toEqual({ do: "stretch", further_deg: 4, back_deg: 5, hold_s: 10 });
+    expect(kept()).toBeNull();
+  });
+
+  it("asks for the motors that are to move, at least one", async () => {
+    choose("Some motors only");
+    for (const motor of [1, 2, 5]) press(`Motor ${motor}`);
+    press("Preview");
+    await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual({ do: "isolate", motors: [3, 4] }));
+    for (const motor of [3, 4]) press(`Motor ${motor}`);
+    expect(screen.getByRole("button", { name: "Preview" }).hasAttribute("disabled")).toBe(true);
+    press("Motor 5");
+    expect(screen.getByRole("button", { name: "Motor 5" }).getAttribute("aria-pressed")).toBe("true");
+  });
+
+  it.each([
+    ["Hold", { do: "hold", at_s: 4, hold_s: 5 }],
+    ["Less range", { do: "scale", percent: 80, motors: [1, 2, 3, 4, 5] }],
+    ["Warm-up", { do: "warm_up", less_deg: 15, step_deg: 3, pause_s: 0 }],
+    ["For the other shoulder", { do: "mirror" }],
+  ])("%s begins with numbers that make sense", async (label, asked) => {
+    choose(label);
+    press("Preview");
+    await waitFor(() => expect(preview.mock.calls[0]?.[1]).toEqual(asked));
+  });
+
+  it("leaves half a second between the ends", () => {
+    const to = screen.getByRole("textbox", { name: "To" });
+    fireEvent.change(to, { target: { value: "0.5 s" } });
+    expect(screen.getByRole("button", { name: "From: more" }).hasAttribute("disabled")).toBe(true);
+    expect(screen.getByRole("button", { name: "To: less" }).hasAttribute("disabled")).toBe(true);
+  });
+});
+
+describe("what a recording was made of", () => {
+  it("is told by the list, for those that were made", () => {
+    const made = { ...MADE, done: ["held for 3 s at 2.0 s", "mirrored for the left shoulder"] };
+    expect(madeOf(made, [made, RECORDING])).toBe("Made of Lift: mirrored for the left shoulder");
+    expect(madeOf(made, [made])).toBe("Made of another recording: mirrored for the left shoulder");
+    expect(madeOf(RECORDING, [RECORDING])).toBeNull();
+  });
+});

@@ -1,0 +1,26 @@
+import { Skeleton } from "@mantine/core";
+import { keepPreviousData, useQuery } from "@tanstack/react-query";
+import { useState } from "react";
+import { api } from "../../lib/api/client";
+import { Plot } from "../../ui/Plot";
+import { ProblemNote } from "../../ui/ProblemNote";
+import type { PlotWindow } from "../../ui/plotWindow";
+import { RECORDING } from "./messages";
+
+/** The five motors' angles over time; one recording a component, so give it the recording's key. */
+export function RecordingFigure({ recordingId }: { recordingId: string }) {
+  const [window, setWindow] = useState<PlotWindow | null>(null);
+  const figure = useQuery({
+    queryKey: ["recording-figure", recordingId, window],
+    queryFn: () => api.recordingFigure(recordingId, window),
+    placeholderData: keepPreviousData,
+    staleTime: Number.POSITIVE_INFINITY,
+  });
+  return (
+    <>
+      <ProblemNote error={figure.error} />
+      {figure.isPending && <Skeleton h={400} />}
+      {figure.data && <Plot figure={figure.data} label={RECORDING.figure} onWindow={setWindow} />}
+    </>
+  );
+}

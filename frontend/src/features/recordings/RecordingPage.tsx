@@ -1,0 +1,190 @@
+import { ActionIcon, Badge, Button, Group, Skeleton, Stack, Text, TextInput, Title } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconAdjustments, IconArchive, IconCheck, IconPencil, IconPlayerPlay } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import { useNavigate, useParams } from "@tanstack/react-router";
+import { useState } from "react";
+import { useTitle } from "../../app/title";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatMoment, formatSpan } from "../../lib/format";
+import { FIXTURES, FORMAT } from "../../lib/messages";
+import { replaceData } from "../../lib/replaceData";
+import { EditableNote } from "../../ui/EditableNote";
+import { InlineSlot } from "../../ui/InlineSlot";
+import { ButtonLink, PageLink } from "../../ui/links";
+import { MotorRanges } from "../../ui/MotorRanges";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useMay } from "../auth/hooks";
+import { RecordingGhost } from "../digital-twin/lazily";
+import { SampleLinks } from "../import-export/SampleLinks";
+import { EditPanel } from "./EditPanel";
+import { doneWords } from "./madeOf";
+import { RECORDING } from "./messages";
+import { RecordingFigure } from "./RecordingFigure";
+
+/** One recording: what it is, what each motor does in it, and its curves. */
+export function RecordingPage() {
+  const { recordingId } = useParams({ from: "/recordings/$recordingId" });
+  const writes = useMay("write_records");
+  const operates = useMay("operate");
+  const queries = useQueryClient();
+  const navigate = useNavigate();
+  // With the version that it began with: somebody else's newer name may arrive meanwhile.
+  const [renamed, setRenamed] = useState<{ name: string; seen: string } | null>(null);
+  const [editing, panel] = useDisclosure(false);
+  const recording = useQuery({
+    queryKey: ["recording", recordingId],
+    queryFn: () => api.recording(recordingId),
+  });
+  const patientId = recording.data?.patient_id;
+  const patient = useQuery({
+    queryKey: ["patient", patientId],
+    queryFn: () => api.patient(patientId ?? ""),
+    enabled: patientId !== undefined,
+  });
+  const parentId = recording.data?.parent_id ?? null;
+  const parent = useQuery({
+    queryKey: ["recording", parentId],
+    queryFn: () => api.recording(parentId ?? ""),
+    enabled: parentId !== null,
+  });
+  const update = useMutation({
+    mutationFn: (change: Schemas["RecordingUpdate"]) => api.updateRecording(recordingId, change),
+    onError: () => void queries.invalidateQueries({ queryKey: ["recording", recordingId] }),
+    onSuccess: (saved) => {
+      setRenamed(null);
+      replaceData(queries, ["recording", recordingId], saved);
+      void queries.invalidateQueries({ queryKey: ["recordings"] });
+    },
+  });
+  useTitle(recording.data?.name ?? RECORDING.title);
+  if (recording.error) return <ProblemNote error={recording.error} />;
+  if (!recording.data) return <Skeleton h={300} />;
+  const it = recording.data;
+  return (
+    <Stack>
+      {patient.data && (
+        <PageLink to="/patients/$patientId" params={{ patientId: patient.data.id }}>
+          {patient.data.name}
+        </PageLink>
+      )}
+      <Group justify="space-between" align="start">
+        {renamed === null ? (
+          <Group gap="xs">
+            <Title order={1} size="h2">
+              {it.name}
+            </Title>
+            {writes && (
+              <ActionIcon
+                variant="subtle"
+                size={44}
+                aria-label={RECORDING.rename}
+                onClick={() => setRenamed({ name: it.name, seen: it.updated_at })}
+              >
+                <IconPencil size={20} />
+              </ActionIcon>
+            )}
+          </Group>
+        ) : (
+          <form
+            onSubmit={(event) => {
+              event.preventDefault();
+              update.mutate({ name: renamed.name, updated_at: renamed.seen });
+            }}
+          >
+            <Group gap="xs">
+              <TextInput
+                aria-label={RECORDING.name}
+                w={360}
+                value={renamed.name}
+                onChange={(event) => setRenamed({ ...renamed, name: event.currentTarget.value })}
+              />
+              <ActionIcon type="submit" size={44} aria-label={RECORDING.saveName} loading={update.isPending}>
+                <IconCheck size={20} />
+              </ActionIcon>
+            </Group>
+          </form>
+        )}
+        <Group>
+          {operates && !it.archived_at && it.readable && (
+            <ButtonLink
+              to="/"
+              search={{ patient: it.patient_id, recording: it.id }}
+              leftSection={<IconPlayerPlay size={20} />}
+            >
+              {RECORDING.play}
+            </ButtonLink>
+          )}
+          {writes && !it.archived_at && it.readable && (
+            <Button
+              variant="default"
+              leftSection={<IconAdjustments size={20} />}
+              aria-expanded={editing}
+              onClick={panel.toggle}
+            >
+              {RECORDING.edit}
+            </Button>
+          )}
+          <SampleLinks of="recordings" id={it.id} disabled={!it.readable} />
+          {writes && (
+            <Button
+              variant="default"
+              leftSection={<IconArchive size={20} />}
+              onClick={() => update.mutate({ archived: !it.archived_at, updated_at: it.updated_at })}
+            >
+              {it.archived_at ? RECORDING.restore : RECORDING.archive}
+            </Button>
+          )}
+        </Group>
+      </Group>
+      <Group gap="lg">
+        <Text>
+          {it.parent_id
+            ? RECORDING.made(formatMoment(it.taught_at))
+            : RECORDING.taught(formatMoment(it.taught_at))}
+        </Text>
+        <Text>{RECORDING.shoulder(it.side === "left" ? "left" : "right")}</Text>
+        <Text>
+          {it.parent_id
+            ? RECORDING.length(formatSpan(it.duration_s), it.samples)
+            : RECORDING.lengthAt(formatSpan(it.duration_s), it.samples, it.rate_hz)}
+        </Text>
+        <Text>{it.station}</Text>
+        {it.taught_by && <Text>{RECORDING.taughtBy(it.taught_by)}</Text>}
+        {it.fixtures.length > 0 && <Text>{RECORDING.fixtures(it.fixtures.map((one) => FIXTURES[one]))}</Text>}
+        {it.archived_at && <Badge color="gray">{RECORDING.archived}</Badge>}
+      </Group>
+      {it.parent_id && (
+        <Text data-testid="made-of">
+          <InlineSlot words={(parent) => RECORDING.madeOf(parent, FORMAT.list(doneWords(it)))}>
+            <PageLink to="/recordings/$recordingId" params={{ recordingId: it.parent_id }}>
+              {parent.data?.name ?? RECORDING.another}
+            </PageLink>
+          </InlineSlot>
+        </Text>
+      )}
+      <ProblemNote error={update.error} />
+      {editing && (
+        <EditPanel
+          key={it.id}
+          recording={it}
+          onKept={(made) => {
+            panel.close();
+            void queries.invalidateQueries({ queryKey: ["recordings"] });
+            void navigate({ to: "/recordings/$recordingId", params: { recordingId: made.id } });
+          }}
+        />
+      )}
+      {!it.readable && <Text fw={600}>{RECORDING.damaged}</Text>}
+      <EditableNote
+        label={RECORDING.note}
+        value={it.note}
+        version={it.updated_at}
+        save={(note, seen) => update.mutateAsync({ note, updated_at: seen })}
+      />
+      {it.ranges.length > 0 && <MotorRanges ranges={it.ranges} />}
+      {it.readable && <RecordingGhost key={`ghost-${recordingId}`} recordingId={recordingId} />}
+      {it.readable && <RecordingFigure key={recordingId} recordingId={recordingId} />}
+    </Stack>
+  );
+}

@@ -1,0 +1,15 @@
+import type { Recording } from "../../lib/api/client";
+import { MADE } from "../../lib/messages";
+import { translateServerText } from "../../lib/serverText";
+
+/** What was done to a recording, in order and in words. */
+export const doneWords = (recording: Pick<Recording, "done" | "done_keys">): string[] =>
+  recording.done.map((one, place) => translateServerText(one, recording.done_keys[place]));
+
+/** Of what a recording was made and how, in words; null for one that was taught. */
+export function madeOf(recording: Recording, others: Recording[]): string | null {
+  if (recording.parent_id === null) return null;
+  const parent = others.find((one) => one.id === recording.parent_id);
+  const done = doneWords(recording).at(-1) ?? MADE.changed;
+  return parent ? MADE.of(parent.name, done) : MADE.ofAnother(done);
+}

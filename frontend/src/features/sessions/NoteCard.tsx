@@ -1,0 +1,226 @@
+import { Alert, Button, Card, Group, Select, Stack, Text, Textarea, Title } from "@mantine/core";
+import { useDebouncedCallback } from "@mantine/hooks";
+import { useMutation, useQuery } from "@tanstack/react-query";
+import { useEffect, useRef, useState } from "react";
+import { api, type Schemas, type Session } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { useLive } from "../../lib/live/hooks";
+import { isAway } from "../../lib/offline";
+import { usePaperLanguage } from "../../lib/paperLanguage";
+import { useSetSessionCache } from "../../lib/useSetSessionCache";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useMay, useName } from "../auth/hooks";
+import { END_REASONS, NOTE } from "./noteMessages";
+
+const SAVE_AFTER_MS = 800;
+
+/** The note: drafted from what was measured, edited, signed, and then only added to. What is typed is saved by itself. */
+export function NoteCard({ session }: { session: Session }) {
+  const writes = useMay("write_records");
+  return (
+    <Card withBorder padding="lg" component="section" aria-label={NOTE.title}>
+      <Stack>
+        <Title order={2} size="h3">
+          {NOTE.title}
+        </Title>
+        {session.signed_at ? (
+          <Signed session={session} />
+        ) : writes ? (
+          <Open session={session} />
+        ) : (
+          <Text style={{ whiteSpace: "pre-wrap" }}>{session.note || NOTE.nothing}</Text>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+function Open({ session }: { session: Session }) {
+  const who = useName();
+  const keep = useSetSessionCache();
+  // Until the record has everything that was done without the database, the draft may not name all that was played.
+  const arriving = (useLive("kept")?.waiting ?? 0) > 0;
+  const [language] = usePaperLanguage();
+  const draft = useQuery({
+    queryKey: ["session", session.id, "draft", language],
+    queryFn: () => api.draft(session.id, language),
+  });
+  const [typed, setTyped] = useState<string | null>(null);
+  const [reason, setReason] = useState<Schemas["SessionEnd"]["reason"]>(session.end_reason);
+  const text = typed ?? (session.note || (draft.data?.text ?? ""));
+  const chosen = reason ?? draft.data?.end_reason ?? null;
+  // Saves of one session follow each other, each with the version that the one before has made.
+  const version = useRef(session.updated_at);
+  useEffect(() => {
+    version.current = session.updated_at;
+  }, [session.updated_at]);
+  const save = useMutation({
+    scope: { id: `note ${session.id}` },
+    mutationFn: (note: string) => api.updateSession(session.id, { note, updated_at: version.current }),
+    onSuccess: (saved) => {
+      version.current = saved.updated_at;
+      keep(saved);
+    },
+  });
+  const later = useDebouncedCallback((note: string) => save.mutate(note), {
+    delay: SAVE_AFTER_MS,
+    flushOnUnmount: true,
+  });
+  // A page that is closed or put away saves what was typed last.
+  useEffect(() => {
+    window.addEventListener("pagehide", later.flush);
+    return () => window.removeEventListener("pagehide", later.flush);
+  }, [later]);
+  const saved = async () => {
+    later.cancel();
+    return text === session.note ? session : await save.mutateAsync(text);
+  };
+  const end = useMutation({
+    mutationFn: async () => {
+      try {
+        await saved();
+      } catch (error) {
+        // The note waits for the database, in its field; what has ended does not.
+        if (!isAway(error)) throw error;
+      }
+      return api.endSession(session.id, { reason: chosen });
+    },
+    onSuccess: keep,
+  });
+  const sign = useMutation({
+    mutationFn: async () => {
+      const { updated_at } = await saved();
+      return api.signSession(session.id, { signed_by: who, note: text, updated_at });
+    },
+    onSuccess: keep,
+  });
+  return (
+    <>
+      <Textarea
+        label={NOTE.label}
+        autosize
+        minRows={4}
+        value={text}
+        onChange={(event) => {
+          setTyped(event.currentTarget.value);
+          later(event.currentTarget.value);
+        }}
+      />
+      <Group>
+        <Text size="sm" role="status">
+          {typed === null && !session.note
+            ? NOTE.drafted
+            : text === session.note
+              ? NOTE.saved
+              : NOTE.notSaved}
+        </Text>
+        {draft.data && text !== draft.data.text && (
+          <Button
+            variant="subtle"
+            onClick={() => {
+              setTyped(draft.data.text);
+              later(draft.data.text);
+            }}
+          >
+            {NOTE.anew}
+          </Button>
+        )}
+      </Group>
+      {session.ended_at ? (
+        <Group align="center">
+          <Button
+            size="xl"
+            disabled={!text || save.isPending || arriving}
+            loading={sign.isPending}
+            onClick={() => sign.mutate()}
+          >
+            {NOTE.signAs(who)}
+          </Button>
+          <Text>{arriving ? NOTE.arriving : NOTE.onceSigned}</Text>
+        </Group>
+      ) : (
+        <Group align="end">
+          <Select
+            size="lg"
+            label={NOTE.howEnded}
+            allowDeselect={false}
+            data={Object.entries(END_REASONS).map(([value, label]) => ({ value, label }))}
+            value={chosen}
+            onChange={(value) => setReason(value as typeof reason)}
+          />
+          <Button
+            size="xl"
+            disabled={save.isPending || draft.isPending}
+            loading={end.isPending}
+            onClick={() => end.mutate()}
+          >
+            {NOTE.end}
+          </Button>
+        </Group>
+      )}
+      <ProblemNote error={draft.error ?? save.error ?? end.error ?? sign.error} />
+    </>
+  );
+}
+
+function Signed({ session }: { session: Session }) {
+  const writes = useMay("write_records");
+  return (
+    <>
+      <Text style={{ whiteSpace: "pre-wrap" }} data-testid="note">
+        {session.note}
+      </Text>
+      <Text fw={600} data-testid="signed">
+        {session.signed_at && NOTE.signedBy(session.signed_by, formatMoment(session.signed_at))}
+      </Text>
+      {session.addenda.map((one) => (
+        <Alert
+          key={one.id}
+          variant="outline"
+          color="gray"
+          title={NOTE.addendumBy(one.written_by, formatMoment(one.written_at))}
+        >
+          <Text style={{ whiteSpace: "pre-wrap" }}>{one.text}</Text>
+        </Alert>
+      ))}
+      {writes && <Add session={session} />}
+    </>
+  );
+}
+
+function Add({ session }: { session: Session }) {
+  const who = useName();
+  const keep = useSetSessionCache();
+  const [text, setText] = useState("");
+  const add = useMutation({
+    mutationFn: () => api.addAddendum(session.id, { written_by: who, text }),
+    onSuccess: (saved) => {
+      setText("");
+      keep(saved);
+    },
+  });
+  return (
+    <>
+      <Textarea
+        label={NOTE.addendum}
+        description={NOTE.addendumIs}
+        autosize
+        minRows={2}
+        value={text}
+        onChange={(event) => setText(event.currentTarget.value)}
+      />
+      <Group>
+        <Button
+          variant="default"
+          size="lg"
+          disabled={text.trim() === ""}
+          loading={add.isPending}
+          onClick={() => add.mutate()}
+        >
+          {NOTE.addAs(who)}
+        </Button>
+      </Group>
+      <ProblemNote error={add.error} />
+    </>
+  );
+}

@@ -1,0 +1,69 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, within } from "@testing-library/react";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { api, type Schemas, type Session } from "../../lib/api/client";
+import { formatMoment } from "../../lib/format";
+import { SessionComparison } from "./SessionComparison";
+
+const at = (day: number) => `2026-11-0${day}T09:00:00Z`;
+const summary = (id: string, day: number) => ({ id, started_at: at(day) }) as Schemas["SessionSummary"];
+const session = (id: string, day: number, pain_before: number) =>
+  ({
+    id,
+    patient: { id: "p" },
+    started_at: at(day),
+    runs: [],
+    pain_before,
+    pain_during: null,
+    pain_after: null,
+  }) as unknown as Session;
+
+const list = vi.spyOn(api, "patientSessions");
+beforeEach(() => {
+  vi.resetAllMocks();
+  vi.spyOn(api, "session").mockImplementation(async (id) => session(id, id === "old" ? 1 : 2, 7));
+});
+afterEach(cleanup);
+
+function show() {
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
+        <SessionComparison session={session("here", 3, 4)} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+}
+
+async function choose(day: number) {
+  fireEvent.click(await screen.findByRole("combobox", { name: "Which session" }));
+  fireEvent.click(await screen.findByText(formatMoment(at(day))));
+}
+
+it("lays the session beside the one that is chosen", async () => {
+  list.mockResolvedValue({ items: [summary("here", 3), summary("second", 2)], next: null });
+  show();
+  await choose(2);
+  const table = await screen.findByTestId("beside");
+  expect(within(table).getByRole("row", { name: "Before 7 4 −3" })).toBeTruthy();
+  expect(screen.queryByText("Older sessions")).toBeNull();
+});
+
+it("reaches those of long ago, too", async () => {
+  list.mockImplementation(async (_, after) =>
+    after ? { items: [summary("old", 1)], next: null } : { items: [summary("second", 2)], next: "further" },
+  );
+  show();
+  fireEvent.click(await screen.findByText("Older sessions"));
+  await choose(1);
+  expect(await screen.findByTestId("beside")).toBeTruthy();
+  expect(api.session).toHaveBeenCalledWith("old");
+});
+
+it("is not there where it is the patient's only one", async () => {
+  list.mockResolvedValue({ items: [summary("here", 3)], next: null });
+  show();
+  await vi.waitFor(() => expect(list).toHaveBeenCalled());
+  expect(screen.queryByText("SessionComparison another session")).toBeNull();
+});

@@ -1,0 +1,75 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { SessionFilters } from "./SessionFilters";
+import { asWanted, type Filters, readFilters } from "./sessionFilters";
+import { stopWords } from "./sessionListMessages";
+
+afterEach(cleanup);
+
+function show(value: Filters) {
+  const onChange = vi.fn();
+  const choices = { therapists: ["Ito", "Sato"], stations: ["Station 1"], stops: ["estop_pressed"] };
+  render(
+    <MantineProvider env="test">
+      <SessionFilters value={value} choices={choices} onChange={onChange} />
+    </MantineProvider>,
+  );
+  return onChange;
+}
+
+describe("the filters of the sessions", () => {
+  it("are added one by one", () => {
+    const onChange = show({ therapist: "Sato" });
+    fireEvent.change(screen.getByLabelText("From"), { target: { value: "2026-11-01" } });
+    fireEvent.click(screen.getByRole("combobox", { name: "Stopped by" }));
+    fireEvent.click(screen.getByRole("option", { name: "Emergency stop pressed" }));
+    expect(onChange.mock.calls).toEqual([
+      [{ therapist: "Sato", from: "2026-11-01" }],
+      [{ therapist: "Sato", stop: "estop_pressed" }],
+    ]);
+  });
+
+  it("are taken away one by one, or all", () => {
+    const onChange = show({ therapist: "Sato", to: "2026-11-01" });
+    fireEvent.change(screen.getByLabelText("To"), { target: { value: "" } });
+    fireEvent.click(screen.getByRole("button", { name: "Show all" }));
+    expect(onChange.mock.calls).toEqual([[{ therapist: "Sato" }], [{}]]);
+  });
+
+  it("show what the address asks for, though nobody has done it yet", () => {
+    show({ station: "Station 9" });
+    expect(screen.getByRole("combobox", { name: "Station" })).toHaveProperty("value", "Station 9");
+  });
+});
+
+describe("the address", () => {
+  it("is read as far as it makes sense", () => {
+    const search = {
+      from: "2026-11-01",
+      to: "2026-13-01",
+      therapist: "Sato",
+      station: 5,
+      page: 3,
+      stop: null,
+    };
+    expect(readFilters(search)).toEqual({ from: "2026-11-01", therapist: "Sato", station: "5" });
+  });
+
+  it("names days, which begin at this browser's midnight and are both included", () => {
+    const { since, until, station } = asWanted({
+      from: "2026-11-01",
+      to: "2026-11-01",
+      station: "Station 1",
+    });
+    expect(station).toBe("Station 1");
+    expect(since).toBe(new Date(2026, 10, 1).toISOString());
+    expect(until).toBe(new Date(2026, 10, 2).toISOString());
+    expect(asWanted({})).toEqual({});
+  });
+});
+
+it.each([
+  ["estop_pressed", "Emergency stop pressed"],
+  ["drive_silent", "Drive silent"],
+])("a stop's cause %s is told as %s", (code, words) => expect(stopWords(code)).toBe(words));

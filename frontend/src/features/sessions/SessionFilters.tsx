@@ -1,0 +1,58 @@
+import { Button, Group, Select, TextInput } from "@mantine/core";
+import type { Schemas } from "../../lib/api/client";
+import type { Filters } from "./sessionFilters";
+import { SESSIONS, stopWords } from "./sessionListMessages";
+
+const named = (values: string[]) => values.map((value) => ({ value, label: value }));
+
+/** Narrows the list of sessions: by day, therapist, station and what stopped them. */
+export function SessionFilters(props: {
+  value: Filters;
+  choices: Schemas["SessionChoices"] | undefined;
+  onChange: (value: Filters) => void;
+}) {
+  const { value, choices, onChange } = props;
+  const set = (name: keyof Filters, given: string | null) => {
+    const { [name]: _, ...others } = value;
+    onChange(given ? { ...others, [name]: given } : others);
+  };
+  const day = (label: string, name: "from" | "to") => (
+    <TextInput
+      type="date"
+      label={label}
+      value={value[name] ?? ""}
+      onChange={(event) => set(name, event.currentTarget.value)}
+    />
+  );
+  const choice = (label: string, name: keyof Filters, data: { value: string; label: string }[]) => {
+    const chosen = value[name] ?? null;
+    // What the address asks for is shown, though nobody has done it yet.
+    const known = chosen === null || data.some((one) => one.value === chosen);
+    return (
+      <Select
+        label={label}
+        placeholder={SESSIONS.any}
+        clearable
+        searchable
+        data={known ? data : [...data, { value: chosen, label: chosen }]}
+        value={chosen}
+        onChange={(given) => set(name, given)}
+      />
+    );
+  };
+  const stops = (choices?.stops ?? []).map((code) => ({ value: code, label: stopWords(code) }));
+  return (
+    <Group align="end">
+      {day(SESSIONS.from, "from")}
+      {day(SESSIONS.to, "to")}
+      {choice(SESSIONS.therapist, "therapist", named(choices?.therapists ?? []))}
+      {choice(SESSIONS.station, "station", named(choices?.stations ?? []))}
+      {choice(SESSIONS.stoppedBy, "stop", stops)}
+      {Object.keys(value).length > 0 && (
+        <Button variant="subtle" onClick={() => onChange({})}>
+          {SESSIONS.showAll}
+        </Button>
+      )}
+    </Group>
+  );
+}

@@ -1,0 +1,199 @@
+import { Badge, Card, Group, Skeleton, Stack, Table, Text, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useParams } from "@tanstack/react-router";
+import { useTitle } from "../../app/title";
+import { api, type Run } from "../../lib/api/client";
+import { formatClock, formatDeg, formatMoment, formatRange } from "../../lib/format";
+import { FORMAT } from "../../lib/messages";
+import { translateServerText } from "../../lib/serverText";
+import { InlineSlot } from "../../ui/InlineSlot";
+import { ButtonLink, PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { RevealWhenLoaded } from "../../ui/RevealWhenLoaded";
+import { SampleLinks } from "../import-export/SampleLinks";
+import { PlannedAndDone } from "../programmes/PlannedAndDone";
+import { ReportLinks } from "../reports/ReportLinks";
+import { LOAD_LEVELS } from "../station/loadLevels";
+import { settingsWords } from "../station/playSettingsModel";
+import { NoteCard } from "./NoteCard";
+import { RunFigures } from "./RunFigures";
+import { SessionAlarms } from "./SessionAlarms";
+import { SessionComparison } from "./SessionComparison";
+import { SessionFacts } from "./SessionFacts";
+import { COMPARED, OUTCOMES, SESSION } from "./sessionMessages";
+import { Head, Row } from "./sessionRows";
+
+/** One visit: what was played, and how closely the playback followed the teaching. */
+export function SessionPage() {
+  const { sessionId } = useParams({ from: "/sessions/$sessionId" });
+  const session = useQuery({ queryKey: ["session", sessionId], queryFn: () => api.session(sessionId) });
+  useTitle(session.data ? SESSION.of(session.data.patient.name) : SESSION.title);
+  if (session.error) return <ProblemNote error={session.error} />;
+  if (!session.data) return <Skeleton h={300} />;
+  const it = session.data;
+  return (
+    <RevealWhenLoaded>
+      <Stack>
+        <Group justify="space-between" align="start">
+          <div>
+            <Title order={1} size="h2">
+              <InlineSlot words={SESSION.of}>
+                <PageLink inherit to="/patients/$patientId" params={{ patientId: it.patient.id }}>
+                  {it.patient.name}
+                </PageLink>
+              </InlineSlot>
+            </Title>
+            <Text>
+              {it.ended_at
+                ? SESSION.fromTo(formatMoment(it.started_at), formatMoment(it.ended_at))
+                : SESSION.stillOpen(formatMoment(it.started_at))}
+            </Text>
+          </div>
+          {!it.ended_at && (
+            <Group>
+              <ButtonLink to="/" search={{ patient: it.patient.id }} variant="default">
+                {SESSION.toStation}
+              </ButtonLink>
+            </Group>
+          )}
+        </Group>
+        <SessionFacts session={it} />
+        <ReportLinks of="sessions" id={it.id} />
+        <PlannedAndDone sessionId={it.id} />
+        <NoteCard key={it.id} session={it} />
+        <SessionAlarms sessionId={it.id} />
+        <SessionComparison key={`beside ${it.id}`} session={it} />
+        {it.runs.length === 0 && <Text>{SESSION.nothingPlayed}</Text>}
+        {it.runs.map((run, place) => (
+          <RunCard key={run.id} run={run} number={place + 1} />
+        ))}
+      </Stack>
+    </RevealWhenLoaded>
+  );
+}
+
+function RunCard({ run, number }: { run: Run; number: number }) {
+  const changes = settingsWords(run);
+  return (
+    <Card withBorder padding="lg" component="section" aria-label={SESSION.playback(number)}>
+      <Stack>
+        <Group justify="space-between">
+          <Title order={2} size="h3">
+            <InlineSlot words={(recording) => SESSION.numbered(number, recording)}>
+              <PageLink inherit to="/recordings/$recordingId" params={{ recordingId: run.recording_id }}>
+                {run.recording_name}
+              </PageLink>
+            </InlineSlot>
+          </Title>
+          <Group>
+            <Text>{formatClock(new Date(run.started_at))}</Text>
+            <Badge
+              size="lg"
+              variant="light"
+              color={run.outcome === "completed" ? "indigo" : "grape"}
+              tt="none"
+            >
+              {OUTCOMES[run.outcome]}
+            </Badge>
+          </Group>
+        </Group>
+        {run.load_level !== null && <Text c="dimmed">{SESSION.level(run.load_level, LOAD_LEVELS)}</Text>}
+        {changes && <Text>{changes}</Text>}
+        <Text data-testid="done">{doneWords(run)}</Text>
+        {run.stop && <Text fw={600}>{translateServerText(run.stop.message, run.stop.message_key)}</Text>}
+        {run.comparison ? (
+          <>
+            <Group justify="end">
+              <SampleLinks of="runs" id={run.id} />
+            </Group>
+            <Errors run={run} comparison={run.comparison} />
+            <Motions motions={run.comparison.motions} />
+            <RunFigures runId={run.id} length_s={run.rate_hz ? run.comparison.samples / run.rate_hz : null} />
+          </>
+        ) : (
+          <Text>{SESSION.nothingToCompare}</Text>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+/** How much of it was done, and what came in between. */
+function doneWords(run: Run): string {
+  const words: string[] = [];
+  if (run.repetitions_done !== null) {
+    words.push(SESSION.repetitions(run.repetitions_done, run.repetitions));
+  }
+  if (run.reversals) words.push(SESSION.takenBack(run.reversals));
+  if (run.least_range_percent !== null) words.push(SESSION.leastRange(run.least_range_percent));
+  return FORMAT.list(words);
+}
+
+type Comparison = NonNullable<Run["comparison"]>;
+
+function Errors({ run, comparison }: { run: Run; comparison: Comparison }) {
+  return (
+    <Table.ScrollContainer minWidth={860}>
+      <Table withTableBorder verticalSpacing="xs" data-testid="errors">
+        <Table.Caption>
+          {run.rate_hz
+            ? COMPARED.captionAt(comparison.samples, run.rate_hz)
+            : COMPARED.caption(comparison.samples)}
+        </Table.Caption>
+        <Head first={COMPARED.motor} others={[...COMPARED.heads, ...COMPARED.motorHeads]} />
+        <Table.Tbody>
+          {comparison.motors.map((motor) => (
+            <Row
+              key={motor.motor}
+              first={String(motor.motor)}
+              others={[
+                ...errorCells(motor),
+                formatDeg(motor.torque_peak_nm, 2),
+                formatDeg(motor.taught_smoothness, 2),
+                formatDeg(motor.played_smoothness, 2),
+              ]}
+            />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+/** What the body did, beside what the apparatus can do and what a healthy shoulder does. */
+function Motions({ motions }: { motions: Comparison["motions"] }) {
+  if (motions.length === 0) return null;
+  return (
+    <Table.ScrollContainer minWidth={860}>
+      <Table withTableBorder verticalSpacing="xs" data-testid="motions">
+        <Table.Caption>{COMPARED.motionsCaption}</Table.Caption>
+        <Head first={COMPARED.motion} others={[...COMPARED.heads, ...COMPARED.motionHeads]} />
+        <Table.Tbody>
+          {motions.map((motion) => (
+            <Row
+              key={motion.motion}
+              first={COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key))}
+              others={[
+                ...errorCells(motion),
+                formatRange(motion.apparatus_min_deg, motion.apparatus_max_deg),
+                formatRange(motion.reference_min_deg, motion.reference_max_deg),
+              ]}
+            />
+          ))}
+        </Table.Tbody>
+      </Table>
+    </Table.ScrollContainer>
+  );
+}
+
+function errorCells(it: Comparison["motors"][number] | Comparison["motions"][number]): string[] {
+  return [
+    formatDeg(it.peak_deg, 2),
+    it.peak_at_s.toFixed(1),
+    formatDeg(it.rmse_deg, 2),
+    formatDeg(it.start_deg, 2),
+    formatDeg(it.lag_ms, 0),
+    formatRange(it.taught_min_deg, it.taught_max_deg),
+    formatRange(it.played_min_deg, it.played_max_deg),
+  ];
+}

@@ -1,0 +1,63 @@
+import { Table, Text } from "@mantine/core";
+import type { Schemas } from "../../lib/api/client";
+import { formatAfter, formatMoment } from "../../lib/format";
+import { PageLink } from "../../ui/links";
+import { SESSIONS } from "./sessionListMessages";
+
+/** Sessions in a list; whose they are, where that is not said already. */
+export function SessionTable(props: {
+  items: Schemas["SessionSummary"][];
+  withPatient?: boolean;
+  narrowed?: boolean;
+}) {
+  if (props.items.length === 0) {
+    return <Text>{props.narrowed ? SESSIONS.noneMatches : SESSIONS.none}</Text>;
+  }
+  return (
+    <Table verticalSpacing="md" highlightOnHover>
+      <Table.Thead>
+        <Table.Tr>
+          <Table.Th>{SESSIONS.began}</Table.Th>
+          {props.withPatient && <Table.Th>{SESSIONS.patient}</Table.Th>}
+          <Table.Th>{SESSIONS.therapist}</Table.Th>
+          <Table.Th>{SESSIONS.station}</Table.Th>
+          <Table.Th ta="right">{SESSIONS.playbacks}</Table.Th>
+          <Table.Th ta="right">{SESSIONS.stopped}</Table.Th>
+          <Table.Th>{SESSIONS.ended}</Table.Th>
+          <Table.Th>{SESSIONS.signed}</Table.Th>
+        </Table.Tr>
+      </Table.Thead>
+      <Table.Tbody>
+        {props.items.map((session) => (
+          <Table.Tr key={session.id}>
+            <Table.Td>
+              <PageLink to="/sessions/$sessionId" params={{ sessionId: session.id }}>
+                {formatMoment(session.started_at)}
+              </PageLink>
+            </Table.Td>
+            {props.withPatient && (
+              <Table.Td>
+                <PageLink to="/patients/$patientId" params={{ patientId: session.patient.id }}>
+                  {session.patient.name}
+                </PageLink>{" "}
+                <Text span size="sm" c="dimmed">
+                  {session.patient.clinic_number}
+                </Text>
+              </Table.Td>
+            )}
+            <Table.Td>{session.therapist || "–"}</Table.Td>
+            <Table.Td>{session.station || "–"}</Table.Td>
+            <Table.Td ta="right">{session.runs}</Table.Td>
+            <Table.Td ta="right">{session.stops}</Table.Td>
+            <Table.Td>
+              {session.ended_at ? formatAfter(session.ended_at, session.started_at) : SESSIONS.open}
+            </Table.Td>
+            <Table.Td>
+              {session.signed_at ? formatAfter(session.signed_at, session.started_at) : SESSIONS.notYet}
+            </Table.Td>
+          </Table.Tr>
+        ))}
+      </Table.Tbody>
+    </Table>
+  );
+}

@@ -1,0 +1,39 @@
+import { Skeleton, Stack, Title } from "@mantine/core";
+import { useQuery } from "@tanstack/react-query";
+import { useNavigate, useSearch } from "@tanstack/react-router";
+import { useTitle } from "../../app/title";
+import { api } from "../../lib/api/client";
+import { usePagedQuery } from "../../lib/usePagedQuery";
+import { LoadMoreButton } from "../../ui/LoadMoreButton";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { SessionFilters } from "./SessionFilters";
+import { SessionTable } from "./SessionTable";
+import { asWanted } from "./sessionFilters";
+import { SESSIONS } from "./sessionListMessages";
+
+/** What was done, with all patients, newest first; what the list is narrowed to stands in the address. */
+export function SessionsPage() {
+  useTitle(SESSIONS.title);
+  const filters = useSearch({ from: "/sessions" });
+  const navigate = useNavigate({ from: "/sessions" });
+  const choices = useQuery({ queryKey: ["session-choices"], queryFn: api.sessionChoices });
+  const found = usePagedQuery(["sessions", filters], (after) => api.sessions(asWanted(filters), after));
+  return (
+    <Stack>
+      <Title order={1} size="h2">
+        {SESSIONS.title}
+      </Title>
+      <SessionFilters
+        value={filters}
+        choices={choices.data}
+        onChange={(search) => void navigate({ search, replace: true })}
+      />
+      <ProblemNote error={found.error ?? choices.error} />
+      {found.isPending && <Skeleton h={200} />}
+      {found.items && (
+        <SessionTable items={found.items} withPatient narrowed={Object.keys(filters).length > 0} />
+      )}
+      <LoadMoreButton list={found} />
+    </Stack>
+  );
+}

@@ -1,0 +1,50 @@
+import { MantineProvider } from "@mantine/core";
+import { act, cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { useState } from "react";
+import { afterEach, expect, it, vi } from "vitest";
+import type { PlotWindow } from "../../ui/plotWindow";
+import { WindowSlider } from "./WindowSlider";
+
+const heard = vi.fn();
+
+function Harness() {
+  const [window, setWindow] = useState<PlotWindow | null>(null);
+  const hear = (to: PlotWindow | null) => {
+    heard(to);
+    setWindow(to);
+  };
+  return <WindowSlider length_s={9.96} window={window} onChange={hear} />;
+}
+
+function key(name: string, code: string) {
+  const thumb = screen.getByRole("slider", { name });
+  act(() => thumb.focus());
+  fireEvent.keyDown(thumb, { key: code, code });
+}
+
+afterEach(() => {
+  cleanup();
+  heard.mockReset();
+});
+
+it("is moved by keys at either end, and is all of it again where nothing is left out", () => {
+  render(
+    <MantineProvider env="test">
+      <Harness />
+    </MantineProvider>,
+  );
+  expect(screen.getByTestId("window").textContent).toBe("Shown: 0.0 to 10.0 s");
+  key("From", "ArrowRight");
+  expect(heard).toHaveBeenLastCalledWith({ start_s: 0.2, end_s: 10 });
+  key("To", "ArrowLeft");
+  expect(heard).toHaveBeenLastCalledWith({ start_s: 0.2, end_s: 9.8 });
+  expect(screen.getByTestId("window").textContent).toBe("Shown: 0.2 to 9.8 s");
+  key("To", "ArrowRight");
+  key("From", "ArrowLeft");
+  expect(heard).toHaveBeenLastCalledWith(null);
+  const all = screen.getByRole<HTMLButtonElement>("button", { name: "All of it" });
+  expect(all.disabled).toBe(true);
+  key("From", "ArrowRight");
+  fireEvent.click(all);
+  expect(heard).toHaveBeenLastCalledWith(null);
+});

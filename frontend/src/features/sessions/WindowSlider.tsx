@@ -1,0 +1,47 @@
+import { Button, Group, RangeSlider, Text } from "@mantine/core";
+import { formatDeg } from "../../lib/format";
+import type { PlotWindow } from "../../ui/plotWindow";
+import { COMPARED } from "./sessionMessages";
+
+const STEPS = 50;
+
+/** Which part of a run its figures show: by keys and by a finger, where dragging over a figure needs a mouse. Null: all of it. */
+export function WindowSlider(props: {
+  length_s: number;
+  window: PlotWindow | null;
+  onChange: (window: PlotWindow | null) => void;
+}) {
+  const { window, onChange } = props;
+  const length_s = tenths(props.length_s);
+  const step = tenths(length_s / STEPS);
+  const start_s = window?.start_s ?? 0;
+  const end_s = Math.min(window?.end_s ?? length_s, length_s);
+  return (
+    <Group role="group" aria-label={COMPARED.part} gap="lg" mt="sm" wrap="nowrap">
+      <Text w={190} style={{ fontVariantNumeric: "tabular-nums" }} data-testid="window">
+        {COMPARED.shown(formatDeg(start_s), formatDeg(end_s))}
+      </Text>
+      <RangeSlider
+        flex={1}
+        size="lg"
+        thumbSize={28}
+        min={0}
+        max={length_s}
+        step={step}
+        minRange={step}
+        value={[start_s, end_s]}
+        label={(value) => COMPARED.seconds(formatDeg(value))}
+        thumbFromLabel={COMPARED.from}
+        thumbToLabel={COMPARED.to}
+        onChange={([start, end]) =>
+          onChange(start === 0 && end === length_s ? null : { start_s: start, end_s: end })
+        }
+      />
+      <Button variant="default" h={44} disabled={window === null} onClick={() => onChange(null)}>
+        {COMPARED.all}
+      </Button>
+    </Group>
+  );
+}
+
+const tenths = (seconds: number) => Math.ceil(seconds * 10) / 10;

@@ -1,0 +1,86 @@
+import type { Run, Session } from "../../lib/api/client";
+import { formatDeg, formatRange } from "../../lib/format";
+import { translateServerText } from "../../lib/serverText";
+import { BESIDE, COMPARED } from "./sessionMessages";
+
+/** One thing that two sessions tell: in the other one, in this one, and what has changed where that is a number. */
+export type Line = { what: string; other: string; here: string; change: string };
+/** What belongs together, under the name of a recording; pain has none. */
+export type Part = { key: string; title: string; lines: Line[] };
+
+type Told = Pick<Session, "pain_before" | "pain_during" | "pain_after" | "runs">;
+
+/** What two sessions of a patient tell, side by side: pain, and every recording that was played in either. */
+export function compareSessions(other: Told, here: Told): Part[] {
+  const recordings = new Map(
+    [...other.runs, ...here.runs].map((run) => [run.recording_id, run.recording_name]),
+  );
+  return [
+    {
+      key: "pain",
+      title: BESIDE.pain,
+      lines: [
+        numbers(BESIDE.before, other.pain_before, here.pain_before, 0),
+        numbers(BESIDE.during, other.pain_during, here.pain_during, 0),
+        numbers(BESIDE.after, other.pain_after, here.pain_after, 0),
+      ],
+    },
+    ...[...recordings].map(([id, title]) => ({
+      key: id,
+      title,
+      lines: ofRecording(lastOf(other.runs, id), lastOf(here.runs, id)),
+    })),
+  ];
+}
+
+/** Of several playbacks of one recording the last that can be compared, or else the last. */
+function lastOf(runs: Run[], recordingId: string): Run | undefined {
+  const played = runs.filter((run) => run.recording_id === recordingId);
+  return played.findLast((run) => run.comparison) ?? played.at(-1);
+}
+
+function ofRecording(other: Run | undefined, here: Run | undefined): Line[] {
+  const numbersOf = (what: string, of: (run: Run) => number | null | undefined, digits: number) =>
+    numbers(what, other && of(other), here && of(here), digits);
+  const motions = here?.comparison?.motions ?? other?.comparison?.motions ?? [];
+  return [
+    numbersOf(BESIDE.repetitions, (run) => run.repetitions_done, 0),
+    numbersOf(BESIDE.range, (run) => run.range_percent, 0),
+    numbersOf(BESIDE.level, (run) => run.load_level, 0),
+    numbersOf(BESIDE.takenBack, (run) => run.reversals, 0),
+    numbersOf(BESIDE.rmse, (run) => worst(run, "rmse_deg"), 2),
+    numbersOf(BESIDE.peak, (run) => worst(run, "peak_deg"), 2),
+    ...motions.map((motion) => {
+      const reached = (run: Run | undefined) => {
+        const same = run?.comparison?.motions.find((one) => one.motion === motion.motion);
+        return formatRange(same?.played_min_deg ?? null, same?.played_max_deg ?? null);
+      };
+      const what = BESIDE.reached(
+        COMPARED.motionNamed(motion.motion, translateServerText(motion.name, motion.name_key)),
+      );
+      return { what, other: reached(other), here: reached(here), change: "" };
+    }),
+  ];
+}
+
+/** Of the motor that did worst, whichever way. */
+function worst(run: Run, figure: "rmse_deg" | "peak_deg"): number | null {
+  const motors = run.comparison?.motors ?? [];
+  return motors.length > 0 ? Math.max(...motors.map((motor) => Math.abs(motor[figure]))) : null;
+}
+
+function numbers(
+  what: string,
+  other: number | null | undefined,
+  here: number | null | undefined,
+  digits: number,
+): Line {
+  const change = typeof other === "number" && typeof here === "number" ? here - other : null;
+  const sign = change !== null && Number(change.toFixed(digits)) > 0 ? "+" : "";
+  return {
+    what,
+    other: formatDeg(other, digits),
+    here: formatDeg(here, digits),
+    change: change === null ? "" : `${sign}${formatDeg(change, digits)}`,
+  };
+}

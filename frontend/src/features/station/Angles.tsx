@@ -1,0 +1,104 @@
+import { Card, Group, Stack, Text, Title } from "@mantine/core";
+import { lazy, Suspense } from "react";
+import type { Live } from "../../lib/api/client";
+import { formatDegrees } from "../../lib/format";
+import { useAlive, useLive, useStation } from "../../lib/live/hooks";
+import { ANGLES } from "./messages";
+import classes from "./station.module.css";
+
+// Drawn by a library of its own, which the numbers need not wait for.
+const Strip = lazy(() => import("./AxisSparkline").then((module) => ({ default: module.AxisSparkline })));
+
+const LINE = "━";
+const WHAT = [
+  { motor: 1, what: ANGLES.scapula },
+  { motor: 2, what: ANGLES.scapula },
+  { motor: 3, what: ANGLES.abduction },
+  { motor: 4, what: ANGLES.flexion },
+  { motor: 5, what: ANGLES.rotation },
+];
+
+/** The five angles now, against their setpoints, within their ranges. */
+export function Angles() {
+  const alive = useAlive();
+  const torque = useLive("torque");
+  return (
+    <Card withBorder component="section" aria-label={ANGLES.title}>
+      <Group justify="space-between" mb="sm">
+        <Title order={2} size="h3">
+          {ANGLES.title}
+        </Title>
+        <Group gap="lg">
+          <Text size="sm">
+            <Text span c="var(--kata-setpoint)" fw={700}>
+              {LINE}
+            </Text>{" "}
+            {ANGLES.setpoint}{" "}
+            <Text span c="var(--kata-measured)" fw={700}>
+              {LINE}
+            </Text>{" "}
+            {ANGLES.measured}
+          </Text>
+          <Text fw={600} data-testid="torque">
+            {torqueWords(alive ? torque : null)}
+          </Text>
+        </Group>
+      </Group>
+      <Stack gap="sm" className={alive ? "" : "stale"} data-testid="angles" data-alive={alive}>
+        {WHAT.map(({ motor, what }) => (
+          <Axis key={motor} axis={motor - 1} what={what} />
+        ))}
+      </Stack>
+    </Card>
+  );
+}
+
+function torqueWords(torque: Live["torque"] | null): string {
+  return torque === "on" ? ANGLES.torqueOn : torque === "off" ? ANGLES.torqueOff : ANGLES.torqueUnknown;
+}
+
+function Axis({ axis, what }: { axis: number; what: string }) {
+  const station = useStation();
+  const alive = useAlive();
+  const now = useLive("axes")?.[axis];
+  const info = station?.axes[axis];
+  if (!info) return null;
+  const place = (angle: number) =>
+    `${Math.min(100, Math.max(0, (100 * (angle - info.min_deg)) / (info.max_deg - info.min_deg)))}%`;
+  const measured = now?.measured_deg ?? null;
+  const setpoint = now?.setpoint_deg ?? null;
+  const torque = alive ? (now?.torque ?? null) : null;
+  return (
+    <div className={classes.axis}>
+      <div>
+        <Text fw={600}>{ANGLES.motor(axis + 1)}</Text>
+        <Text size="sm" c="dimmed">
+          {what}
+        </Text>
+        <Text size="sm" data-testid={`torque-${axis + 1}`}>
+          {torqueWords(torque)}
+        </Text>
+        <Text fz={32} fw={700} className={classes.number ?? ""} data-testid={`angle-${axis + 1}`}>
+          {formatDegrees(measured)}
+        </Text>
+      </div>
+      <div>
+        <Suspense fallback={<div className={classes.strip} />}>
+          <Strip axis={axis} min={info.min_deg} max={info.max_deg} />
+        </Suspense>
+        <div className={classes.range} aria-hidden>
+          {setpoint !== null && <div className={classes.setpoint} style={{ left: place(setpoint) }} />}
+          {measured !== null && <div className={classes.measured} style={{ left: place(measured) }} />}
+        </div>
+        <Group justify="space-between">
+          <Text size="xs" c="dimmed">
+            {formatDegrees(info.min_deg, 0)}
+          </Text>
+          <Text size="xs" c="dimmed">
+            {formatDegrees(info.max_deg, 0)}
+          </Text>
+        </Group>
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,156 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { act, cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { type LiveState, store } from "../../lib/live/store";
+import { HOLD_MS } from "../../safety/useHold";
+import { CommandButton } from "./CommandButton";
+
+const client = new QueryClient();
+
+function shown(refusals: object, send: () => Promise<unknown>, held = false) {
+  const live = { device: "running", age_ms: 5, mode: "paused", refusals };
+  const state = { connected: true, heardAt: 0, station: null, live, events: [] };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  return (
+    <MantineProvider env="test">
+      <QueryClientProvider client={client}>
+        <CommandButton command="play" send={send} held={held}>
+          Play
+        </CommandButton>
+      </QueryClientProvider>
+    </MantineProvider>
+  );
+}
+
+function show(refusals: object, send: () => Promise<unknown>) {
+  render(shown(refusals, send));
+  return screen.getByRole("button");
+}
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+it("is disabled, saying why, until the apparatus has confirmed a command and the page shows it", async () => {
+  let confirmed = () => {};
+  let told = () => {};
+  vi.spyOn(store, "told").mockReturnValue(new Promise((resolve) => (told = resolve)));
+  const send = vi.fn(() => new Promise<void>((resolve) => (confirmed = resolve)));
+  const button = show({}, send);
+  fireEvent.click(button);
+  await waitFor(() => expect(button.hasAttribute("disabled")).toBe(true));
+  expect(screen.getByText(/waits for the apparatus/)).toBeTruthy();
+  await act(async () => confirmed());
+  fireEvent.click(button);
+  expect(button.hasAttribute("disabled")).toBe(true);
+  expect(send).toHaveBeenCalledTimes(1);
+  await act(async () => told());
+  await waitFor(() => expect(button.hasAttribute("disabled")).toBe(false));
+});
+
+it("says beside the button, for touch and for screen readers, why a command is not possible", () => {
+  const refusal = { code: "is_idle", message: "No recording is loaded.", next_step: "Load one first." };
+  const button = show({ play: refusal }, vi.fn());
+  expect(button.hasAttribute("disabled")).toBe(true);
+  const about = document.getElementById(button.getAttribute("aria-describedby") ?? "");
+  expect(about?.textContent).toBe("No recording is loaded. Load one first.");
+});
+
+describe("one that takes a hold", () => {
+  const send = vi.fn(() => Promise.resolve());
+  const wait = (ms: number) => act(() => vi.advanceTimersByTimeAsync(ms));
+  const possible = () => shown({}, send, true);
+  const impossible = () => shown({ play: { code: "x", message: "Not now.", next_step: "" } }, send, true);
+  const button = () => screen.getByRole("button");
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    send.mockClear();
+  });
+  afterEach(() => vi.useRealTimers());
+
+  it.each([
+    ["pointer", () => fireEvent.pointerDown(button(), { button: 0 }), () => fireEvent.pointerUp(button())],
+    [
+      "pointer that slides off",
+      () => fireEvent.pointerDown(button(), { button: 0 }),
+      () => fireEvent.pointerOut(button()),
+    ],
+    [
+      "Enter",
+      () => fireEvent.keyDown(button(), { key: "Enter" }),
+      () => fireEvent.keyUp(button(), { key: "Enter" }),
+    ],
+    [
+      "space bar",
+      () => fireEvent.keyDown(button(), { key: " " }),
+      () => fireEvent.keyUp(button(), { key: " " }),
+    ],
+    [
+      "key whose window goes away",
+      () => fireEvent.keyDown(button(), { key: " " }),
+      () => fireEvent.blur(button()),
+    ],
+  ])("is meant by a %s that stays down for a second, and by none that does not", async (_, down, up) => {
+    render(possible());
+    down();
+    await wait(HOLD_MS - 1);
+    up();
+    fireEvent.click(button(), { detail: 1 });
+    await wait(2 * HOLD_MS);
+    expect(send).not.toHaveBeenCalled();
+    down();
+    await wait(HOLD_MS + 1);
+    expect(send).toHaveBeenCalledTimes(1);
+    up();
+    await wait(2 * HOLD_MS);
+    expect(send).toHaveBeenCalledTimes(1);
+  });
+
+  it("does not begin anew while a key repeats, nor by a key that presses nothing", async () => {
+    render(possible());
+    fireEvent.keyDown(button(), { key: "Enter" });
+    await wait(HOLD_MS / 2);
+    fireEvent.keyDown(button(), { key: "Enter", repeat: true });
+    await wait(HOLD_MS / 2 + 1);
+    expect(send).toHaveBeenCalledTimes(1);
+    fireEvent.keyDown(button(), { key: "a" });
+    await wait(HOLD_MS);
+    expect(send).toHaveBeenCalledTimes(1);
+  });
+
+  it("is not meant when the page hung, and heard only then that the hand had let go", async () => {
+    render(possible());
+    fireEvent.pointerDown(button(), { button: 0 });
+    await wait(HOLD_MS);
+    fireEvent.pointerUp(button());
+    await wait(HOLD_MS);
+    expect(send).not.toHaveBeenCalled();
+  });
+
+  it("does nothing once it has become impossible under the hand", async () => {
+    const { rerender } = render(possible());
+    fireEvent.pointerDown(button(), { button: 0 });
+    await wait(HOLD_MS / 2);
+    rerender(impossible());
+    await wait(HOLD_MS);
+    rerender(possible());
+    await wait(HOLD_MS);
+    expect(send).not.toHaveBeenCalled();
+  });
+
+  it("asks whoever cannot hold, by voice or switch, to press a second time soon", async () => {
+    render(possible());
+    fireEvent.click(button(), { detail: 0 });
+    expect(screen.getByText(/Press once more/)).toBeTruthy();
+    await wait(6000);
+    expect(screen.queryByText(/Press once more/)).toBeNull();
+    fireEvent.click(button(), { detail: 0 });
+    expect(send).not.toHaveBeenCalled();
+    fireEvent.click(button(), { detail: 0 });
+    await wait(0);
+    expect(send).toHaveBeenCalledTimes(1);
+  });
+});

@@ -1,0 +1,67 @@
+import { Button, type ButtonProps, Text } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { type ReactNode, useId } from "react";
+import type { CommandName } from "../../lib/api/client";
+import { useRefusal } from "../../lib/live/hooks";
+import { store } from "../../lib/live/store";
+import hold from "../../safety/hold.module.css";
+import { useHold } from "../../safety/useHold";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useOperates } from "../auth/hooks";
+import { STATION } from "./messages";
+import classes from "./station.module.css";
+
+type Props = ButtonProps & {
+  command: CommandName;
+  send: () => Promise<unknown>;
+  onDone?: () => void;
+  /** It takes a second's hold, not a press. */
+  held?: boolean;
+  children: ReactNode;
+};
+
+/**
+ * One command to the apparatus. The service says whether it is possible now; the button only repeats why not. Once pressed, it waits
+ * until the apparatus has confirmed it and what is shown tells of it.
+ */
+export function CommandButton({ command, send, onDone, held = false, children, disabled, ...look }: Props) {
+  const operates = useOperates();
+  const refusal = useRefusal(command);
+  const about = useId();
+  const sending = useMutation({
+    mutationFn: async () => {
+      await send();
+      await store.told();
+    },
+    ...(onDone && { onSuccess: onDone }),
+  });
+  const waits = sending.isPending;
+  const possible = refusal === null && disabled !== true;
+  const { holding, handlers } = useHold(possible && !waits, () => sending.mutate());
+  if (!operates) return null;
+  const hint = held ? (holding === "again" ? STATION.again : STATION.hold) : "";
+  return (
+    <div>
+      <Button
+        size="xl"
+        {...look}
+        loading={waits}
+        disabled={!possible}
+        aria-describedby={about}
+        {...(held
+          ? { ...handlers, className: hold.held ?? "", "data-holding": holding }
+          : { onClick: () => sending.mutate() })}
+      >
+        {children}
+      </Button>
+      <Text size="sm" maw={320} id={about} className={waits ? (classes.waits ?? "") : ""}>
+        {waits ? STATION.waits : refusal ? `${refusal.message} ${refusal.next_step}` : hint}
+      </Text>
+      {sending.error && (
+        <Text component="div" mt="xs">
+          <ProblemNote error={sending.error} />
+        </Text>
+      )}
+    </div>
+  );
+}

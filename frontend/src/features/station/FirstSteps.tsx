@@ -1,0 +1,53 @@
+import { Button, Card, Group, Stack, Text, Title } from "@mantine/core";
+import { useLocalStorage } from "@mantine/hooks";
+import { useNewestSession, useRecordings } from "../../lib/patientQueries";
+import { ButtonLink } from "../../ui/links";
+import { useFound } from "../patients/PatientSelect";
+import { FIRST_STEPS, firstStep } from "./firstSteps";
+import { FIRST, FIRST_WORDS } from "./messages";
+
+/** The main job, step by step, on the simulated apparatus: what comes next is told until somebody has seen enough of it. */
+export function FirstSteps({ patientId }: { patientId: string | null }) {
+  const [hidden, setHidden] = useLocalStorage({
+    key: "kata.first-steps-hidden",
+    defaultValue: false,
+    getInitialValueInEffect: false,
+    // Whatever somebody else has written there.
+    deserialize: (kept) => kept === "true",
+  });
+  return hidden ? null : <Told patientId={patientId} onHide={() => setHidden(true)} />;
+}
+
+function Told({ patientId, onHide }: { patientId: string | null; onHide: () => void }) {
+  const patients = useFound("");
+  const recordings = useRecordings(patientId);
+  const visit = useNewestSession(patientId);
+  const known = patients.data && (patientId === null || (recordings.data && visit.data !== undefined));
+  if (!known) return null;
+  const step = firstStep({
+    patients: patients.data.items.length,
+    chosen: patientId !== null,
+    recordings: recordings.data?.items.length ?? 0,
+    session: visit.data ?? null,
+  });
+  return (
+    <Card withBorder component="section" aria-label={FIRST.title}>
+      <Stack gap="sm">
+        <Group justify="space-between">
+          <Title order={2} size="h4">
+            {FIRST.at(FIRST_STEPS.indexOf(step) + 1, FIRST_STEPS.length)}
+          </Title>
+          <Button variant="subtle" size="md" onClick={onHide}>
+            {FIRST.hide}
+          </Button>
+        </Group>
+        <Text role="status">{FIRST_WORDS[step]}</Text>
+        {step === "sign_up" && (
+          <Group>
+            <ButtonLink to="/patients">{FIRST.signUp}</ButtonLink>
+          </Group>
+        )}
+      </Stack>
+    </Card>
+  );
+}

@@ -1,0 +1,88 @@
+import { Alert, Button, Group, Modal, Stack, Text } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { IconEye, IconHandFinger } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { api } from "../../lib/api/client";
+import { formatClock } from "../../lib/format";
+import { useAlive, useLive } from "../../lib/live/hooks";
+import { isMoving } from "../../safety/modes";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useMay } from "../auth/hooks";
+import { LEASE } from "./messages";
+
+/** Who operates the apparatus: one person at one browser at a time. Others watch, may take over, and may always stop it. */
+export function LeaseBar() {
+  const alive = useAlive();
+  const lease = useLive("lease");
+  const mode = useLive("mode");
+  const operates = useMay("operate");
+  const [asking, dialog] = useDisclosure(false);
+  const take = useMutation({
+    mutationFn: (take_over: boolean) => api.takeLease(take_over),
+    onSuccess: dialog.close,
+  });
+  const release = useMutation({ mutationFn: api.releaseLease });
+  if (!alive || !lease) return null;
+  const since = lease.since ? formatClock(new Date(lease.since)) : "";
+  const moving = mode !== null && isMoving(mode);
+  return (
+    <Stack gap="xs" data-testid="lease" data-mine={lease.mine}>
+      {lease.holder === null ? (
+        <Text>{LEASE.nobody}</Text>
+      ) : lease.mine ? (
+        <Group justify="space-between">
+          <Group gap="xs">
+            <IconHandFinger size={22} />
+            <Text fw={600}>
+              {lease.taken_from ? LEASE.youFrom(since, lease.taken_from) : LEASE.you(since)}
+            </Text>
+          </Group>
+          <Button variant="default" loading={release.isPending} onClick={() => release.mutate()}>
+            {LEASE.release}
+          </Button>
+        </Group>
+      ) : (
+        <Alert color="indigo" variant="light" icon={<IconEye />} role="status">
+          <Group justify="space-between">
+            <div>
+              <Text fw={600}>{LEASE.other(lease.holder, since)}</Text>
+              <Text>
+                {lease.away_since ? LEASE.away(formatClock(new Date(lease.away_since))) : LEASE.youWatch}
+              </Text>
+            </div>
+            {operates && (
+              <Button size="lg" variant="default" onClick={dialog.open}>
+                {LEASE.takeOver}
+              </Button>
+            )}
+          </Group>
+        </Alert>
+      )}
+      {lease.paused && (
+        <Alert color="indigo" variant="outline" role="status">
+          {LEASE.paused}
+        </Alert>
+      )}
+      <ProblemNote error={release.error} />
+      <Modal
+        opened={asking}
+        onClose={dialog.close}
+        title={lease.holder === null ? LEASE.takeOverNobody : LEASE.takeOverFrom(lease.holder)}
+      >
+        <Stack>
+          <Text>{moving ? LEASE.moving : LEASE.standing}</Text>
+          {lease.holder !== null && <Text>{LEASE.isTold(lease.holder)}</Text>}
+          <ProblemNote error={take.error} />
+          <Group justify="end">
+            <Button variant="default" onClick={dialog.close}>
+              {LEASE.watchOn}
+            </Button>
+            <Button loading={take.isPending} onClick={() => take.mutate(true)}>
+              {LEASE.takeOver}
+            </Button>
+          </Group>
+        </Stack>
+      </Modal>
+    </Stack>
+  );
+}

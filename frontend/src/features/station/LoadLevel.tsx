@@ -1,0 +1,84 @@
+import { ActionIcon, Group, Slider, Stack, Text } from "@mantine/core";
+import { IconMinus, IconPlus } from "@tabler/icons-react";
+import { useId } from "react";
+import type { Run } from "../../lib/api/client";
+import { useNewestSession } from "../../lib/patientQueries";
+import { LOAD_LEVELS } from "./loadLevels";
+import { LEVEL } from "./playMessages";
+
+const MARKS = [1, 5, 10, 15, 20, LOAD_LEVELS];
+
+/** The level of the newest run that has one. */
+export function lastLevel(runs: Pick<Run, "load_level">[]): number | null {
+  return runs.findLast((run) => run.load_level !== null)?.load_level ?? null;
+}
+
+/** This patient's newest session: what fitted in one run is not to be forgotten in the next. */
+export const useLastRuns = (patientId: string) => useNewestSession(patientId, (newest) => newest?.runs ?? []);
+
+/** How much resistance it takes until the arm is taken back: by finger, mouse or arrow keys. */
+export function LoadLevel(props: {
+  value: number | null;
+  last: number | null;
+  /** The highest that the doctor allows; null: any. */
+  highest: number | null;
+  onChange: (level: number) => void;
+}) {
+  const { value, onChange } = props;
+  const label = useId();
+  const highest = props.highest ?? LOAD_LEVELS;
+  const marks = [...MARKS.filter((mark) => mark < highest), highest];
+  const step = (by: number) => onChange(Math.min(highest, Math.max(1, (value ?? 0) + by)));
+  return (
+    <Stack gap={4} role="group" aria-labelledby={label}>
+      <Group justify="space-between" align="baseline">
+        <Text size="lg" fw={600} id={label}>
+          {LEVEL.label}
+        </Text>
+        <Text size="lg" fw={700} data-testid="level">
+          {value === null ? LEVEL.choose : LEVEL.of(value, LOAD_LEVELS)}
+          {value !== null && value === props.last && (
+            <Text span size="sm" fw={400}>
+              {LEVEL.asLast}
+            </Text>
+          )}
+        </Text>
+      </Group>
+      <Group wrap="nowrap" gap="md" mb={20}>
+        <ActionIcon
+          size={44}
+          variant="default"
+          aria-label={LEVEL.lower}
+          disabled={value === null || value <= 1}
+          onClick={() => step(-1)}
+        >
+          <IconMinus size={22} />
+        </ActionIcon>
+        <Slider
+          flex={1}
+          min={1}
+          max={highest}
+          value={value ?? 1}
+          onChange={onChange}
+          marks={marks.map((mark) => ({ value: mark, label: mark }))}
+          label={null}
+          size={22}
+          thumbSize={44}
+          thumbLabel={LEVEL.label}
+          styles={{ mark: { visibility: "hidden" }, markLabel: { textAlign: "center", color: "inherit" } }}
+        />
+        <ActionIcon
+          size={44}
+          variant="default"
+          aria-label={LEVEL.higher}
+          disabled={value !== null && value >= highest}
+          onClick={() => step(1)}
+        >
+          <IconPlus size={22} />
+        </ActionIcon>
+      </Group>
+      {props.highest !== null && <Text size="sm">{LEVEL.atMost(props.highest)}</Text>}
+      <Text size="sm">{LEVEL.means(LOAD_LEVELS)}</Text>
+    </Stack>
+  );
+}

@@ -1,0 +1,284 @@
+import { Group, Progress, Select, Stack, Text } from "@mantine/core";
+import {
+  IconArrowBackUp,
+  IconArrowsDiagonalMinimize2,
+  IconPlayerPause,
+  IconPlayerPlay,
+  IconTargetArrow,
+} from "@tabler/icons-react";
+import { useQueryClient } from "@tanstack/react-query";
+import { useEffect, useState } from "react";
+import { api, type Schemas, type Session } from "../../lib/api/client";
+import { formatSpan, sideWord } from "../../lib/format";
+import { useAlive, useLive } from "../../lib/live/hooks";
+import { store } from "../../lib/live/store";
+import { FORMAT } from "../../lib/messages";
+import { useHighestLevel, useRecordings } from "../../lib/patientQueries";
+import { translateServerText } from "../../lib/serverText";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { CommandButton } from "./CommandButton";
+import { LoadLevel, lastLevel, useLastRuns } from "./LoadLevel";
+import { firstLevel, LOAD_LEVELS } from "./loadLevels";
+import { PLAY } from "./messages";
+import { arePlayable, PlaySettings } from "./PlaySettings";
+import { AS_TAUGHT, lastSettings, type Settings, settingsOf } from "./playSettingsModel";
+import { pathWords, ReversalNotice } from "./ReversalNotice";
+import { PreflightChecklist, useChecklist } from "./visit/PreflightChecklist";
+import { isDone, nextItem } from "./visit/steps";
+
+/** Playback: choose, load, move to the start, play; each a step of its own. */
+export function PlayPanel(props: { patientId: string; session: Session | null; wanted: string | null }) {
+  const { patientId, session, wanted } = props;
+  const run = useLive("run");
+  // Kept here, so that it outlives the run that it was chosen for.
+  const [level, setLevel] = useState<number | null>(null);
+  return (
+    <Stack component="section" aria-label={PLAY.title}>
+      {run ? (
+        <Loaded run={run} />
+      ) : (
+        session && <Choose session={session} wanted={wanted} level={level} onLevel={setLevel} />
+      )}
+      <LastRun patientId={patientId} />
+    </Stack>
+  );
+}
+
+type Choice = {
+  session: Session;
+  wanted: string | null;
+  level: number | null;
+  onLevel: (level: number | null) => void;
+};
+
+const PLANNED = "planned-";
+const itemWords = (item: string, done: boolean) => (done ? PLAY.done(item) : item);
+
+function Choose({ session, wanted, level, onLevel }: Choice) {
+  const patientId = session.patient.id;
+  const queries = useQueryClient();
+  const recordings = useRecordings(patientId);
+  const last = useLastRuns(patientId);
+  const levelOfLast = lastLevel(last.data ?? []);
+  const highest = useHighestLevel(patientId, session.episode_id);
+  const planned = session.programme?.items ?? [];
+  const next = nextItem(planned, session.runs);
+  const [chosen, setChosen] = useState<string | null>(wanted);
+  const side = useLive("side");
+  const recorded = (recordings.data?.items ?? []).filter((one) => !one.archived_at);
+  const choices = [
+    ...planned.map((one) => ({
+      value: `${PLANNED}${one.position}`,
+      label: itemWords(PLAY.item(one.position, one.recording_name), isDone(one, session.runs)),
+    })),
+    ...recorded.map((one) => ({
+      value: one.id,
+      label: PLAY.lasting(one.name, sideWord(one.side), formatSpan(one.duration_s)),
+      disabled: one.side !== side,
+    })),
+  ];
+  // What is planned next, or was played last, or is the only one of this shoulder; where that is not clear, it has to be chosen.
+  const fitting = recorded.filter((one) => one.side === side);
+  const lastPlayed = last.data?.at(-1)?.recording_id;
+  const again =
+    fitting.find((one) => one.id === lastPlayed) ?? (fitting.length === 1 ? fitting[0] : undefined);
+  const standing = next ? `${PLANNED}${next.position}` : (again?.id ?? null);
+  const mayChoose = (id: string | null) => id?.startsWith(PLANNED) || fitting.some((one) => one.id === id);
+  const value = choices.some((one) => one.value === chosen) && mayChoose(chosen) ? chosen : standing;
+  const item = planned.find((one) => `${PLANNED}${one.position}` === value) ?? null;
+  const recordingId = item?.recording_id ?? value;
+  const shownLevel = level ?? item?.load_level ?? firstLevel(levelOfLast, highest);
+  // By recording: what is slow enough for one motion says nothing about another.
+  const [settings, setSettings] = useState<Record<string, Settings>>({});
+  const settingsOfLast = item ? null : lastSettings(last.data ?? [], recordingId);
+  const shownSettings = settings[value ?? ""] ?? (item && settingsOf(item)) ?? settingsOfLast ?? AS_TAUGHT;
+  const checklist = useChecklist(session.id, recordingId);
+  const load = async () => {
+    if (shownLevel === null) return;
+    await api.load({
+      session_id: session.id,
+      recording_id: recordingId ?? "",
+      programme_position: item?.position ?? null,
+      load_level: shownLevel,
+      ...shownSettings,
+    });
+    // What comes next is the programme's again.
+    if (item) setChosen(null);
+    if (item) onLevel(null);
+    void queries.invalidateQueries({ queryKey: ["session"] });
+  };
+  if (recordings.data && choices.length === 0) return <Text>{PLAY.nothingYet}</Text>;
+  return (
+    <>
+      <ProblemNote error={recordings.error ?? last.error} />
+      <Select
+        size="lg"
+        label={PLAY.recording}
+        placeholder={PLAY.choose}
+        allowDeselect={false}
+        data={
+          planned.length === 0
+            ? choices
+            : [
+                { group: PLAY.planned, items: choices.slice(0, planned.length) },
+                { group: PLAY.besides, items: choices.slice(planned.length) },
+              ]
+        }
+        value={value}
+        onChange={setChosen}
+      />
+      {checklist.data?.complete === false && (
+        <>
+          <Text fw={600}>{PLAY.before}</Text>
+          <PreflightChecklist sessionId={session.id} recordingId={recordingId} onlyOpen />
+        </>
+      )}
+      <PlaySettings
+        value={shownSettings}
+        last={settingsOfLast}
+        onChange={(given) => value && setSettings({ ...settings, [value]: given })}
+      />
+      <LoadLevel value={shownLevel} last={levelOfLast} highest={highest} onChange={onLevel} />
+      <CommandButton
+        command="load"
+        disabled={
+          value === null ||
+          shownLevel === null ||
+          !arePlayable(shownSettings) ||
+          last.isPending ||
+          checklist.data?.complete !== true
+        }
+        send={load}
+      >
+        {PLAY.load}
+      </CommandButton>
+    </>
+  );
+}
+
+/** What is loaded, and how far along it the arm is. */
+export function Loaded({ run }: { run: Schemas["RunLive"] }) {
+  const alive = useAlive();
+  const mode = useLive("mode");
+  const share = run.duration_s > 0 ? (100 * run.position_s) / run.duration_s : 0;
+  return (
+    <Stack className={alive ? "" : "stale"}>
+      <Text size="lg" fw={600}>
+        {run.recording_name ?? PLAY.aRecording}
+        <Text span size="md" fw={400}>
+          {PLAY.level(run.load_level, LOAD_LEVELS)}
+        </Text>
+      </Text>
+      {run.changes.length > 0 && (
+        <Text data-testid="changes">
+          {PLAY.played(
+            FORMAT.list(run.changes.map((one, place) => translateServerText(one, run.changes_keys[place]))),
+          )}
+        </Text>
+      )}
+      {mode === "ready" && (
+        <>
+          <Text>{PLAY.check}</Text>
+          <Group align="start">
+            <CommandButton
+              held
+              command="approach"
+              send={() => api.approach(store.seen())}
+              leftSection={<IconTargetArrow size={26} />}
+            >
+              {PLAY.approach}
+            </CommandButton>
+            <CommandButton command="unload" send={api.unload} variant="default">
+              {PLAY.notNow}
+            </CommandButton>
+          </Group>
+        </>
+      )}
+      {mode === "approaching" && (
+        <Text fz={28} fw={700} role="status">
+          {PLAY.approaching(formatSpan(run.left_s))}
+        </Text>
+      )}
+      {mode === "returning" && (
+        <Text fz={28} fw={700} role="status">
+          {PLAY.returning(formatSpan(run.left_s))}
+        </Text>
+      )}
+      {(mode === "playing" || mode === "paused") && (
+        <>
+          <Group justify="space-between">
+            <Text fz={28} fw={700} role="status">
+              {pathWords(mode, run)}
+            </Text>
+            <Text fz={28} data-testid="left">
+              {PLAY.left(formatSpan(run.left_s))}
+            </Text>
+          </Group>
+          <Progress size={20} value={share} aria-label={PLAY.progress} transitionDuration={100} />
+          {run.range_percent < 99.5 && (
+            <Text size="lg" data-testid="range">
+              {PLAY.range(Math.round(run.range_percent))}
+            </Text>
+          )}
+          <ReversalNotice mode={mode} run={run} />
+          <Group align="start">
+            {mode === "paused" && (
+              <CommandButton
+                held
+                command="play"
+                send={() => api.play(store.seen())}
+                leftSection={<IconPlayerPlay size={26} />}
+              >
+                {run.at_start && !run.reversing ? PLAY.play : PLAY.playOn}
+              </CommandButton>
+            )}
+            {mode === "playing" && (
+              <CommandButton command="pause" send={api.pause} leftSection={<IconPlayerPause size={26} />}>
+                {PLAY.pause}
+              </CommandButton>
+            )}
+            <CommandButton
+              command="less"
+              send={api.less}
+              variant="default"
+              leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
+            >
+              {PLAY.less}
+            </CommandButton>
+            <CommandButton
+              held
+              command="return"
+              send={() => api.goBack(store.seen())}
+              variant="default"
+              leftSection={<IconArrowBackUp size={26} />}
+            >
+              {PLAY.back}
+            </CommandButton>
+          </Group>
+        </>
+      )}
+    </Stack>
+  );
+}
+
+/** Where to look at what has just been played. */
+function LastRun({ patientId }: { patientId: string }) {
+  const [sessionId, setSessionId] = useState<string | null>(null);
+  useEffect(
+    () =>
+      store.onSaved((saved) => {
+        if (saved.what === "run" && saved.patient_id === patientId) setSessionId(saved.session_id);
+      }),
+    [patientId],
+  );
+  if (!sessionId) return null;
+  return (
+    <Text>
+      {PLAY.saved}
+      <PageLink to="/sessions/$sessionId" params={{ sessionId }}>
+        {PLAY.compare}
+      </PageLink>
+    </Text>
+  );
+}

@@ -1,0 +1,116 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { useState } from "react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { arePlayable, PlaySettings } from "./PlaySettings";
+import { AS_TAUGHT, lastSettings, type Settings, settingsWords } from "./playSettingsModel";
+
+afterEach(cleanup);
+
+function show(value: Settings, last: Settings | null = null) {
+  const onChange = vi.fn();
+  render(
+    <MantineProvider>
+      <PlaySettings value={value} last={last} onChange={onChange} />
+    </MantineProvider>,
+  );
+  return onChange;
+}
+
+const press = (name: string) => fireEvent.click(screen.getByRole("button", { name }));
+
+describe("how a recording is played", () => {
+  it("changes one thing at a time, in steps", () => {
+    const onChange = show({ ...AS_TAUGHT, repetitions: 3 });
+    press("Speed: less");
+    press("Range: less");
+    press("Repetitions: more");
+    press("Pause at each end: more");
+    const base = { ...AS_TAUGHT, repetitions: 3 };
+    expect(onChange.mock.calls).toEqual([
+      [{ ...base, speed_percent: 90 }],
+      [{ ...base, range_percent: 95 }],
+      [{ ...base, repetitions: 4 }],
+      [{ ...base, pause_s: 1 }],
+    ]);
+  });
+
+  it("goes no further than the service allows", () => {
+    const onChange = show({ ...AS_TAUGHT, speed_percent: 145, repetitions: 2 });
+    press("Speed: more");
+    expect(onChange).toHaveBeenCalledWith(expect.objectContaining({ speed_percent: 150 }));
+    for (const name of ["Range: more", "Pause at each end: less"]) {
+      expect(screen.getByRole("button", { name }).hasAttribute("disabled")).toBe(true);
+    }
+  });
+
+  it.each(["35", "9", "10", "150", "151", "200", "0", "-5", "", "abc", "1e3", "20."])(
+    "uses what is shown of %j, or neither",
+    (typed) => {
+      function Held() {
+        const [value, setValue] = useState(AS_TAUGHT);
+        return (
+          <>
+            <PlaySettings value={value} last={null} onChange={setValue} />
+            <output>{arePlayable(value) ? `${value.speed_percent} %` : "refused"}</output>
+          </>
+        );
+      }
+      render(
+        <MantineProvider>
+          <Held />
+        </MantineProvider>,
+      );
+      const speed = screen.getByRole("textbox", { name: "Speed" }) as HTMLInputElement;
+      fireEvent.change(speed, { target: { value: typed } });
+      fireEvent.blur(speed);
+      const used = screen.getByRole("status", { name: "" }).textContent;
+      if (used === "refused") expect(screen.getByRole("alert").textContent).toContain("10 to 150 %");
+      else expect(speed.value).toBe(used);
+    },
+  );
+
+  it("has no pause where nothing is repeated", () => {
+    show(AS_TAUGHT);
+    expect(screen.getByRole("textbox", { name: "Pause at each end" }).hasAttribute("disabled")).toBe(true);
+  });
+
+  it("is put into words, and says when it is as last time", () => {
+    const value = { ...AS_TAUGHT, speed_percent: 50, range_percent: 80, repetitions: 10, pause_s: 2 };
+    show(value, value);
+    expect(screen.getByTestId("settings").textContent).toContain(
+      "80 % of the range, 50 % of the speed, 10 repetitions, 2 s of pause at each end, as last time.",
+    );
+    expect(settingsWords(AS_TAUGHT)).toBeNull();
+    expect(settingsWords({ ...AS_TAUGHT, pause_s: 5 })).toBeNull();
+  });
+});
+
+describe("the way of playing", () => {
+  it("is chosen, and told in words", () => {
+    const onChange = show(AS_TAUGHT);
+    fireEvent.click(screen.getByRole("radio", { name: "Learned" }));
+    expect(onChange).toHaveBeenCalledWith({ ...AS_TAUGHT, method: "learned" });
+    expect(settingsWords({ ...AS_TAUGHT, method: "learned" })).toBe("learned from earlier playbacks");
+    expect(settingsWords({ ...AS_TAUGHT, method: "paper" })).toBe("as in the paper, at 10 Hz");
+    expect(settingsWords({ ...AS_TAUGHT, method: null })).toBeNull();
+  });
+
+  it("is smooth where there were no methods yet", () => {
+    expect(lastSettings([{ ...AS_TAUGHT, method: null, recording_id: "a" }], "a")?.method).toBe("smooth");
+  });
+});
+
+describe("the settings of last time", () => {
+  const run = (recording_id: string, speed_percent: number) => ({
+    ...AS_TAUGHT,
+    recording_id,
+    speed_percent,
+  });
+
+  it("are those of the same recording's newest run", () => {
+    const runs = [run("a", 50), run("a", 60), run("b", 70)];
+    expect(lastSettings(runs, "a")).toEqual({ ...AS_TAUGHT, speed_percent: 60 });
+    expect(lastSettings(runs, "c")).toBeNull();
+  });
+});

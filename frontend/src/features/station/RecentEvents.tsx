@@ -1,0 +1,28 @@
+import { Card, Group, Stack, Text, Title } from "@mantine/core";
+import { formatClock } from "../../lib/format";
+import { useEvents } from "../../lib/live/hooks";
+import { translateServerText } from "../../lib/serverText";
+import { STATION } from "./messages";
+
+const SHOWN = 6;
+
+/** What happened on the apparatus lately, newest first. Changes of mode stand in the header already. */
+export function RecentEvents() {
+  const events = useEvents().filter((event) => event.code !== "mode");
+  if (events.length === 0) return null;
+  return (
+    <Card withBorder component="section" aria-label={STATION.lately}>
+      <Title order={2} size="h3" mb="sm">
+        {STATION.lately}
+      </Title>
+      <Stack gap={4}>
+        {events.slice(0, SHOWN).map((event) => (
+          <Group key={`${event.at} ${event.number}`} gap="md" wrap="nowrap" align="start">
+            <Text c="dimmed">{formatClock(new Date(event.at))}</Text>
+            <Text>{translateServerText(event.message, event.message_key)}</Text>
+          </Group>
+        ))}
+      </Stack>
+    </Card>
+  );
+}

@@ -1,0 +1,108 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor, within } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, type Check } from "../../lib/api/client";
+import { type LiveState, store } from "../../lib/live/store";
+import { ME } from "../auth/examples";
+import { TeachPanel } from "./TeachPanel";
+
+const check = (name: Check["check"], subject: string, given: boolean, detected = false): Check => ({
+  check: name,
+  subject,
+  sentence: `About the ${name}.`,
+  detected,
+  given,
+  checked_by: given && !detected ? ME.name : null,
+  checked_at: given ? "2026-11-21T09:10:00Z" : null,
+});
+const PEDAL = check("pedal", "", true, true);
+const ESTOP = check("estop", "", true, true);
+const LOOKED_AT = [
+  check("side", "left", false),
+  check("fixtures", "arm_fixer_1", false),
+  check("belt", "", false),
+];
+
+function show(checks: Check[]) {
+  vi.spyOn(api, "teachingChecklist").mockResolvedValue({
+    checks,
+    complete: checks.every((one) => one.given),
+  });
+  const live = { device: "running", age_ms: 5, mode: "idle", refusals: {}, teaching: null };
+  const state = { connected: true, heardAt: 0, station: null, live, events: [] };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  vi.spyOn(store, "told").mockResolvedValue();
+  const teach = vi.spyOn(api, "teach").mockResolvedValue({ teaching_id: "t" });
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
+        <TeachPanel patientId="p" />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  return teach;
+}
+
+const enabled = async (name: string) => {
+  const button = await screen.findByRole("button", { name });
+  await waitFor(() => expect(button.hasAttribute("disabled")).toBe(false));
+  return button;
+};
+
+beforeEach(() => {
+  vi.restoreAllMocks();
+});
+afterEach(cleanup);
+
+describe("before teaching", () => {
+  it("one press says that somebody has looked at what is open, and begins", async () => {
+    const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
+    await waitFor(() =>
+      expect(teach).toHaveBeenCalledWith({
+        patient_id: "p",
+        name: "Motion",
+        taught_by: ME.name,
+        side: "left",
+        fixtures: ["arm_fixer_1"],
+        looked_at: ["side", "fixtures", "belt"],
+      }),
+    );
+  });
+
+  it("asks only for what is open, and names the fixtures all the same", async () => {
+    const [side, fixtures, belt] = LOOKED_AT.map((one) => ({ ...one, given: true }));
+    if (!side || !fixtures || !belt) throw new Error("none");
+    const teach = show([side, fixtures, belt, PEDAL, ESTOP]);
+    fireEvent.click(await enabled("Start teaching"));
+    await waitFor(() => expect(teach).toHaveBeenCalledWith(expect.objectContaining({ looked_at: [] })));
+    const list = within(screen.getByRole("region", { name: "Before teaching" }));
+    expect(list.getByText("About the fixtures.")).toBeTruthy();
+    expect(list.queryByText("About the belt.")).toBeNull();
+  });
+
+  it("is not pressed away where the apparatus itself has not seen it", async () => {
+    show([...LOOKED_AT, PEDAL, { ...ESTOP, given: false }]);
+    expect((await screen.findByTestId("check-estop")).textContent).toContain(
+      "Not seen yet. Press the switch",
+    );
+    const button = screen.getByRole("button", { name: "Confirm all 3 checks and start teaching" });
+    expect(button.hasAttribute("disabled")).toBe(true);
+  });
+
+  it("asks for the fixtures that are chosen", async () => {
+    const teach = show([...LOOKED_AT, PEDAL, ESTOP]);
+    await enabled("Confirm all 3 checks and start teaching");
+    fireEvent.click(screen.getByLabelText("Arm fixer 2 and elbow fixer 1 (motion 6)"));
+    await waitFor(() =>
+      expect(api.teachingChecklist).toHaveBeenLastCalledWith("p", ["arm_fixer_2", "elbow_fixer_1"]),
+    );
+    fireEvent.click(await enabled("Confirm all 3 checks and start teaching"));
+    await waitFor(() =>
+      expect(teach).toHaveBeenCalledWith(
+        expect.objectContaining({ fixtures: ["arm_fixer_2", "elbow_fixer_1"] }),
+      ),
+    );
+  });
+});

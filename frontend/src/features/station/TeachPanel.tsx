@@ -1,0 +1,188 @@
+import { Card, Group, List, SegmentedControl, Stack, Text, TextInput, Title } from "@mantine/core";
+import { IconHandGrab, IconPlayerRecordFilled, IconShoe } from "@tabler/icons-react";
+import { useQueryClient } from "@tanstack/react-query";
+import { useEffect, useState } from "react";
+import { api, type Schemas } from "../../lib/api/client";
+import { formatSpan } from "../../lib/format";
+import { useAlive, useLive } from "../../lib/live/hooks";
+import { store } from "../../lib/live/store";
+import { InlineSlot } from "../../ui/InlineSlot";
+import { PageLink } from "../../ui/links";
+import { ProblemNote } from "../../ui/ProblemNote";
+import { useName } from "../auth/hooks";
+import { CommandButton } from "./CommandButton";
+import { TEACH } from "./messages";
+import classes from "./station.module.css";
+import { CheckLine, useTeachingChecklist } from "./visit/PreflightChecklist";
+
+type Fixtures = Schemas["TeachRequest"]["fixtures"];
+
+/** Teaching: torque is off, the therapist moves the arm, and what is done with the pedal down is recorded. */
+export function TeachPanel({ patientId }: { patientId: string }) {
+  const alive = useAlive();
+  const teaching = useLive("teaching");
+  // Kept here, so that they outlive the teaching that they were chosen for.
+  const [name, setName] = useState("");
+  const [chosen, setChosen] = useState("arm_fixer_1");
+  const saved = useSavedTakes(patientId, teaching?.teaching_id ?? null);
+  return (
+    <Card withBorder component="section" aria-label={TEACH.title}>
+      <Stack>
+        <Title order={2} size="h3">
+          {TEACH.title}
+        </Title>
+        {teaching ? (
+          <div className={alive ? "" : "stale"}>
+            <Pedal />
+            <Group justify="space-between" mt="md">
+              <Text size="lg" data-testid="takes">
+                {teaching.takes === 0
+                  ? TEACH.nothing
+                  : TEACH.take(teaching.takes, teaching.take_s.toFixed(1))}
+              </Text>
+              <CommandButton command="finish_teaching" send={api.finishTeaching}>
+                {TEACH.finish}
+              </CommandButton>
+            </Group>
+          </div>
+        ) : (
+          <Before patientId={patientId} name={name} onName={setName} chosen={chosen} onChoose={setChosen} />
+        )}
+        {saved.length > 0 && (
+          <List data-testid="saved">
+            {saved.map((one) => (
+              <List.Item key={one.id}>
+                <InlineSlot words={(name) => TEACH.saved(name, formatSpan(one.duration_s))}>
+                  <PageLink to="/recordings/$recordingId" params={{ recordingId: one.id }}>
+                    {one.name}
+                  </PageLink>
+                </InlineSlot>
+              </List.Item>
+            ))}
+          </List>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+/**
+ * What is to be taught, and what has to be in order before. Teaching moves nothing, so that the press that says that somebody has
+ * looked begins it, too; what the apparatus has not seen by itself nobody can press away.
+ */
+function Before(props: {
+  patientId: string;
+  name: string;
+  onName: (name: string) => void;
+  chosen: string;
+  onChoose: (fixtures: string) => void;
+}) {
+  const { patientId, name, onName, chosen, onChoose } = props;
+  const who = useName();
+  const queries = useQueryClient();
+  const fixtures = chosen.split(",") as Fixtures;
+  const checklist = useTeachingChecklist(patientId, fixtures);
+  const checks = checklist.data?.checks ?? [];
+  const side = checks.find((one) => one.check === "side")?.subject;
+  const toLookAt = checks.filter((one) => !one.given && !one.detected);
+  const unseen = checks.some((one) => !one.given && one.detected);
+  return (
+    <>
+      <SegmentedControl
+        size="md"
+        aria-label={TEACH.fixtures}
+        value={chosen}
+        onChange={onChoose}
+        data={[
+          { value: "arm_fixer_1", label: TEACH.first },
+          { value: "arm_fixer_2,elbow_fixer_1", label: TEACH.second },
+        ]}
+      />
+      <Stack gap="sm" component="section" aria-label={TEACH.before}>
+        {checks.map(
+          (one) => (!one.given || one.check === "fixtures") && <CheckLine key={one.check} check={one} />,
+        )}
+      </Stack>
+      <ProblemNote error={checklist.error} />
+      <TextInput
+        size="lg"
+        label={TEACH.name}
+        placeholder={TEACH.unnamed}
+        value={name}
+        maxLength={100}
+        onChange={(event) => onName(event.currentTarget.value)}
+      />
+      <CommandButton
+        command="teach"
+        leftSection={<IconHandGrab size={26} />}
+        disabled={checklist.data === undefined || unseen}
+        send={async () => {
+          await api.teach({
+            patient_id: patientId,
+            name: name.trim() || TEACH.unnamed,
+            taught_by: who,
+            // What was looked at was looked at for this side and these fixtures.
+            side: side === "left" ? "left" : "right",
+            fixtures,
+            looked_at: toLookAt.map((one) => one.check),
+          });
+          void queries.invalidateQueries({ queryKey: ["session"] });
+        }}
+      >
+        {toLookAt.length === 0 ? TEACH.start : TEACH.allSo(toLookAt.length)}
+      </CommandButton>
+    </>
+  );
+}
+
+/** To be read from two metres: is it recording or not. */
+function Pedal() {
+  const pedal = useLive("pedal");
+  const teaching = useLive("teaching");
+  const recording = teaching?.recording === true;
+  const words =
+    pedal === "stuck"
+      ? TEACH.liftFirst
+      : pedal === "unknown"
+        ? TEACH.noPedal
+        : recording
+          ? TEACH.recording
+          : TEACH.press;
+  return (
+    <Group
+      className={classes.pedal ?? ""}
+      data-recording={recording}
+      data-testid="pedal"
+      role="status"
+      aria-live="assertive"
+    >
+      {recording ? <IconPlayerRecordFilled size={48} /> : <IconShoe size={48} />}
+      <Text fz={28} fw={700}>
+        {words}
+      </Text>
+      {recording && (
+        <Text fz={28} ml="auto" ff="monospace">
+          {TEACH.seconds(teaching.take_s.toFixed(1))}
+        </Text>
+      )}
+    </Group>
+  );
+}
+
+/** The takes of the present or last teaching, as they reach the database. */
+function useSavedTakes(patientId: string, teachingId: string | null): Schemas["Recording"][] {
+  const [takes, setTakes] = useState<Schemas["Recording"][]>([]);
+  // A new teaching begins a new list.
+  useEffect(() => {
+    if (teachingId) setTakes([]);
+  }, [teachingId]);
+  useEffect(
+    () =>
+      store.onSaved((saved) => {
+        if (saved.what !== "recording" || saved.patient_id !== patientId) return;
+        void api.recording(saved.id).then((recording) => setTakes((before) => [...before, recording]));
+      }),
+    [patientId],
+  );
+  return takes;
+}

@@ -1,0 +1,35 @@
+import { describe, expect, it } from "vitest";
+import type { Session } from "../../lib/api/client";
+import { type FirstStep, firstStep } from "./firstSteps";
+
+const CHECKS = ["side", "fixtures", "belt"].map((check) => ({ check })) as Session["checks"];
+const begun = { ended_at: null, checks: [], pain_before: null, pain_after: null, runs: [] };
+const checked = { ...begun, checks: CHECKS };
+const asked = { ...checked, pain_before: 4 };
+const run = (ended_at: string | null) => [{ ended_at }] as Session["runs"];
+const playing = { ...asked, runs: run(null) };
+const played = { ...asked, runs: run("2026-11-22T08:50:00Z") };
+
+describe("whoever comes to the simulated apparatus for the first time", () => {
+  it.each<[FirstStep, number, boolean, number, Parameters<typeof firstStep>[0]["session"]]>([
+    ["sign_up", 0, false, 0, null],
+    ["choose", 1, false, 0, null],
+    ["teach", 1, true, 0, null],
+    // A session can be begun before anything has been taught.
+    ["teach", 1, true, 0, begun],
+    ["begin", 1, true, 1, null],
+    ["begin", 1, true, 1, begun],
+    ["begin", 1, true, 1, checked],
+    ["play", 1, true, 1, asked],
+    ["play", 1, true, 1, playing],
+    ["look", 1, true, 1, played],
+    ["look", 1, true, 1, { ...played, ended_at: "2026-11-22T09:00:00Z" }],
+    // The next one of the same patient's begins anew.
+    ["begin", 1, true, 1, { ...asked, ended_at: "2026-11-22T09:00:00Z" }],
+  ])(
+    "is told %s, with %i patients, chosen: %s, %i recordings",
+    (step, patients, chosen, recordings, session) => {
+      expect(firstStep({ patients, chosen, recordings, session })).toBe(step);
+    },
+  );
+});

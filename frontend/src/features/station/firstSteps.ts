@@ -1,0 +1,22 @@
+import type { Session } from "../../lib/api/client";
+import { stepOf } from "./visit/steps";
+
+export const FIRST_STEPS = ["sign_up", "choose", "teach", "begin", "play", "look"] as const;
+export type FirstStep = (typeof FIRST_STEPS)[number];
+
+/** What is known of the clinic, and of whom this page is about. */
+type Known = {
+  patients: number;
+  chosen: boolean;
+  recordings: number;
+  session: Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs"> | null;
+};
+
+/** What somebody who has just come to the simulated apparatus does next: told from what is there, so that no way round it is wrong. */
+export function firstStep({ patients, chosen, recordings, session }: Known): FirstStep {
+  if (patients === 0) return "sign_up";
+  if (!chosen) return "choose";
+  if (session?.runs.some((run) => run.ended_at)) return "look";
+  if (recordings === 0) return "teach";
+  return session && stepOf(session) === "play" ? "play" : "begin";
+}

@@ -1,0 +1,60 @@
+import { describe, expect, it } from "vitest";
+import type { Schemas } from "../../lib/api/client";
+import { modeWords } from "../../safety/modes";
+import { loopWords } from "./LoopHealth";
+import { pathWords } from "./ReversalNotice";
+
+const run = { at_start: false, reversing: false, reversals: 0 } as Schemas["RunLive"];
+const stop = { causes: [], arm_held: false } as Schemas["StopLive"];
+const loop = {
+  cycle_hz: 100,
+  overruns: 0,
+  lateness_p999_ms: 0.214,
+  real_time: true,
+  memory_locked: true,
+} as Schemas["LoopLive"];
+
+describe("what goes on on the path", () => {
+  it.each([
+    ["playing", {}, "Playing"],
+    ["playing", { reversing: true }, "Taking the arm back"],
+    ["paused", {}, "Paused, holding"],
+    ["paused", { at_start: true }, "At the start, holding"],
+    ["paused", { reversing: true }, "Taken back, holding"],
+    // Taken back as far as the start, it has not just been loaded.
+    ["paused", { at_start: true, reversing: true }, "Taken back, holding"],
+  ] as const)("%s with %o", (mode, part, words) => {
+    expect(pathWords(mode, { ...run, ...part })).toBe(words);
+  });
+});
+
+describe("what the apparatus does", () => {
+  it("tells a stop that holds the arm from one that does not", () => {
+    expect(modeWords({ mode: "stopped", stop, run: null })).toBe("Stopped");
+    expect(modeWords({ mode: "stopped", stop: { ...stop, arm_held: true }, run })).toBe(
+      "Stopped, holding the arm",
+    );
+  });
+
+  it("tells playing from taking the arm back", () => {
+    expect(modeWords({ mode: "playing", stop: null, run })).toBe("Playing");
+    expect(modeWords({ mode: "playing", stop: null, run: { ...run, reversing: true } })).toBe(
+      "Taking the arm back",
+    );
+  });
+});
+
+describe("the control loop's health", () => {
+  it("is one line", () => {
+    expect(loopWords(loop)).toBe(
+      "Control loop at 100 Hz: no cycle missed · 99.9 % began within 0.21 ms · real time granted · memory locked",
+    );
+  });
+
+  it("says what was not granted, and what was missed", () => {
+    const words = loopWords({ ...loop, overruns: 1, real_time: false, memory_locked: false });
+    expect(words).toContain("1 cycle missed");
+    expect(words).toContain("real time not granted · memory not locked");
+    expect(loopWords({ ...loop, overruns: 2 })).toContain("2 cycles missed");
+  });
+});

@@ -1,0 +1,47 @@
+import type { Schemas } from "../../lib/api/client";
+import { FORMAT } from "../../lib/messages";
+import { PLAYING } from "./playMessages";
+
+/** How a recording is played. */
+export type Settings = Pick<
+  Schemas["LoadRequest"],
+  "speed_percent" | "repetitions" | "pause_s" | "range_percent" | "method"
+>;
+/** As a run has them: one of before there were methods has none. */
+type Kept = Omit<Settings, "method"> & { method: Settings["method"] | null };
+
+export const AS_TAUGHT: Settings = {
+  speed_percent: 100,
+  repetitions: 1,
+  pause_s: 0,
+  range_percent: 100,
+  method: "smooth",
+};
+
+/** In words, what is not as it was taught; null where everything is. */
+export function settingsWords(it: Kept): string | null {
+  const words: string[] = [];
+  if (it.range_percent !== 100) words.push(PLAYING.ofTheRange(it.range_percent));
+  if (it.speed_percent !== 100) words.push(PLAYING.ofTheSpeed(it.speed_percent));
+  if (it.repetitions !== 1) words.push(PLAYING.times(it.repetitions));
+  if (it.repetitions !== 1 && it.pause_s !== 0) words.push(PLAYING.pauses(it.pause_s));
+  if (it.method === "learned") words.push(PLAYING.byLearning);
+  if (it.method === "paper") words.push(PLAYING.asInThePaper);
+  return words.length > 0 ? FORMAT.list(words) : null;
+}
+
+/** What this recording was last played with; none where none of the runs is one of it. */
+export function lastSettings(
+  runs: (Kept & { recording_id: string })[],
+  recordingId: string | null,
+): Settings | null {
+  const last = runs.findLast((run) => run.recording_id === recordingId);
+  if (!last) return null;
+  return settingsOf(last);
+}
+
+/** Only what says how it is played. */
+export function settingsOf(it: Kept): Settings {
+  const { speed_percent, repetitions, pause_s, range_percent, method } = it;
+  return { speed_percent, repetitions, pause_s, range_percent, method: method ?? "smooth" };
+}

@@ -1,0 +1,42 @@
+import { Button, Group, Stack, Text } from "@mantine/core";
+import { useId } from "react";
+import { VISIT } from "./messages";
+
+const PAIN = Array.from({ length: 11 }, (_, pain) => pain);
+
+/** Pain from 0 to 10, by one press. */
+export function NrsScale(props: {
+  label: string;
+  value: number | null;
+  disabled?: boolean;
+  onChange: (pain: number) => void;
+}) {
+  const { label, value, disabled = false, onChange } = props;
+  const id = useId();
+  return (
+    <Stack gap="xs" role="group" aria-labelledby={id}>
+      <Text size="lg" fw={600} id={id}>
+        {label}
+      </Text>
+      <Group gap="xs">
+        {PAIN.map((pain) => (
+          <Button
+            key={pain}
+            w={56}
+            h={56}
+            p={0}
+            fz={22}
+            variant={pain === value ? "filled" : "default"}
+            aria-pressed={pain === value}
+            aria-label={VISIT.painIs(label, pain)}
+            disabled={disabled}
+            onClick={() => onChange(pain)}
+          >
+            {pain}
+          </Button>
+        ))}
+      </Group>
+      <Text size="sm">{VISIT.painScale}</Text>
+    </Stack>
+  );
+}

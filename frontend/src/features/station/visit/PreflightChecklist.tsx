@@ -1,0 +1,115 @@
+import { Button, Card, Group, Stack, Text } from "@mantine/core";
+import { IconCircle, IconCircleCheckFilled } from "@tabler/icons-react";
+import { useMutation, useQuery, useQueryClient } from "@tanstack/react-query";
+import type { ReactNode } from "react";
+import { api, type Check, type Schemas } from "../../../lib/api/client";
+import { formatClock } from "../../../lib/format";
+import { replaceData } from "../../../lib/replaceData";
+import { translateServerText } from "../../../lib/serverText";
+import { ProblemNote } from "../../../ui/ProblemNote";
+import { useMay, useName } from "../../auth/hooks";
+import { HOW, VISIT } from "./messages";
+import { CheckPicture } from "./pictures";
+
+const LOOK_AGAIN_MS = 1000;
+const mark = { size: 34, style: { flex: "none" } };
+
+/** The checklist of a session for what is to be played. It looks again while something is open: some of it happens elsewhere. */
+export function useChecklist(sessionId: string | undefined, recordingId: string | null) {
+  return useQuery({
+    queryKey: ["session", sessionId, "checklist", recordingId],
+    queryFn: () => api.checklist(sessionId ?? "", recordingId),
+    enabled: sessionId !== undefined,
+    refetchInterval: (query) => (query.state.data?.complete ? false : LOOK_AGAIN_MS),
+  });
+}
+
+/** What has to be in order before this patient is taught a motion. It looks again while the apparatus has not seen all that it tells. */
+export function useTeachingChecklist(patientId: string, fixtures: Schemas["TeachRequest"]["fixtures"]) {
+  return useQuery({
+    queryKey: ["session", "teaching", patientId, fixtures],
+    queryFn: () => api.teachingChecklist(patientId, fixtures),
+    refetchInterval: (query) =>
+      query.state.data?.checks.some((check) => check.detected && !check.given) ? LOOK_AGAIN_MS : false,
+  });
+}
+
+/** Each check a line to be read from a distance; those that somebody gives have a button, the others are seen by the apparatus. */
+export function PreflightChecklist(props: {
+  sessionId: string;
+  recordingId: string | null;
+  onlyOpen?: boolean;
+  /** The press that gave the last of them. */
+  onComplete?: () => void;
+}) {
+  const { sessionId, recordingId, onlyOpen = false, onComplete } = props;
+  const who = useName();
+  const writes = useMay("write_records");
+  const queries = useQueryClient();
+  const checklist = useChecklist(sessionId, recordingId);
+  const tick = useMutation({
+    mutationFn: async (checks: Check[]) => {
+      for (const { check } of checks) {
+        const saved = await api.tick(sessionId, check, { checked_by: who, recording_id: recordingId });
+        replaceData(queries, ["session", sessionId, "checklist", recordingId], saved);
+        if (saved.complete) onComplete?.();
+      }
+    },
+    onSettled: () => void queries.invalidateQueries({ queryKey: ["session"] }),
+  });
+  const checks = (checklist.data?.checks ?? []).filter((check) => !onlyOpen || !check.given);
+  const toLookAt = writes ? checks.filter((check) => !check.given && !check.detected) : [];
+  return (
+    <Stack gap="sm">
+      {checks.map((check) => (
+        <CheckLine key={check.check} check={check}>
+          {toLookAt.includes(check) && (
+            <Button
+              size="lg"
+              flex="none"
+              variant={toLookAt.length > 1 ? "default" : "filled"}
+              disabled={tick.isPending}
+              aria-label={VISIT.isSoThat(translateServerText(check.sentence, check.sentence_key))}
+              onClick={() => tick.mutate([check])}
+            >
+              {VISIT.isSo}
+            </Button>
+          )}
+        </CheckLine>
+      ))}
+      {toLookAt.length > 1 && (
+        <Group justify="flex-end">
+          <Button size="lg" disabled={tick.isPending} onClick={() => tick.mutate(toLookAt)}>
+            {VISIT.allSo(toLookAt.length)}
+          </Button>
+        </Group>
+      )}
+      <ProblemNote error={checklist.error ?? tick.error} />
+    </Stack>
+  );
+}
+
+/** One check: what it looks like when it is in order, in words too, and who has said so. */
+export function CheckLine({ check, children }: { check: Check; children?: ReactNode }) {
+  return (
+    <Card withBorder padding="sm" data-testid={`check-${check.check}`}>
+      <Group wrap="nowrap" justify="space-between">
+        <Group wrap="nowrap">
+          {check.given ? <IconCircleCheckFilled {...mark} /> : <IconCircle {...mark} />}
+          <CheckPicture check={check} />
+          <div>
+            <Text size="lg">{translateServerText(check.sentence, check.sentence_key)}</Text>
+            <Text size="sm">{answerWords(check)}</Text>
+          </div>
+        </Group>
+        {children}
+      </Group>
+    </Card>
+  );
+}
+
+function answerWords(check: Check): string {
+  if (!check.given) return check.detected ? `${VISIT.notSeen}${HOW[check.check] ?? ""}` : VISIT.open;
+  const at = check.checked_at ? formatClock(new Date(check.checked_at)) : "";
+  return check.checked_by ? VISIT.givenBy(check.checked_by, at) : VISIT.seen(at);
+}

@@ -1,0 +1,230 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import type { ReactNode } from "react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { api, type Check, ProblemError, type Session } from "../../../lib/api/client";
+import { authStore } from "../../auth/authState";
+import { VIEWER } from "../../auth/examples";
+import { NoteCard } from "../../sessions/NoteCard";
+import { NrsScale } from "./NrsScale";
+import { PreflightChecklist } from "./PreflightChecklist";
+
+const SESSION: Session = {
+  id: "s",
+  patient: { id: "p", name: "Yamada Hanako", clinic_number: "K-1" },
+  episode_id: "e",
+  side: "left",
+  therapist: "Ito Mai",
+  station: "Station 1",
+  programme: null,
+  started_at: "2026-11-21T09:00:00Z",
+  ended_at: null,
+  end_reason: null,
+  checks: [],
+  pain_before: 4,
+  pain_during: null,
+  pain_after: 2,
+  note: "",
+  signed_at: null,
+  signed_by: "",
+  addenda: [],
+  updated_at: "2026-11-21T09:30:00Z",
+  runs: [],
+};
+
+const check = (name: Check["check"], given: boolean, detected = false): Check => ({
+  check: name,
+  subject: name === "fixtures" ? "arm_fixer_2+elbow_fixer_2" : "",
+  sentence: `About the ${name}.`,
+  detected,
+  given,
+  checked_by: given && !detected ? "Ito Mai" : null,
+  checked_at: given ? "2026-11-21T09:10:00Z" : null,
+});
+
+function show(page: ReactNode) {
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient({ defaultOptions: { queries: { retry: false } } })}>
+        {page}
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+}
+
+const button = (name: string | RegExp) => screen.getByRole("button", { name });
+const type = (label: string, value: string) =>
+  fireEvent.change(screen.getByRole("textbox", { name: label }), { target: { value } });
+
+beforeEach(() => {
+  vi.restoreAllMocks();
+});
+afterEach(cleanup);
+
+describe("the checklist", () => {
+  it("has a button for what somebody looks at, and none for what the apparatus sees", async () => {
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      checks: [check("side", true), check("belt", false), check("estop", false, true)],
+      complete: false,
+    });
+    const tick = vi.spyOn(api, "tick").mockResolvedValue({ checks: [], complete: true });
+    show(<PreflightChecklist sessionId="s" recordingId="r" />);
+    await screen.findByText("About the side.");
+    expect(screen.getByTestId("check-side").textContent).toContain("Ito Mai");
+    expect(screen.getByTestId("check-estop").textContent).toContain("Not seen yet. Press the switch");
+    expect(screen.getAllByRole("button")).toHaveLength(1);
+    fireEvent.click(button("Confirm: About the belt."));
+    await waitFor(() =>
+      expect(tick).toHaveBeenCalledWith("s", "belt", { checked_by: "Ito Mai", recording_id: "r" }),
+    );
+  });
+
+  it("is given with one press by somebody who has looked at all of it, and tells who asked when nothing is open", async () => {
+    const open = [check("side", false), check("fixtures", false), check("belt", false)];
+    const seen = check("estop", true, true);
+    vi.spyOn(api, "checklist").mockResolvedValue({ checks: [...open, seen], complete: false });
+    const tick = vi
+      .spyOn(api, "tick")
+      .mockImplementation((_, name) =>
+        Promise.resolve({ checks: [...open, seen], complete: name === "belt" }),
+      );
+    const onComplete = vi.fn();
+    show(<PreflightChecklist sessionId="s" recordingId="r" onComplete={onComplete} />);
+    fireEvent.click(await screen.findByRole("button", { name: "Confirm all 3 checks" }));
+    await waitFor(() => expect(onComplete).toHaveBeenCalledTimes(1));
+    expect(tick.mock.calls.map(([, name]) => name)).toEqual(["side", "fixtures", "belt"]);
+  });
+
+  it("stops at the one that was refused, and says why", async () => {
+    const open = [check("side", false), check("fixtures", false)];
+    vi.spyOn(api, "checklist").mockResolvedValue({ checks: open, complete: false });
+    const tick = vi
+      .spyOn(api, "tick")
+      .mockRejectedValue(new ProblemError({ detail: "This session has ended." }));
+    const onComplete = vi.fn();
+    show(<PreflightChecklist sessionId="s" recordingId="r" onComplete={onComplete} />);
+    fireEvent.click(await screen.findByRole("button", { name: /Confirm all 2 checks/ }));
+    expect((await screen.findByRole("alert")).textContent).toContain("has ended");
+    expect(tick).toHaveBeenCalledTimes(1);
+    expect(onComplete).not.toHaveBeenCalled();
+  });
+
+  it("shows only what is still open where that is asked", async () => {
+    vi.spyOn(api, "checklist").mockResolvedValue({
+      checks: [check("side", true), check("fixtures", false)],
+      complete: false,
+    });
+    show(<PreflightChecklist sessionId="s" recordingId="r" onlyOpen />);
+    await screen.findByText("About the fixtures.");
+    expect(screen.queryByText("About the side.")).toBeNull();
+  });
+
+  it("is not answered by somebody who only reads", async () => {
+    authStore.came(VIEWER);
+    vi.spyOn(api, "checklist").mockResolvedValue({ checks: [check("belt", false)], complete: false });
+    show(<PreflightChecklist sessionId="s" recordingId={null} />);
+    await screen.findByText("About the belt.");
+    expect(screen.queryByRole("button")).toBeNull();
+  });
+});
+
+describe("pain", () => {
+  it("is one press from 0 to 10, and says which it is", () => {
+    const onChange = vi.fn();
+    show(<NrsScale label="Pain before" value={4} onChange={onChange} />);
+    expect(screen.getAllByRole("button")).toHaveLength(11);
+    expect(button("Pain before: 4").getAttribute("aria-pressed")).toBe("true");
+    fireEvent.click(button("Pain before: 0"));
+    expect(onChange).toHaveBeenCalledWith(0);
+  });
+});
+
+describe("the note", () => {
+  beforeEach(() => {
+    vi.spyOn(api, "draft").mockResolvedValue({ text: "Left shoulder. Done.", end_reason: "completed" });
+  });
+
+  it("begins with the draft and ends the session with what was edited", async () => {
+    const update = vi.spyOn(api, "updateSession").mockResolvedValue({ ...SESSION, note: "Edited." });
+    const end = vi.spyOn(api, "endSession").mockResolvedValue({ ...SESSION, ended_at: "now" });
+    show(<NoteCard session={SESSION} />);
+    await screen.findByDisplayValue("Left shoulder. Done.");
+    type("Note of this session", "Edited.");
+    expect(screen.getByRole("status").textContent).toBe("Not saved yet");
+    fireEvent.click(button("End the session"));
+    await waitFor(() => expect(end).toHaveBeenCalledWith("s", { reason: "completed" }));
+    expect(update).toHaveBeenCalledWith("s", { note: "Edited.", updated_at: SESSION.updated_at });
+  });
+
+  it("is drafted in the language that papers are written in here", async () => {
+    localStorage.setItem("kata.report-language", '"ja"');
+    const draft = vi.spyOn(api, "draft").mockResolvedValue({ text: "左肩。", end_reason: "completed" });
+    show(<NoteCard session={SESSION} />);
+    await screen.findByDisplayValue("左肩。");
+    expect(draft).toHaveBeenCalledWith("s", "ja");
+    localStorage.clear();
+  });
+
+  it("is saved by itself, so that a reload loses nothing", async () => {
+    const update = vi.spyOn(api, "updateSession").mockResolvedValue(SESSION);
+    show(<NoteCard session={SESSION} />);
+    await screen.findByDisplayValue("Left shoulder. Done.");
+    type("Note of this session", "Typed");
+    await waitFor(() => expect(update).toHaveBeenCalledTimes(1), { timeout: 3000 });
+  });
+
+  it("is signed as it stands, by whoever works here", async () => {
+    const ended = { ...SESSION, note: "Done.", ended_at: "2026-11-21T09:40:00Z" };
+    const sign = vi.spyOn(api, "signSession").mockResolvedValue({ ...ended, signed_at: "now" });
+    show(<NoteCard session={ended} />);
+    fireEvent.click(button("Sign as Ito Mai"));
+    await waitFor(() =>
+      expect(sign).toHaveBeenCalledWith("s", {
+        signed_by: "Ito Mai",
+        note: "Done.",
+        updated_at: SESSION.updated_at,
+      }),
+    );
+  });
+
+  it("says when somebody else has changed it, and keeps what was typed", async () => {
+    vi.spyOn(api, "updateSession").mockRejectedValue(
+      new ProblemError({ detail: "Somebody else has changed this session in the meantime." }),
+    );
+    show(<NoteCard session={SESSION} />);
+    await screen.findByDisplayValue("Left shoulder. Done.");
+    type("Note of this session", "Mine");
+    fireEvent.click(button("End the session"));
+    expect((await screen.findByRole("alert")).textContent).toContain("Somebody else has changed");
+    expect(screen.getByDisplayValue("Mine")).toBeTruthy();
+  });
+
+  it("is only read by somebody who may not write", () => {
+    authStore.came(VIEWER);
+    show(<NoteCard session={{ ...SESSION, note: "As it stands." }} />);
+    expect(screen.getByText("As it stands.")).toBeTruthy();
+    expect(screen.queryByRole("button")).toBeNull();
+    expect(screen.queryByRole("textbox")).toBeNull();
+  });
+
+  it("is not changed any more once it is signed, only added to", async () => {
+    const signed: Session = {
+      ...SESSION,
+      note: "As signed.",
+      ended_at: "2026-11-21T09:40:00Z",
+      signed_at: "2026-11-21T09:45:00Z",
+      signed_by: "Ito Mai",
+    };
+    const add = vi.spyOn(api, "addAddendum").mockResolvedValue(signed);
+    show(<NoteCard session={signed} />);
+    expect(screen.queryByRole("textbox", { name: "Note of this session" })).toBeNull();
+    expect(screen.getByTestId("signed").textContent).toContain("Signed by Ito Mai");
+    expect(button("Add as Ito Mai").hasAttribute("disabled")).toBe(true);
+    type("Addendum", "Slept well.");
+    fireEvent.click(button("Add as Ito Mai"));
+    await waitFor(() =>
+      expect(add).toHaveBeenCalledWith("s", { written_by: "Ito Mai", text: "Slept well." }),
+    );
+  });
+});

@@ -1,0 +1,190 @@
+import { Button, Card, Group, Stack, Text, Title, UnstyledButton } from "@mantine/core";
+import { IconCircleCheckFilled } from "@tabler/icons-react";
+import { useMutation } from "@tanstack/react-query";
+import { useEffect, useRef, useState } from "react";
+import { api, type Session } from "../../../lib/api/client";
+import { useLive } from "../../../lib/live/hooks";
+import { useNewestSession, useRecordings } from "../../../lib/patientQueries";
+import { useSetSessionCache } from "../../../lib/useSetSessionCache";
+import { PageLink } from "../../../ui/links";
+import { ProblemNote } from "../../../ui/ProblemNote";
+import { NoteCard } from "../../sessions/NoteCard";
+import { PlayPanel } from "../PlayPanel";
+import { BeginStep } from "./BeginStep";
+import { STEP_WORDS, VISIT } from "./messages";
+import { NrsScale } from "./NrsScale";
+import { PreflightChecklist, useChecklist } from "./PreflightChecklist";
+import { canGoTo, nextItem, STEPS, type Step, stepAfter, stepOf } from "./steps";
+import classes from "./visit.module.css";
+
+/**
+ * A session, step by step. Where it stands the service knows; going back is always possible. The press that completes a step goes on to
+ * the next one; what the apparatus sees by itself does not.
+ */
+export function SessionWizard({ patientId, wanted }: { patientId: string; wanted: string | null }) {
+  const run = useLive("run");
+  // The visit that this patient has now: the newest session, unless it is signed and over.
+  const visit = useNewestSession(patientId);
+  const [gone, setGone] = useState<Step | null>(null);
+  const [another, setAnother] = useState(false);
+  const newest = visit.data ?? null;
+  const session = newest && (newest.signed_at || (another && newest.ended_at)) ? null : newest;
+  // What the arm does goes before everything else.
+  const step = run ? "play" : gone && canGoTo(gone, session) ? gone : stepOf(session);
+  const heading = useRef<HTMLHeadingElement>(null);
+  const asked = useRef(false);
+  const go = (to: Step) => {
+    asked.current = true;
+    setGone(to);
+  };
+  const known = !visit.isPending;
+  // Where it stood when it came into sight: what is answered there does not take the step away from under the hand.
+  useEffect(() => {
+    if (known && gone === null) setGone(stepOf(session));
+  }, [known, gone, session]);
+  // The button that was pressed has gone with its step: whoever works by keyboard or hears the page goes on from the next one's name.
+  useEffect(() => {
+    if (asked.current && step === gone) {
+      asked.current = false;
+      heading.current?.focus();
+    }
+  }, [step, gone]);
+  if (visit.isPending) return null;
+  return (
+    <Card withBorder component="section" aria-label={VISIT.title}>
+      <Stack>
+        <Steps step={step} session={session} locked={run !== null} onGo={go} />
+        <Title order={2} size="h3" ref={heading} tabIndex={-1}>
+          {STEP_WORDS[step]}
+        </Title>
+        <ProblemNote error={visit.error} />
+        {step === "begin" && (
+          <>
+            {newest?.signed_at && (
+              <Text>
+                {VISIT.lastSigned}
+                <PageLink to="/sessions/$sessionId" params={{ sessionId: newest.id }}>
+                  {VISIT.look}
+                </PageLink>
+              </Text>
+            )}
+            <BeginStep patientId={patientId} session={session} onDone={() => setGone(null)} />
+          </>
+        )}
+        {step === "checklist" && session && <Checks session={session} onDone={() => go("pain_before")} />}
+        {(step === "pain_before" || step === "pain_after") && session && (
+          <Pain session={session} when={step} onDone={() => go(stepAfter(step))} />
+        )}
+        {step === "play" && (
+          <>
+            <PlayPanel patientId={patientId} session={session} wanted={wanted} />
+            {!run && session && (
+              <Group>
+                <Button
+                  size="lg"
+                  variant={session.runs.length > 0 ? "filled" : "default"}
+                  onClick={() => go("pain_after")}
+                >
+                  {VISIT.enough}
+                </Button>
+              </Group>
+            )}
+          </>
+        )}
+        {step === "note" && session && (
+          <>
+            <NoteCard key={session.id} session={session} />
+            {session.ended_at && (
+              <Group>
+                <Button variant="default" size="lg" onClick={() => setAnother(true)}>
+                  {VISIT.signLater}
+                </Button>
+              </Group>
+            )}
+          </>
+        )}
+      </Stack>
+    </Card>
+  );
+}
+
+function Steps(props: { step: Step; session: Session | null; locked: boolean; onGo: (step: Step) => void }) {
+  const { step, session, locked, onGo } = props;
+  const reached = STEPS.indexOf(stepOf(session));
+  return (
+    <Group component="nav" gap="xs" aria-label={VISIT.steps}>
+      {STEPS.map((one, place) => (
+        <UnstyledButton
+          key={one}
+          className={classes.step ?? ""}
+          aria-current={one === step ? "step" : undefined}
+          disabled={locked || !canGoTo(one, session)}
+          onClick={() => onGo(one)}
+        >
+          {place < reached ? <IconCircleCheckFilled size={22} aria-label={VISIT.done} /> : <b>{place + 1}</b>}{" "}
+          {STEP_WORDS[one]}
+        </UnstyledButton>
+      ))}
+    </Group>
+  );
+}
+
+/** For what is played first: of the programme, or any of the patient's recordings. */
+function Checks({ session, onDone }: { session: Session; onDone: () => void }) {
+  const recordings = useRecordings(session.patient.id);
+  const item = nextItem(session.programme?.items ?? [], session.runs);
+  const first = (recordings.data?.items ?? []).find((one) => !one.archived_at);
+  const recordingId = item?.recording_id ?? first?.id ?? null;
+  const name = item?.recording_name ?? first?.name;
+  const checklist = useChecklist(session.id, recordingId);
+  const complete = checklist.data?.complete === true;
+  return (
+    <>
+      <Text>{name ? VISIT.checkedFor(name) : VISIT.nothingTaught}</Text>
+      <PreflightChecklist sessionId={session.id} recordingId={recordingId} onComplete={onDone} />
+      <Group>
+        <Button size="xl" variant={complete ? "filled" : "default"} onClick={onDone}>
+          {complete ? VISIT.toPain : VISIT.toPainLater}
+        </Button>
+      </Group>
+    </>
+  );
+}
+
+function Pain(props: { session: Session; when: "pain_before" | "pain_after"; onDone: () => void }) {
+  const { session, when, onDone } = props;
+  const keep = useSetSessionCache();
+  const say = useMutation({
+    mutationFn: (pain: Partial<Pick<Session, "pain_before" | "pain_during" | "pain_after">>) =>
+      api.updateSession(session.id, { ...pain, updated_at: session.updated_at }),
+    onSuccess: (saved) => {
+      keep(saved);
+      const answered = when === "pain_before" || saved.pain_during !== null;
+      if (answered && saved[when] !== null) onDone();
+    },
+  });
+  return (
+    <>
+      {when === "pain_after" && (
+        <NrsScale
+          label={VISIT.worstPain}
+          value={session.pain_during}
+          disabled={say.isPending}
+          onChange={(pain_during) => say.mutate({ pain_during })}
+        />
+      )}
+      <NrsScale
+        label={when === "pain_before" ? VISIT.painBefore : VISIT.painAfter}
+        value={session[when]}
+        disabled={say.isPending}
+        onChange={(pain) => say.mutate({ [when]: pain })}
+      />
+      <ProblemNote error={say.error} />
+      <Group>
+        <Button size="xl" variant={session[when] === null ? "default" : "filled"} onClick={onDone}>
+          {session[when] === null ? VISIT.notAsked : VISIT.goOn}
+        </Button>
+      </Group>
+    </>
+  );
+}

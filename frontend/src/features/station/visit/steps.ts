@@ -1,0 +1,38 @@
+import type { Schemas, Session } from "../../../lib/api/client";
+
+export const STEPS = ["begin", "checklist", "pain_before", "play", "pain_after", "note"] as const;
+export type Step = (typeof STEPS)[number];
+
+type Seen = Pick<Session, "ended_at" | "checks" | "pain_before" | "pain_after" | "runs">;
+
+/** Where a visit stands, by what the service knows of it: so that a reload, or another computer, goes on there. */
+export function stepOf(session: Seen | null): Step {
+  if (session === null) return "begin";
+  if (session.ended_at) return "note";
+  if (session.pain_after !== null) return "note";
+  if (session.runs.length > 0) return "play";
+  if (!["side", "fixtures", "belt"].every((check) => session.checks.some((one) => one.check === check))) {
+    return "checklist";
+  }
+  return session.pain_before === null ? "pain_before" : "play";
+}
+
+/** Which steps can be gone to: before the session begins only that, after its end only the note. */
+export function canGoTo(step: Step, session: Seen | null): boolean {
+  if (session === null) return step === "begin";
+  return session.ended_at ? step === "note" : true;
+}
+
+export const stepAfter = (step: Step): Step =>
+  STEPS[Math.min(STEPS.indexOf(step) + 1, STEPS.length - 1)] ?? step;
+
+export type Item = Schemas["SessionItem"];
+type Played = Pick<Schemas["Run"], "programme_position" | "outcome">;
+
+/** Whether an item has been played to its end. */
+export const isDone = (item: Pick<Item, "position">, runs: Played[]): boolean =>
+  runs.some((run) => run.programme_position === item.position && run.outcome === "completed");
+
+/** What comes next of what is planned; null when all of it is done. */
+export const nextItem = (items: Item[], runs: Played[]): Item | null =>
+  items.find((item) => !isDone(item, runs)) ?? null;

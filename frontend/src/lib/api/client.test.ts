@@ -1,0 +1,73 @@
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { formatDeg, formatSpan } from "../format";
+import { api, ProblemError } from "./client";
+
+afterEach(() => vi.unstubAllGlobals());
+
+const failure = async (call: Promise<unknown>): Promise<ProblemError> => {
+  try {
+    await call;
+  } catch (error) {
+    if (error instanceof ProblemError) return error;
+  }
+  throw new Error("no problem was thrown");
+};
+
+describe("the client", () => {
+  it("is generated from the service's present document", () => {
+    const fresh = join(mkdtempSync(join(tmpdir(), "kata-")), "schema.d.ts");
+    execFileSync("node_modules/.bin/openapi-typescript", ["openapi.json", "-o", fresh]);
+    expect(readFileSync("src/api/schema.d.ts", "utf8"), "stale: npm run client").toBe(
+      readFileSync(fresh, "utf8"),
+    );
+  }, 30_000);
+
+  it("throws a problem with its sentence, next step and fields", async () => {
+    const problem = {
+      detail: "Please check what was entered: name is needed.",
+      code: "invalid",
+      next_step: "",
+      errors: [{ pointer: "#/name", detail: "is needed" }],
+    };
+    vi.stubGlobal("fetch", async () => Response.json(problem, { status: 422 }));
+    const error = await failure(api.patient("x"));
+    expect(error.message).toBe(problem.detail);
+    expect(error.code).toBe("invalid");
+    expect(error.fields).toEqual({ name: "is needed" });
+  });
+
+  it("puts a silent service into words", async () => {
+    vi.stubGlobal("fetch", async () => {
+      throw new TypeError("Failed to fetch");
+    });
+    const error = await failure(api.patient("x"));
+    expect(error.code).toBe("no_connection");
+    expect(error.nextStep).not.toBe("");
+  });
+
+  it("puts nonsense into words", async () => {
+    vi.stubGlobal("fetch", async () => new Response("{}", { status: 502 }));
+    expect((await failure(api.patient("x"))).message).toContain("cannot be understood");
+  });
+});
+
+describe("numbers", () => {
+  it.each([
+    [-1.25, "−1.3"],
+    [0, "0.0"],
+    [-0.01, "0.0"],
+    [null, "–"],
+  ])("shows %s deg as %s", (value, shown) => {
+    expect(formatDeg(value)).toBe(shown);
+  });
+
+  it("rounds what is left up, so that 0:00 means over", () => {
+    expect(formatSpan(75.2)).toBe("1:16");
+    expect(formatSpan(0.1)).toBe("0:01");
+    expect(formatSpan(0)).toBe("0:00");
+  });
+});

@@ -1,0 +1,433 @@
+import createClient from "openapi-fetch";
+import type { PlotWindow } from "../../ui/plotWindow";
+import { type Language, say } from "../language";
+import { translateServerText } from "../serverText";
+import type { components, paths } from "./schema";
+
+export type Schemas = components["schemas"];
+export type Patient = Schemas["Patient"];
+export type Recording = Schemas["Recording"];
+/** What can be done to a recording. */
+export type Edit =
+  | Schemas["Trim"]
+  | Schemas["Hold"]
+  | Schemas["Scale"]
+  | Schemas["Isolate"]
+  | Schemas["WarmUp"]
+  | Schemas["Stretch"]
+  | Schemas["Mirror"];
+export type Episode = Schemas["Episode"];
+export type Assessment = Schemas["Assessment"];
+export type Session = Schemas["Session"];
+/** Which sessions; those that match everything that is given. */
+export type SessionsWanted = Omit<
+  NonNullable<paths["/api/sessions"]["get"]["parameters"]["query"]>,
+  "after" | "limit"
+>;
+/** Somebody whom a session can begin for without the database. */
+export type ReadyPatient = Schemas["ReadyPatient"];
+export type Run = Schemas["Run"];
+export type Check = Schemas["SessionCheck"];
+export type Programme = Schemas["ProgrammeDetail"];
+export type ProgrammeVersion = Schemas["ProgrammeVersion"];
+export type ProgrammeItem = Schemas["ProgrammeItem"];
+export type Live = Schemas["Live"];
+export type StationInfo = Schemas["StationInfo"];
+export type Chart =
+  paths["/api/episodes/{episode_id}/progress/{chart}"]["get"]["parameters"]["path"]["chart"];
+export type CommandName = keyof Live["refusals"];
+/** Who is signed in. */
+export type Me = Schemas["Me"];
+export type Account = Schemas["Account"];
+/** What of the audit trail; what matches everything that is given. */
+export type AuditWanted = Omit<
+  NonNullable<paths["/api/audit"]["get"]["parameters"]["query"]>,
+  "after" | "limit"
+>;
+
+const UNHEARD = say(
+  {
+    unclear: "The service gave an answer that cannot be understood.",
+    silent: "The service does not answer.",
+    check: "Check the network, and that the service is running.",
+  },
+  {
+    unclear: "サービスの応答を理解できませんでした。",
+    silent: "サービスが応答しません。",
+    check: "ネットワークと、サービスが動いていることを確認してください。",
+  },
+);
+
+/** An error answer of the service: a sentence, and what to do next. */
+export class ProblemError extends Error {
+  readonly code: string;
+  readonly nextStep: string;
+  /** By field name: what is wrong with it. */
+  readonly fields: Record<string, string>;
+
+  constructor(problem: Partial<Schemas["Problem"]>) {
+    super(
+      problem.detail === undefined
+        ? UNHEARD.unclear
+        : translateServerText(problem.detail, problem.detail_key),
+    );
+    this.code = problem.code ?? "unknown";
+    this.nextStep = translateServerText(problem.next_step ?? "", problem.next_step_key);
+    this.fields = Object.fromEntries(
+      (problem.errors ?? []).map((error) => [
+        error.pointer.split("/").at(-1) ?? "",
+        translateServerText(error.detail, error.detail_key),
+      ]),
+    );
+  }
+}
+
+/** What every call goes through; who minds the sign-in listens here. Looked up at each call, so that tests can put another in its place. */
+export const client = createClient<paths>({
+  baseUrl: location.origin,
+  fetch: (request) => fetch(request),
+});
+
+/** The data of an answer, or the problem thrown. */
+async function unwrap<T>(
+  answer: Promise<{ data?: T; error?: unknown; response: Response }>,
+): Promise<NonNullable<T>> {
+  let given: { data?: T; error?: unknown };
+  try {
+    given = await answer;
+  } catch {
+    throw new ProblemError({
+      code: "no_connection",
+      detail: UNHEARD.silent,
+      next_step: UNHEARD.check,
+    });
+  }
+  if (given.data === undefined || given.data === null) {
+    throw new ProblemError((given.error ?? {}) as Partial<Schemas["Problem"]>);
+  }
+  return given.data;
+}
+
+/** An answer without data, or the problem thrown. */
+async function done(answer: Promise<{ error?: unknown; response: Response }>): Promise<void> {
+  await unwrap(
+    answer.then(({ error, response }) => ({ ...(response.ok ? { data: true } : { error }), response })),
+  );
+}
+
+/** Behind the last row that is known already; without one, from the beginning. */
+const behind = (after: string | null) => (after === null ? {} : { after });
+
+/** Longer than the service itself waits for the device. */
+const STOP_LIMIT_MS = 4000;
+
+/** Every call that the page makes. */
+export const api = {
+  // Who one is.
+  me: () => unwrap(client.GET("/api/me")),
+  signIn: (body: Schemas["SignIn"]) => unwrap(client.POST("/api/sign-in", { body })),
+  signInByLink: (secret: string) => unwrap(client.POST("/api/sign-in/link", { body: { secret } })),
+  waysIn: () => unwrap(client.GET("/api/sign-in")),
+  beginOpenId: (to: string) => unwrap(client.POST("/api/sign-in/openid/begin", { body: { to } })),
+  signInByOpenId: (body: Schemas["OidcCallback"]) => unwrap(client.POST("/api/sign-in/openid", { body })),
+  confirmOpenId: (code: string) => unwrap(client.POST("/api/sign-in/openid/code", { body: { code } })),
+  signOut: () => done(client.POST("/api/sign-out")),
+  setUp: (body: Schemas["SetUp"]) => unwrap(client.POST("/api/set-up", { body })),
+  setPassword: (body: Schemas["SetPassword"]) => done(client.POST("/api/set-password", { body })),
+  lockScreen: () => done(client.POST("/api/me/lock")),
+  unlock: (password: string) => unwrap(client.POST("/api/me/unlock", { body: { password } })),
+  chooseLanguage: (language: Language) => unwrap(client.PUT("/api/me/language", { body: { language } })),
+  changePassword: (body: Schemas["ChangePassword"]) => done(client.POST("/api/me/password", { body })),
+  beginSecondFactor: (password: string | null) =>
+    unwrap(client.POST("/api/me/second-factor", { body: { password } })),
+  confirmSecondFactor: (code: string) => unwrap(client.PUT("/api/me/second-factor", { body: { code } })),
+  removeSecondFactor: (password: string | null) =>
+    done(client.DELETE("/api/me/second-factor", { body: { password } })),
+  ownSignIns: () => unwrap(client.GET("/api/me/sign-ins")),
+  endOwnSignIn: (sign_in_id: string, password: string | null) =>
+    done(
+      client.DELETE("/api/me/sign-ins/{sign_in_id}", {
+        params: { path: { sign_in_id } },
+        body: { password },
+      }),
+    ),
+  // Who else may come in, and what was done.
+  accounts: () => unwrap(client.GET("/api/accounts")),
+  createAccount: (body: Schemas["AccountCreate"]) => unwrap(client.POST("/api/accounts", { body })),
+  updateAccount: (account_id: string, body: Schemas["AccountUpdate"]) =>
+    unwrap(client.PATCH("/api/accounts/{account_id}", { params: { path: { account_id } }, body })),
+  resetAccount: (account_id: string, body: Schemas["Reset"]) =>
+    unwrap(client.POST("/api/accounts/{account_id}/reset", { params: { path: { account_id } }, body })),
+  audit: (wanted: AuditWanted, after: string | null = null) =>
+    unwrap(client.GET("/api/audit", { params: { query: { ...wanted, ...behind(after) } } })),
+  stationVersions: (station: string) =>
+    unwrap(client.GET("/api/station-versions", { params: { query: { station } } })),
+  backups: () => unwrap(client.GET("/api/backups")),
+  makeBackup: () => unwrap(client.POST("/api/backups")),
+  recordAccess: (patient_id: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/access", { params: { path: { patient_id } } })),
+  changeRecordAccess: (patient_id: string, body: Schemas["RecordAccessChange"]) =>
+    unwrap(client.PUT("/api/patients/{patient_id}/access", { params: { path: { patient_id } }, body })),
+  breakGlass: (patient_id: string, body: Schemas["BreakGlass"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/break-glass-accesses", {
+        params: { path: { patient_id } },
+        body,
+      }),
+    ),
+  brokenGlass: () => unwrap(client.GET("/api/break-glass-accesses")),
+  reviewBrokenGlass: (glass_id: string) =>
+    unwrap(client.POST("/api/break-glass-accesses/{glass_id}/review", { params: { path: { glass_id } } })),
+  patients: (search: string, archived: boolean, after: string | null = null) =>
+    unwrap(client.GET("/api/patients", { params: { query: { search, archived, ...behind(after) } } })),
+  patient: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}", { params: { path: { patient_id: key } } })),
+  createPatient: (body: Schemas["PatientCreate"]) => unwrap(client.POST("/api/patients", { body })),
+  updatePatient: (key: string, body: Schemas["PatientUpdate"]) =>
+    unwrap(client.PATCH("/api/patients/{patient_id}", { params: { path: { patient_id: key } }, body })),
+  recordings: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/recordings", { params: { path: { patient_id: key } } })),
+  patientSessions: (key: string, after: string | null = null) =>
+    unwrap(
+      client.GET("/api/patients/{patient_id}/sessions", {
+        params: { path: { patient_id: key }, query: behind(after) },
+      }),
+    ),
+  // Episodes
+  episodes: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/episodes", { params: { path: { patient_id: key } } })),
+  openEpisode: (key: string, body: Schemas["EpisodeCreate"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/episodes", { params: { path: { patient_id: key } }, body }),
+    ),
+  updateEpisode: (key: string, body: Schemas["EpisodeUpdate"]) =>
+    unwrap(client.PATCH("/api/episodes/{episode_id}", { params: { path: { episode_id: key } }, body })),
+  closeEpisode: (key: string, body: Schemas["EpisodeClose"]) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/close", { params: { path: { episode_id: key } }, body })),
+  reopenEpisode: (key: string) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/reopen", { params: { path: { episode_id: key } } })),
+  addStage: (key: string, body: Schemas["StageCreate"]) =>
+    unwrap(client.POST("/api/episodes/{episode_id}/stages", { params: { path: { episode_id: key } }, body })),
+  removeStage: (episode_id: string, stage_id: string) =>
+    unwrap(
+      client.DELETE("/api/episodes/{episode_id}/stages/{stage_id}", {
+        params: { path: { episode_id, stage_id } },
+      }),
+    ),
+  recording: (key: string) =>
+    unwrap(client.GET("/api/recordings/{recording_id}", { params: { path: { recording_id: key } } })),
+  updateRecording: (key: string, body: Schemas["RecordingUpdate"]) =>
+    unwrap(client.PATCH("/api/recordings/{recording_id}", { params: { path: { recording_id: key } }, body })),
+  recordingFigure: (key: string, window: PlotWindow | null) =>
+    unwrap(
+      client.GET("/api/recordings/{recording_id}/figure", {
+        params: { path: { recording_id: key }, query: window ?? {} },
+      }),
+    ),
+  recordingMotion: (key: string) =>
+    unwrap(client.GET("/api/recordings/{recording_id}/motion", { params: { path: { recording_id: key } } })),
+  runMotion: (key: string) =>
+    unwrap(client.GET("/api/runs/{run_id}/motion", { params: { path: { run_id: key } } })),
+  previewDerived: (key: string, body: Edit) =>
+    unwrap(
+      client.POST("/api/recordings/{recording_id}/derived/preview", {
+        params: { path: { recording_id: key } },
+        body,
+      }),
+    ),
+  derive: (key: string, body: Edit) =>
+    unwrap(
+      client.POST("/api/recordings/{recording_id}/derived", {
+        params: { path: { recording_id: key } },
+        body,
+      }),
+    ),
+  sessions: (wanted: SessionsWanted, after: string | null = null) =>
+    unwrap(client.GET("/api/sessions", { params: { query: { ...wanted, ...behind(after) } } })),
+  sessionChoices: () => unwrap(client.GET("/api/sessions/filter-options")),
+  // Assessments and progress
+  assessmentForm: () => unwrap(client.GET("/api/assessments/form")),
+  assessments: (key: string, after: string | null = null) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/assessments", {
+        params: { path: { episode_id: key }, query: behind(after) },
+      }),
+    ),
+  createAssessment: (key: string, body: Schemas["AssessmentCreate"]) =>
+    unwrap(
+      client.POST("/api/episodes/{episode_id}/assessments", { params: { path: { episode_id: key } }, body }),
+    ),
+  updateAssessment: (key: string, body: Schemas["AssessmentUpdate"]) =>
+    unwrap(
+      client.PATCH("/api/assessments/{assessment_id}", { params: { path: { assessment_id: key } }, body }),
+    ),
+  withdrawAssessment: (key: string, updated_at: string) =>
+    unwrap(
+      client.POST("/api/assessments/{assessment_id}/withdraw", {
+        params: { path: { assessment_id: key } },
+        body: { updated_at },
+      }),
+    ),
+  progress: (key: string, chart: Chart) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/progress/{chart}", {
+        params: { path: { episode_id: key, chart } },
+      }),
+    ),
+  ready: () => unwrap(client.GET("/api/station/ready-patients")),
+  session: (key: string) =>
+    unwrap(client.GET("/api/sessions/{session_id}", { params: { path: { session_id: key } } })),
+  createSession: (body: Schemas["SessionCreate"]) => unwrap(client.POST("/api/sessions", { body })),
+  updateSession: (key: string, body: Schemas["SessionUpdate"]) =>
+    // A note that is saved while its page is being closed still arrives; browsers allow that for 64 kB.
+    unwrap(
+      client.PATCH("/api/sessions/{session_id}", {
+        params: { path: { session_id: key } },
+        body,
+        keepalive: (body.note?.length ?? 0) < 16_000,
+      }),
+    ),
+  endSession: (key: string, body: Schemas["SessionEnd"] = {}) =>
+    unwrap(client.POST("/api/sessions/{session_id}/end", { params: { path: { session_id: key } }, body })),
+  // The flow of a visit.
+  checklist: (key: string, recording_id: string | null) =>
+    unwrap(
+      client.GET("/api/sessions/{session_id}/checklist", {
+        params: { path: { session_id: key }, query: { recording_id } },
+      }),
+    ),
+  tick: (key: string, check: Check["check"], body: Schemas["CheckTick"]) =>
+    unwrap(
+      client.PUT("/api/sessions/{session_id}/checklist/{check}", {
+        params: { path: { session_id: key, check } },
+        body,
+      }),
+    ),
+  draft: (key: string, language: "en" | "ja") =>
+    unwrap(
+      client.GET("/api/sessions/{session_id}/draft", {
+        params: { path: { session_id: key }, query: { language } },
+      }),
+    ),
+  signSession: (key: string, body: Schemas["SessionSign"]) =>
+    unwrap(client.POST("/api/sessions/{session_id}/sign", { params: { path: { session_id: key } }, body })),
+  addAddendum: (key: string, body: Schemas["AddendumCreate"]) =>
+    unwrap(
+      client.POST("/api/sessions/{session_id}/addenda", { params: { path: { session_id: key } }, body }),
+    ),
+  sessionAlarms: (session_id: string) =>
+    unwrap(client.GET("/api/events", { params: { query: { session_id, kind: "alarm", limit: 50 } } })),
+  runFigures: (key: string, window: PlotWindow | null) =>
+    unwrap(
+      client.GET("/api/runs/{run_id}/figures", { params: { path: { run_id: key }, query: window ?? {} } }),
+    ),
+  teachingChecklist: (patient_id: string, fixtures: Schemas["TeachRequest"]["fixtures"]) =>
+    unwrap(
+      client.GET("/api/patients/{patient_id}/teaching-checklist", {
+        params: { path: { patient_id }, query: { fixtures } },
+      }),
+    ),
+  teach: (body: Schemas["TeachRequest"]) => unwrap(client.POST("/api/station/teach", { body })),
+  // Programmes, and what was done of them.
+  programmes: (key: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } } })),
+  createProgramme: (key: string, body: Schemas["ProgrammeCreate"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/programmes", { params: { path: { patient_id: key } }, body }),
+    ),
+  previewProgramme: (key: string, body: Schemas["PreviewWanted"]) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/programmes/preview", {
+        params: { path: { patient_id: key } },
+        body,
+      }),
+    ),
+  programme: (key: string) =>
+    unwrap(client.GET("/api/programmes/{programme_id}", { params: { path: { programme_id: key } } })),
+  updateProgramme: (key: string, body: Schemas["ProgrammeUpdate"]) =>
+    unwrap(client.PATCH("/api/programmes/{programme_id}", { params: { path: { programme_id: key } }, body })),
+  createProgrammeVersion: (key: string, body: Schemas["VersionCreate"]) =>
+    unwrap(
+      client.POST("/api/programmes/{programme_id}/versions", {
+        params: { path: { programme_id: key } },
+        body,
+      }),
+    ),
+  sessionPlan: (key: string) =>
+    unwrap(client.GET("/api/sessions/{session_id}/plan", { params: { path: { session_id: key } } })),
+  adherence: (key: string, utc_offset_minutes: number) =>
+    unwrap(
+      client.GET("/api/episodes/{episode_id}/adherence", {
+        params: { path: { episode_id: key }, query: { utc_offset_minutes } },
+      }),
+    ),
+  takeLease: (take_over: boolean) => unwrap(client.POST("/api/station/lease", { body: { take_over } })),
+  releaseLease: () => unwrap(client.DELETE("/api/station/lease")),
+  load: (body: Schemas["LoadRequest"]) => unwrap(client.POST("/api/station/load", { body })),
+  finishTeaching: () => unwrap(client.POST("/api/station/finish-teaching")),
+  unload: () => unwrap(client.POST("/api/station/unload")),
+  approach: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/approach", { body })),
+  play: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/play", { body })),
+  turn: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
+  pause: () => unwrap(client.POST("/api/station/pause")),
+  less: () => unwrap(client.POST("/api/station/reduce-range")),
+  goBack: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
+  releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
+  /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */
+  stop: () => done(client.POST("/api/station/stop", { signal: AbortSignal.timeout(STOP_LIMIT_MS) })),
+  acknowledge: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/acknowledge", { body })),
+  simulator: () => unwrap(client.GET("/api/simulator")),
+  setPedal: (down: boolean) => unwrap(client.POST("/api/simulator/pedal", { body: { down } })),
+  setEstop: (pressed: boolean) => unwrap(client.POST("/api/simulator/estop", { body: { pressed } })),
+  guide: (motion_id: string) => unwrap(client.POST("/api/simulator/guide", { body: { motion_id } })),
+  uploadMotion: (name: string, csv: string) =>
+    unwrap(
+      client.POST("/api/simulator/motions", {
+        params: { query: { name } },
+        body: csv,
+        headers: { "Content-Type": "text/csv" },
+        bodySerializer: (body) => body,
+      }),
+    ),
+  // What goes out to others and comes in from them. A file is sent as it is: what its bytes mean is the service's to say.
+  previewMotion: (patient_id: string, side: "left" | "right", csv: Blob) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/recordings/import/preview", {
+        params: { path: { patient_id }, query: { side } },
+        body: "",
+        headers: { "Content-Type": "text/csv" },
+        bodySerializer: () => csv,
+      }),
+    ),
+  importMotion: (
+    patient_id: string,
+    query: { name: string; side: "left" | "right"; taught_by: string },
+    csv: Blob,
+  ) =>
+    unwrap(
+      client.POST("/api/patients/{patient_id}/recordings/import", {
+        params: { path: { patient_id }, query },
+        body: "",
+        headers: { "Content-Type": "text/csv" },
+        bodySerializer: () => csv,
+      }),
+    ),
+  importPatients: (affected_side: "left" | "right", resource: Blob) =>
+    unwrap(
+      client.POST("/api/patients/import/fhir", {
+        params: { query: { affected_side } },
+        body: {},
+        headers: { "Content-Type": "application/fhir+json" },
+        bodySerializer: () => resource,
+      }),
+    ),
+  openErasures: () => unwrap(client.GET("/api/erasures")),
+  erasures: (patient_id: string) =>
+    unwrap(client.GET("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } } })),
+  noteErasure: (patient_id: string, body: Schemas["ErasureRequest"]) =>
+    unwrap(client.POST("/api/patients/{patient_id}/erasures", { params: { path: { patient_id } }, body })),
+  refuseErasure: (erasure_id: string, body: Schemas["ErasureRefusal"]) =>
+    unwrap(client.POST("/api/erasures/{erasure_id}/refuse", { params: { path: { erasure_id } }, body })),
+  erasePatient: (erasure_id: string, body: Schemas["ErasureConsent"]) =>
+    unwrap(client.POST("/api/erasures/{erasure_id}/approve", { params: { path: { erasure_id } }, body })),
+};

@@ -1,0 +1,83 @@
+import { useQueryClient } from "@tanstack/react-query";
+import { useEffect, useState, useSyncExternalStore } from "react";
+import type { CommandName, Live, Schemas, StationInfo } from "../api/client";
+import { say } from "../language";
+import { translateServerText } from "../serverText";
+import { ageTenths, isAlive, type LiveState, store } from "./store";
+
+const AGE_EVERY_MS = 500;
+const NOT_ALIVE = say(
+  { message: "There is no live connection to the apparatus.", nextStep: "Wait until it is back." },
+  { message: "装置とのライブ接続がありません。", nextStep: "接続が戻るまでお待ちください。" },
+);
+
+function useStore<T>(select: (state: LiveState) => T): T {
+  return useSyncExternalStore(store.subscribe, () => select(store.get()));
+}
+
+/** Messages are coming from the service. */
+export const useConnected = (): boolean => useStore((state) => state.connected);
+
+/** The values shown are of now. When false, nothing may look alive. */
+export const useAlive = (): boolean => useStore(isAlive);
+
+/** How old what is shown is, in tenths of a second: of the device's own last word, and of its way to here. Null before any. */
+export function useAge(): number | null {
+  const [age, setAge] = useState<number | null>(null);
+  useEffect(() => {
+    const look = () => setAge(ageTenths(store.get(), Date.now()));
+    look();
+    const looking = setInterval(look, AGE_EVERY_MS);
+    return () => clearInterval(looking);
+  }, []);
+  return age;
+}
+
+export const useHeardAt = (): number | null =>
+  useStore((state) => (state.heardAt === null ? null : Math.floor(state.heardAt / 1000) * 1000));
+
+/** What happened while this page was open, newest first. */
+export const useEvents = (): Schemas["EventLive"][] => useStore((state) => state.events);
+
+export const useStation = (): StationInfo | null => useStore((state) => state.station);
+
+/** One field of the live state; null before anything has come. */
+export function useLive<Name extends keyof Live>(name: Name): Live[Name] | null {
+  return useStore((state) => state.live?.[name] ?? null);
+}
+
+/** Why a command is not possible now; null when it is. */
+export function useRefusal(
+  command: CommandName,
+): Pick<Schemas["RefusalLive"], "code" | "message" | "next_step"> | null {
+  const alive = useAlive();
+  const refusal = useStore((state) => state.live?.refusals[command] ?? null);
+  if (!alive) {
+    return {
+      code: "not_alive",
+      message: NOT_ALIVE.message,
+      next_step: NOT_ALIVE.nextStep,
+    };
+  }
+  return (
+    refusal && {
+      code: refusal.code,
+      message: translateServerText(refusal.message, refusal.message_key),
+      next_step: translateServerText(refusal.next_step, refusal.next_step_key),
+    }
+  );
+}
+
+/** Keep lists fresh as takes and runs reach the database. */
+export function useSavedRecords(): void {
+  const queries = useQueryClient();
+  useEffect(
+    () =>
+      store.onSaved((saved) => {
+        if (saved.what === "recording") void queries.invalidateQueries({ queryKey: ["recordings"] });
+        void queries.invalidateQueries({ queryKey: ["session"] });
+        void queries.invalidateQueries({ queryKey: ["sessions"] });
+      }),
+    [queries],
+  );
+}

@@ -1,0 +1,76 @@
+import type english from "../../server-messages.json";
+import type { components } from "./api/schema";
+import { LANGUAGE } from "./language";
+
+type Schemas = components["schemas"];
+type Key = Schemas["TextKey"] | Schemas["NestedText"];
+type Nested = Schemas["NestedText"];
+
+/** The code of a message of the service. */
+export type ServerCode = keyof typeof english;
+type Catalogue = Readonly<Record<ServerCode, string>>;
+
+let catalogue: Partial<Catalogue> = {};
+
+/**
+ * Fetch the translations of the service's messages, before the page is drawn. Without them the page shows the service's
+ * own English.
+ */
+export async function loadServerTexts(): Promise<void> {
+  if (LANGUAGE === "en") return;
+  try {
+    // A missing translation does not compile.
+    catalogue = (await import("../locales/ja/server.json")).default satisfies Catalogue;
+  } catch {
+    // A newer page has replaced the file on the server.
+  }
+}
+
+/** Translate a text of the service by its code. A text without a code, or with an unknown one, stays English. */
+export function translateServerText(text: string, key: Key | null | undefined): string {
+  const template = key && Object.hasOwn(catalogue, key.code) ? catalogue[key.code as ServerCode] : undefined;
+  if (!key || template === undefined) return text;
+  return template.replace(
+    /\{\{|\}\}|\{(\w+):([^}]*)\}/g,
+    (whole: string, name: string | undefined, type: string) => {
+      if (name === undefined) return whole.charAt(0);
+      const value = key.params[name];
+      return value === undefined ? "" : shown(value, type);
+    },
+  );
+}
+
+/** Translate each text of a figure or a table at its place. */
+export function translatePlaced<Content extends { texts?: Schemas["PlacedText"][] }>(
+  content: Content,
+): Content {
+  if (LANGUAGE === "en" || !content.texts?.length) return content;
+  const translated = structuredClone(content);
+  for (const key of content.texts) for (const place of key.places) replaceAt(translated, place, key);
+  return translated;
+}
+
+/** Put the translation of the text at a JSON pointer there. */
+function replaceAt(content: object, pointer: string, key: Key) {
+  const path = pointer.split("/").slice(1);
+  const name = path.pop() ?? "";
+  let parent: unknown = content;
+  for (const part of path) parent = (parent as Record<string, unknown> | undefined)?.[part];
+  const of = parent as Record<string, unknown> | undefined;
+  if (typeof of?.[name] === "string") of[name] = translateServerText(of[name], key);
+}
+
+/** A parameter as its type says: see `backend/kata/messages.py`. */
+function shown(value: unknown, type: string): string {
+  if (type === "text") return nested(value as Nested);
+  if (type === "sentence") return translateServerText((value as Nested).text, value as Nested);
+  if (type === "texts") return (value as Nested[]).map(nested).join("、");
+  if (typeof value !== "number") return String(value);
+  const digits = Number(type.slice(1, -1));
+  if (type.endsWith("f")) return value.toFixed(digits);
+  if (type.endsWith("g")) return String(Number(value.toPrecision(type === "g" ? 6 : digits)));
+  return String(value);
+}
+
+/** A text within another one loses its full stop. */
+const nested = (one: Nested) => translateServerText(one.text, one).replace(/[.。]$/, "");

@@ -1,0 +1,39 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, expect, it, vi } from "vitest";
+import { LoadMoreButton } from "../ui/LoadMoreButton";
+import { usePagedQuery } from "./usePagedQuery";
+
+afterEach(cleanup);
+
+function List({ fetchPage }: { fetchPage: (after: string | null) => Promise<Page> }) {
+  const list = usePagedQuery(["list"], fetchPage);
+  return (
+    <>
+      <p>{list.items?.join(" ")}</p>
+      <LoadMoreButton list={list} />
+    </>
+  );
+}
+type Page = { items: string[]; next: string | null };
+
+it("a list grows by a page at a time, until there is no more", async () => {
+  const pages: Record<string, Page> = {
+    "": { items: ["a", "b"], next: "behind b" },
+    "behind b": { items: ["c"], next: null },
+  };
+  const fetchPage = vi.fn(async (after: string | null) => pages[after ?? ""] as Page);
+  render(
+    <MantineProvider env="test">
+      <QueryClientProvider client={new QueryClient()}>
+        <List fetchPage={fetchPage} />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  await screen.findByText("a b");
+  fireEvent.click(screen.getByRole("button", { name: "Show more" }));
+  await screen.findByText("a b c");
+  expect(screen.queryByRole("button")).toBeNull();
+  expect(fetchPage.mock.calls).toEqual([[null], ["behind b"]]);
+});

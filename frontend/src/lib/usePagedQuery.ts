@@ -1,0 +1,18 @@
+import { keepPreviousData, useInfiniteQuery } from "@tanstack/react-query";
+
+type Page<Item> = { items: Item[]; next: string | null };
+
+/** A list that is fetched a page at a time, with what has come of it so far in one piece; a page may tell more than its items. */
+export function usePagedQuery<Item, Fetched extends Page<Item> = Page<Item>>(
+  key: unknown[],
+  fetchPage: (after: string | null) => Promise<Fetched & Page<Item>>,
+) {
+  const list = useInfiniteQuery({
+    queryKey: key,
+    queryFn: ({ pageParam }) => fetchPage(pageParam),
+    initialPageParam: null as string | null,
+    getNextPageParam: (page) => page.next,
+    placeholderData: keepPreviousData,
+  });
+  return { ...list, items: list.data?.pages.flatMap((page): Item[] => page.items) };
+}

@@ -1,0 +1,102 @@
+import { AppShell, Badge, Box, Group, Text } from "@mantine/core";
+import { IconPlugConnected, IconPlugConnectedX } from "@tabler/icons-react";
+import type { ReactNode } from "react";
+import { Brand } from "../app/Brand";
+import classes from "../app/Shell.module.css";
+import { Alarms } from "../features/alarms/Alarms";
+import { useAge, useAlive, useConnected, useHeardAt, useLive, useStation } from "../lib/live/hooks";
+import { SHELL } from "../lib/messages";
+import { EstopBadge } from "./EstopBadge";
+import { modeWords } from "./modes";
+import { StopBanner } from "./StopBanner";
+import { StopButton } from "./StopButton";
+
+const HEADER = 124;
+
+/** What stands above everything while somebody is signed in, behind a locked screen too: what the apparatus does, and Stop. */
+export function StateBar(props: { children: ReactNode; top?: ReactNode; stopBanner?: boolean }) {
+  const { children, top, stopBanner = true } = props;
+  return (
+    // Above dialogs: nothing may lie over Stop.
+    <AppShell header={{ height: HEADER }} padding={0} zIndex={400}>
+      <AppShell.Header>
+        <Group h="100%" px="md" justify="space-between" wrap="nowrap" gap="md">
+          <Box flex={1} miw={0}>
+            <Group gap="sm" mb={8} wrap="nowrap">
+              {top ?? (
+                <Text fw={700} fz={22} c="var(--kata-brand)">
+                  <Brand />
+                </Text>
+              )}
+            </Group>
+            <Group gap="sm">
+              <EstopBadge />
+              <ModeBadge />
+              <ConnectionBadge />
+            </Group>
+          </Box>
+          <StopButton />
+        </Group>
+      </AppShell.Header>
+      <AppShell.Main>
+        <div className={classes.banners ?? ""}>
+          {stopBanner && <StopBanner />}
+          <Alarms />
+        </div>
+        {children}
+      </AppShell.Main>
+    </AppShell>
+  );
+}
+
+function ModeBadge() {
+  const alive = useAlive();
+  const mode = useLive("mode");
+  const stop = useLive("stop");
+  const run = useLive("run");
+  return (
+    <Badge
+      size="xl"
+      radius="sm"
+      variant="light"
+      color={alive ? "indigo" : "gray"}
+      tt="none"
+      data-testid="mode"
+    >
+      {alive && mode ? modeWords({ mode, stop, run }) : SHELL.modeUnknown}
+    </Badge>
+  );
+}
+
+function ConnectionBadge() {
+  const connected = useConnected();
+  const heard = useHeardAt() !== null;
+  const starting = useLive("device") === "starting";
+  const station = useStation();
+  // Before the first word there is nothing to be alarmed about yet.
+  const lost = heard ? SHELL.lost : SHELL.connecting;
+  const live = starting ? SHELL.starting : station?.simulated ? SHELL.liveSimulated : SHELL.live;
+  return (
+    <Group gap={6} wrap="nowrap" data-testid="connection" data-connected={connected}>
+      {connected ? <IconPlugConnected size={18} /> : <IconPlugConnectedX size={18} />}
+      <Text size="sm" role="status">
+        {connected ? live : lost}
+      </Text>
+      <Age />
+    </Group>
+  );
+}
+
+/** Of what the device said last. No screen reader is told of it twice a second. */
+function Age() {
+  const age = useAge();
+  if (age === null) return null;
+  return (
+    <Text size="sm" className={classes.age ?? ""} data-testid="age">
+      {formatAge(age)}
+    </Text>
+  );
+}
+
+const formatAge = (tenths: number) =>
+  tenths < 600 ? SHELL.secondsOld((tenths / 10).toFixed(1)) : SHELL.minutesOld(Math.floor(tenths / 600));

@@ -1,0 +1,92 @@
+import { MantineProvider } from "@mantine/core";
+import { QueryClient, QueryClientProvider } from "@tanstack/react-query";
+import { cleanup, fireEvent, render, screen } from "@testing-library/react";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { authStore } from "../features/auth/authState";
+import { ME } from "../features/auth/examples";
+import { api, type Live } from "../lib/api/client";
+import { type LiveState, store } from "../lib/live/store";
+import { StopBanner } from "./StopBanner";
+
+const cause = {
+  code: "load_repeated",
+  category: 2 as const,
+  message: "Motor 4 met resistance twice in the same place.",
+  next_step: "The arm is held: support it, then acknowledge.",
+  axis: 4,
+  cleared: true,
+};
+
+const NOTHING_FOUND = {
+  code: "no_torque_found",
+  message: "No motor holds the arm from before.",
+  next_step: "",
+};
+
+type Shown = { arm_held: boolean; torque?: Live["torque"]; connected?: boolean; found?: boolean };
+
+function show({ arm_held, torque = "off", connected = true, found = false }: Shown) {
+  const refusals: Partial<Live["refusals"]> = found ? {} : { release_torque: NOTHING_FOUND };
+  const live = { device: "running", age_ms: 5, mode: "stopped", torque, refusals } as Partial<Live>;
+  const stop = { causes: [cause], arm_held };
+  const state = { connected, heardAt: 0, station: null, live: { kept: {}, ...live, stop }, events: [] };
+  vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
+  render(
+    <MantineProvider>
+      <QueryClientProvider client={new QueryClient()}>
+        <StopBanner />
+      </QueryClientProvider>
+    </MantineProvider>,
+  );
+  return screen.getByTestId("stop-banner").textContent ?? "";
+}
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+});
+
+describe("a stop", () => {
+  it("that holds the arm says so, and that acknowledging lets it go", () => {
+    const told = show({ arm_held: true, torque: "on" });
+    expect(told).toContain("The motors still hold the arm");
+    expect(told).toContain("Acknowledge and let the arm go");
+    expect(told).toContain("Support the arm first");
+    expect(told).not.toContain("This has cleared");
+  });
+
+  it("without torque says nothing of holding", () => {
+    const told = show({ arm_held: false });
+    expect(told).not.toContain("hold the arm");
+    expect(told).toContain("This has cleared");
+    expect(screen.getByRole("button").textContent).toBe("Acknowledge");
+  });
+
+  it("is acknowledged by whoever operates, and by nobody behind a locked screen", () => {
+    authStore.came({ ...ME, locked: true });
+    expect(show({ arm_held: false })).toContain("acknowledges it, signed in and with the screen unlocked");
+    expect(screen.queryByRole("button")).toBeNull();
+  });
+
+  it("of which nothing is heard any more promises no hold", () => {
+    const text = show({ arm_held: true, torque: "on", connected: false });
+    expect(text).not.toContain("motors still hold");
+    expect(text).not.toContain("has been stopped");
+    expect(text).toContain("Whether the motors hold the arm is not known");
+    expect(text).toContain("Support the arm");
+    expect(document.querySelector(".stale")).not.toBeNull();
+  });
+
+  it("with unknown torque says that the motors may hold the arm", () => {
+    expect(show({ arm_held: true, torque: "unknown" })).toContain("The motors may still hold the arm");
+  });
+
+  it("offers to release an arm that was found held, by a hold and not by a press", () => {
+    const release = vi.spyOn(api, "releaseTorque").mockResolvedValue({ accepted: true });
+    show({ arm_held: true, torque: "on", found: true });
+    const button = screen.getByRole("button", { name: "Release torque" });
+    fireEvent.pointerDown(button, { button: 0 });
+    fireEvent.pointerUp(button);
+    expect(release).not.toHaveBeenCalled();
+  });
+});

@@ -1,0 +1,104 @@
+import { MantineProvider } from "@mantine/core";
+import { cleanup, fireEvent, render, screen, waitFor } from "@testing-library/react";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Schemas } from "../lib/api/client";
+import { store } from "../lib/live/store";
+import { escapeStops, StopButton } from "./StopButton";
+
+type Answer = Schemas["StopAnswerMessage"];
+
+const asked = vi.fn<(request: Request) => Promise<Response>>();
+
+function show() {
+  render(
+    <MantineProvider>
+      <StopButton />
+      <input aria-label="anything" />
+    </MantineProvider>,
+  );
+}
+
+beforeEach(() => {
+  asked.mockReset();
+  vi.stubGlobal("fetch", asked);
+});
+
+afterEach(() => {
+  cleanup();
+  vi.restoreAllMocks();
+  vi.unstubAllGlobals();
+});
+
+describe("Stop", () => {
+  it("asks at one press, without a question, and shows sent and then confirmed", async () => {
+    let answer: (response: Response) => void = () => {};
+    asked.mockReturnValue(new Promise((resolve) => (answer = resolve)));
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    expect(screen.getByTestId("stop-answer").textContent).toContain("Sent");
+    await waitFor(() => expect(asked.mock.calls[0]?.[0].url).toContain("/api/station/stop"));
+    answer(Response.json({ accepted: true }));
+    await waitFor(() =>
+      expect(screen.getByTestId("stop-answer").textContent).toContain("Confirmed by the device"),
+    );
+  });
+
+  it("says so when nobody has confirmed it", async () => {
+    asked.mockRejectedValue(new TypeError("network"));
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() => expect(screen.getByTestId("stop-answer").textContent).toContain("Not confirmed"));
+    expect(screen.getByTestId("stop-answer").textContent).toContain("Use the emergency stop");
+  });
+
+  it("is reached by its key while typing, once for one press", async () => {
+    asked.mockReturnValue(new Promise(() => {}));
+    show();
+    const input = screen.getByLabelText("anything");
+    fireEvent.keyDown(input, { key: "Escape" });
+    fireEvent.keyDown(input, { key: "Escape", repeat: true });
+    fireEvent.keyDown(input, { key: "a" });
+    await waitFor(() => expect(asked).toHaveBeenCalled());
+    expect(asked).toHaveBeenCalledTimes(1);
+  });
+});
+
+describe("Stop while the live connection stands", () => {
+  it("goes over it, and makes no request", async () => {
+    const stop = vi.spyOn(store, "stop").mockResolvedValue({ refusal: null } as Answer);
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() =>
+      expect(screen.getByTestId("stop-answer").textContent).toContain("Confirmed by the device"),
+    );
+    expect(stop).toHaveBeenCalledTimes(1);
+    expect(asked).not.toHaveBeenCalled();
+  });
+
+  it("is not confirmed by a device that does not answer", async () => {
+    const refusal = { code: "no_answer", message: "The program did not answer.", next_step: "Look." };
+    vi.spyOn(store, "stop").mockResolvedValue({ refusal } as Answer);
+    show();
+    fireEvent.click(screen.getByRole("button", { name: /stop/i }));
+    await waitFor(() => expect(screen.getByTestId("stop-answer").textContent).toContain("did not answer"));
+    expect(screen.getByTestId("stop-answer").textContent).toContain("Use the emergency stop");
+  });
+});
+
+describe("the Esc key", () => {
+  it.each(["approaching", "playing", "paused", "returning"] as const)("stops while %s", (mode) => {
+    expect(escapeStops(true, mode)).toBe(true);
+  });
+
+  it.each(["idle", "teaching", "ready", "stopped", "offline"] as const)(
+    "is left to dialogs while %s",
+    (mode) => {
+      expect(escapeStops(true, mode)).toBe(false);
+    },
+  );
+
+  it("stops when nobody knows what moves", () => {
+    expect(escapeStops(false, "idle")).toBe(true);
+    expect(escapeStops(true, undefined)).toBe(true);
+  });
+});

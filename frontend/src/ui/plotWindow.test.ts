@@ -1,0 +1,34 @@
+import { expect, test } from "vitest";
+import { windowOf } from "./plotWindow";
+
+test.each([
+  [
+    { "xaxis.range[0]": 1.5, "xaxis.range[1]": 3 },
+    { start_s: 1.5, end_s: 3 },
+  ],
+  [
+    { "xaxis5.range[0]": 1.5, "xaxis5.range[1]": 3 },
+    { start_s: 1.5, end_s: 3 },
+  ],
+  [{ "xaxis.range": [2, 4] }, { start_s: 2, end_s: 4 }],
+  [
+    { "xaxis.range[0]": -3, "xaxis.range[1]": 3 },
+    { start_s: 0, end_s: 3 },
+  ],
+])("a zoom %j is a window, which begins at 0 at the earliest", (change, window) => {
+  expect(windowOf(change)).toEqual(window);
+});
+
+test.each([
+  [{ "xaxis.autorange": true, "yaxis.autorange": true }],
+  [{ "xaxis.range[0]": -3, "xaxis.range[1]": -1 }],
+])("%j asks for all of it", (change) => {
+  expect(windowOf(change)).toBeNull();
+});
+
+test.each([[{ "yaxis.range[0]": 1, "yaxis.range[1]": 2 }], [{ autosize: true }]])(
+  "%j leaves the clock as it is",
+  (change) => {
+    expect(windowOf(change)).toBeUndefined();
+  },
+);
