@@ -140,7 +140,7 @@ describe("changing an episode", () => {
     show(edit());
     type("Doctor who set the limits", "");
     press("Save");
-    expect((await screen.findByRole("alert")).textContent).toContain("which doctor");
+    expect((await screen.findByRole("alert")).textContent).toContain("name of the doctor");
     expect(screen.getByLabelText("Diagnosis")).toHaveProperty("value", "Adhesive capsulitis");
     expect(onDone).not.toHaveBeenCalled();
   });
