@@ -56,10 +56,10 @@ describe("red, yellow and cyan", () => {
       ),
     ]);
     expect(found.sort()).toEqual([
-      "page.css: #15aabf",
-      "page.css: #c92a2a",
-      "page.css: #ffd43b",
-      'shared/StopButton.tsx: "red.8"',
+      "app/page.css: #15aabf",
+      "app/page.css: #c92a2a",
+      "app/page.css: #ffd43b",
+      'safety/StopButton.tsx: "red.8"',
     ]);
   });
 });

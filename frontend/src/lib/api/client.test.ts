@@ -21,7 +21,7 @@ describe("the client", () => {
   it("is generated from the service's present document", () => {
     const fresh = join(mkdtempSync(join(tmpdir(), "kata-")), "schema.d.ts");
     execFileSync("node_modules/.bin/openapi-typescript", ["openapi.json", "-o", fresh]);
-    expect(readFileSync("src/api/schema.d.ts", "utf8"), "stale: npm run client").toBe(
+    expect(readFileSync("src/lib/api/schema.d.ts", "utf8"), "stale: npm run client").toBe(
       readFileSync(fresh, "utf8"),
     );
   }, 30_000);
