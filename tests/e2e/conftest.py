@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from kata.auth.sign_in import COOKIE
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
@@ -60,3 +60,11 @@ def taught_name() -> str:
     folder = os.environ.get("KATA_TAUGHT")
     recorded = sorted(Path(folder).glob("*.csv"), key=lambda file: file.stat().st_size) if folder else []
     return recorded[0].stem if recorded else "1 Abduction / adduction of the scapula"
+
+
+@pytest.fixture
+def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
+    """A second browser, at which nobody is signed in."""
+    context = browser.new_context(**browser_context_args)
+    yield context
+    context.close()

@@ -1,21 +1,10 @@
-"""Accounts and a second browser on the page."""
+"""Accounts on the page."""
 
 import re
-from collections.abc import Iterator
-from typing import Any
 
-import pytest
-from playwright.sync_api import Browser, BrowserContext, Page
+from playwright.sync_api import Page
 
 PASSWORD = "seven slow swans at dawn"
-
-
-@pytest.fixture
-def another(browser: Browser, browser_context_args: dict[str, Any]) -> Iterator[BrowserContext]:
-    """A second browser, at which nobody is signed in."""
-    context = browser.new_context(**browser_context_args)
-    yield context
-    context.close()
 
 
 def made(page: Page, name: str, username: str, role: str) -> str:
