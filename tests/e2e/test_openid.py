@@ -8,7 +8,6 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.support.browser_clinic import START_LIMIT_S, Clinic
 from tests.support.openid_provider import CLIENT, SECRET, Provider, provider
-from tests.support.page_accounts import another as another
 from tests.support.page_accounts import made, menu
 
 
