@@ -15,7 +15,7 @@ import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
-from kata import malloc
+from kata.system import malloc
 
 class Allocated(ctypes.Structure):
     _fields_ = [(name, ctypes.c_size_t) for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost".split()]
@@ -30,12 +30,12 @@ libc.fflush.argtypes = [ctypes.c_void_p]
 if sys.argv[1] == "asked":
     malloc.give_back()
 if sys.argv[1] == "served":
-    from kata import serving
+    from kata.cli import serve
     from kata.settings import Settings
     # It has nowhere to listen, and so ends at once.
     with socket.create_server(("127.0.0.1", 0)) as taken, suppress(SystemExit):
         served = Settings(simulate=True, data=Path(sys.argv[2]), port=taken.getsockname()[1])
-        serving.serve(served, reload=False)
+        serve.serve(served, reload=False)
 
 libc.free(libc.malloc(16 << 20))
 before = libc.mallinfo2().hblks

@@ -28,7 +28,7 @@ except SystemExit:
     print(open(file).read())
 """
 _SETTLED = """
-from kata import scheduling
+from kata.system import scheduling
 from kata.device.realtime import settle
 scheduling.ask_for(scheduling.LONG_NS)
 settle()
