@@ -180,6 +180,8 @@ def test_an_angle_that_nothing_can_have_is_refused(client: TestClient, patient: 
             "pointer": "line 9, column motor_3_deg",
             "field": "line 9, column motor_3_deg",
             "detail": "1e+300 deg is more than a whole turn",
+            "field_key": None,
+            "detail_key": {"code": "more_than_a_turn", "params": {"angle_deg": 1e300}},
         }
     ]
 
