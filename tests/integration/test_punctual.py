@@ -29,7 +29,7 @@ except SystemExit:
 """
 _SETTLED = """
 from kata.system import scheduling
-from kata.device.realtime import settle
+from kata.system.realtime import settle
 scheduling.ask_for(scheduling.LONG_NS)
 settle()
 print(open("/proc/self/sched").read())
