@@ -148,8 +148,8 @@ def _nested(value: str) -> dict[str, Any]:
 
 def sent_key(text: str | None) -> dict[str, Any] | None:
     """Return the code and parameters of a text as JSON; None for a string without."""
-    key = key_of(text)
-    return None if key is None else {"code": key.code, "params": key.params}
+    sent: dict[str, Any] | None = msgspec.to_builtins(key_of(text))
+    return sent
 
 
 def with_key(english: str, key: MessageKey | None) -> Text:

@@ -84,6 +84,7 @@ from kata.interop.erasure_router import router as erasures
 from kata.interop.router import router as exchange
 from kata.plotting.figures import FigureWorker
 from kata.reporting import letterhead
+from kata.reporting.router import drafts
 from kata.reporting.router import router as reports
 from kata.settings import Settings
 from kata.simulator.process import SimulatorProcess
@@ -144,6 +145,7 @@ def create_app(settings: Settings) -> FastAPI:
         progress,
         recordings,
         reports,
+        drafts,
         restricted,
         session_lists,
         sessions,

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, Request
 from sqlalchemy import text
 
 from kata.api import texts
+from kata.database.availability import DATABASE_AWAY
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.errors import ProblemError
@@ -80,7 +81,7 @@ async def get_health_ready(
 ) -> Ready:
     """Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same."""
     if not await probe.answers():
-        raise ProblemError(503, "database_away", texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
+        raise ProblemError(503, DATABASE_AWAY, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if station.live().device != "running":
         raise ProblemError(503, "device_offline", station_texts.DEVICE_OFFLINE(), texts.RESTARTS_AUTOMATICALLY())
     return Ready(version=version("kata"), database="sqlite" if database.file else "postgresql")

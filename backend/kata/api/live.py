@@ -137,7 +137,7 @@ async def _listen(socket: WebSocket, station: Station, subscription: Subscriptio
 
 
 async def _stop(station: Station, subscription: Subscription, number: int) -> None:
-    """Whoever may listen may stop (``auth/permissions.py``)."""
+    """Every account that may listen may also stop (``auth/permissions.py``)."""
     subscription.put(_StopAnswer(number, await station.command(Stop())))
 
 

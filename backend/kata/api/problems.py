@@ -13,7 +13,6 @@ from kata import i18n
 from kata.actor import REQUEST_CONTEXT
 from kata.api import authorization, texts
 from kata.database import availability
-from kata.database.availability import DatabaseAwayError
 from kata.dependencies import Problem, ProblemField
 from kata.device.messages import Refusal
 from kata.errors import ProblemError
@@ -83,10 +82,15 @@ def install(app: FastAPI) -> None:
         fields = [_field(*one) for one in wrong]
         return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
-    @app.exception_handler(DatabaseAwayError)
-    def away(request: Request, error: DatabaseAwayError) -> JSONResponse:
-        told = (texts.DATABASE_AWAY(), texts.TRY_AGAIN_STOP_WORKS())
-        return document(503, DATABASE_AWAY.code, *told, headers={"retry-after": str(_AGAIN_IN_S)})
+    @app.exception_handler(availability.DatabaseAwayError)
+    def away(request: Request, error: availability.DatabaseAwayError) -> JSONResponse:
+        return document(
+            503,
+            availability.DATABASE_AWAY,
+            texts.DATABASE_AWAY(),
+            texts.TRY_AGAIN_STOP_WORKS(),
+            headers={"retry-after": str(_AGAIN_IN_S)},
+        )
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> JSONResponse:

@@ -10,7 +10,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AuditRow(Base):
-    """One link of the chain: what somebody did, saw, or tried in vain. Only ever added."""
+    """One link of the chain: an action, a look or a refused attempt. Rows are only added."""
 
     __tablename__ = "audit"
     __table_args__ = (
@@ -27,7 +27,7 @@ class AuditRow(Base):
     account_id: Mapped[UUID | None]
     """No foreign key, as below: the trail outlives what it speaks of."""
     who: Mapped[str] = mapped_column(String(100))
-    """The name, as it was; the program's own where nobody asked."""
+    """The user's name at that time, or the program's own for what no user asked for."""
     role: Mapped[str] = mapped_column(String(16))
     sign_in_id: Mapped[UUID | None]
     address: Mapped[str] = mapped_column(String(64))

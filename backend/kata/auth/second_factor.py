@@ -1,6 +1,6 @@
 """The second factor: time-based codes (RFC 6238) from an app, and recovery codes that stand in for it, once each.
 
-What the codes are made of is sealed (:mod:`kata.auth.factor_key`); whoever looks at one brings the key along.
+The secret of the codes is sealed (:mod:`kata.auth.factor_key`); a caller that reads one gives the key.
 """
 
 from datetime import datetime

@@ -11,7 +11,7 @@ from kata.database.base import Base, UtcDateTime
 
 
 class AccountRow(Base):
-    """Somebody who may sign in; disabled, never deleted: the audit trail names it."""
+    """An account. It is disabled, never deleted, because the audit trail names it."""
 
     __tablename__ = "accounts"
 
@@ -60,7 +60,7 @@ class RecoveryCodeRow(Base):
 
 
 class SignInRow(Base):
-    """A browser that somebody signed in at; its cookie holds a secret of which only the hash is here."""
+    """A login session of one browser. Its cookie holds a secret; only the secret's hash is stored."""
 
     __tablename__ = "sign_ins"
 

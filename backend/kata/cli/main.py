@@ -111,11 +111,7 @@ def openapi(out: Annotated[Path | None, typer.Option(help="Write it to this file
     """Print the OpenAPI document of the service."""
     from kata.api.app import create_app
 
-    text = json.dumps(create_app(Settings()).openapi(), indent=2, ensure_ascii=False) + "\n"
-    if out:
-        out.write_text(text)
-    else:
-        typer.echo(text, nl=False)
+    _write_json(create_app(Settings()).openapi(), out)
 
 
 @app.command()
@@ -124,13 +120,7 @@ def messages(out: Annotated[Path | None, typer.Option(help="Write them to this f
     import kata.api.app  # noqa: F401 - with it every package declares its messages
     from kata.messages import CATALOGUE
 
-    text = (
-        json.dumps({code: CATALOGUE[code].english for code in sorted(CATALOGUE)}, indent=2, ensure_ascii=False) + "\n"
-    )
-    if out:
-        out.write_text(text)
-    else:
-        typer.echo(text, nl=False)
+    _write_json({code: CATALOGUE[code].english for code in sorted(CATALOGUE)}, out)
 
 
 @accounts.command("link")
@@ -176,6 +166,15 @@ def doctor(
                 typer.echo(f"{'':<8}   {finding.what_to_do}")
     if any(finding.state == "problem" for finding in findings):
         raise typer.Exit(1)
+
+
+def _write_json(content: object, out: Path | None) -> None:
+    """Write a document to a file, or to standard output."""
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    if out:
+        out.write_text(text)
+    else:
+        typer.echo(text, nl=False)
 
 
 def _settings(**typed: Any) -> Settings:

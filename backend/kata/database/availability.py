@@ -39,7 +39,7 @@ _STANDBY: Final = "25006"
 
 
 DATABASE_AWAY: Final = "database_away"
-"""Code of what is refused while the database does not answer."""
+"""Code of every refusal while the database does not answer."""
 
 
 class DatabaseAwayError(SQLAlchemyError):

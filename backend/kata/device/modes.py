@@ -56,7 +56,7 @@ from kata.device.refusals import (
 from kata.device.run import Run
 from kata.device.supervisor import LatchedStop
 from kata.device.teaching import Teaching
-from kata.messages import MessageKey, Text, key_of
+from kata.messages import Text, key_of, with_key
 from kata.motion import approach
 from kata.motion.learning import Correction
 from kata.motion.method import rate_hz
@@ -588,5 +588,5 @@ class StateMachine:
 
 def _told(cause: StopCause) -> Text:
     """Return the text of the event that a cause of a stop was latched."""
-    fault = Text(cause.message, cause.message_key or MessageKey(cause.code))
+    fault = with_key(cause.message, cause.message_key)
     return texts.FAULT_EVENT(fault=fault, fault_code=cause.code, category=cause.category)

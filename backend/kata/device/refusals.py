@@ -29,17 +29,21 @@ _ALLOWED_IN: Final[dict[CommandName, tuple[Mode, ...]]] = {
 }
 """Stop is allowed in every mode."""
 
-_WHAT_IS_ON: Final[dict[Mode, tuple[Text, Text]]] = {
-    "offline": (texts.IS_OFFLINE(), texts.SWITCH_ON_AND_CHECK_ADAPTER()),
-    "idle": (texts.IS_IDLE(), texts.LOAD_RECORDING_FIRST()),
-    "teaching": (texts.IS_TEACHING(), texts.FINISH_TEACHING_FIRST()),
-    "ready": (texts.IS_READY(), texts.APPROACH_OR_UNLOAD()),
-    "approaching": (texts.IS_APPROACHING(), texts.WAIT_OR_STOP()),
-    "playing": (texts.IS_PLAYING(), texts.PAUSE_OR_STOP_FIRST()),
-    "paused": (texts.IS_PAUSED(), texts.PLAY_RETURN_OR_STOP()),
-    "returning": (texts.IS_RETURNING(), texts.WAIT_OR_STOP()),
-    "stopped": (texts.IS_STOPPED(), texts.ACKNOWLEDGE_FIRST()),
+_MODES: Final[tuple[tuple[Mode, Text, Text], ...]] = (
+    ("offline", texts.IS_OFFLINE(), texts.SWITCH_ON_AND_CHECK_ADAPTER()),
+    ("idle", texts.IS_IDLE(), texts.LOAD_RECORDING_FIRST()),
+    ("teaching", texts.IS_TEACHING(), texts.FINISH_TEACHING_FIRST()),
+    ("ready", texts.IS_READY(), texts.APPROACH_OR_UNLOAD()),
+    ("approaching", texts.IS_APPROACHING(), texts.WAIT_OR_STOP()),
+    ("playing", texts.IS_PLAYING(), texts.PAUSE_OR_STOP_FIRST()),
+    ("paused", texts.IS_PAUSED(), texts.PLAY_RETURN_OR_STOP()),
+    ("returning", texts.IS_RETURNING(), texts.WAIT_OR_STOP()),
+    ("stopped", texts.IS_STOPPED(), texts.ACKNOWLEDGE_FIRST()),
+)
+_IN_MODE: Final[dict[Mode, Refusal]] = {
+    mode: Refusal.of(code=f"is_{mode}", message=message, next_step=next_step) for mode, message, next_step in _MODES
 }
+"""The reason against a command that does not belong to the mode."""
 STOPPED_MEANWHILE: Final = Refusal.of(
     code="stopped_meanwhile",
     message=texts.STOPPED_MEANWHILE(),
@@ -59,8 +63,7 @@ def not_in_this_mode(name: CommandName, mode: Mode) -> Refusal | None:
         return None
     if name in _NOTHING_TO_DO:
         return _NOTHING_TO_DO[name]
-    message, next_step = _WHAT_IS_ON[mode]
-    return Refusal.of(code=f"is_{mode}", message=message, next_step=next_step)
+    return _IN_MODE[mode]
 
 
 def not_yet_cleared(stop: LatchedStop, *, still_stopping: bool) -> Refusal | None:
@@ -106,8 +109,7 @@ def not_verified(facts: CycleState, problem: str) -> Refusal | None:
 def no_torque_found(facts: CycleState) -> Refusal | None:
     """Torque is released by command where a drive holds an arm from before the connection, and can be reached."""
     if not facts.bus_ok:
-        message, next_step = _WHAT_IS_ON["offline"]
-        return Refusal.of(code="is_offline", message=message, next_step=next_step)
+        return _IN_MODE["offline"]
     if facts.situation.torque_left and any(state != "off" for state in facts.torque):
         return None
     return Refusal.of(code="no_torque_found", message=texts.NO_TORQUE_FOUND(), next_step=texts.ACKNOWLEDGE_STOP())

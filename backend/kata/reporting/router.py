@@ -16,7 +16,8 @@ from kata.reporting.note_draft import draft
 from kata.reporting.paper import Page, Print
 from kata.reporting.words import Language
 
-router = APIRouter()
+router = APIRouter(tags=["reports"])
+drafts = APIRouter(tags=["sessions"])
 
 _PRIVATE: Final = {
     # A patient's papers stay in no cache, and tell no other site where they were read.
@@ -41,7 +42,7 @@ def _how(
 ThePrint = Annotated[Print, Depends(_how)]
 
 
-@router.get("/api/sessions/{session_id}/report.html", response_class=HTMLResponse, responses=_HTML, tags=["reports"])
+@router.get("/api/sessions/{session_id}/report.html", response_class=HTMLResponse, responses=_HTML)
 def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> HTMLResponse:
     """A session's report, to be read and printed. Until it is signed, it says so on every page."""
     with database.read() as reading:
@@ -49,7 +50,7 @@ def get_session_page(database: TheDatabase, worker: TheFigures, how: ThePrint, s
     return _shown(worker.build(paper.session_page, content, how))
 
 
-@router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF, tags=["reports"])
+@router.get("/api/sessions/{session_id}/report.pdf", response_class=Response, responses=_PDF)
 def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, session_id: UUID) -> Response:
     """The same as PDF, on A4."""
     with database.read() as reading:
@@ -57,7 +58,7 @@ def get_session_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, se
     return _printed(worker.build(paper.session_pdf, content, how), f"session-{content.started_at:%Y-%m-%d}")
 
 
-@router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML, tags=["reports"])
+@router.get("/api/episodes/{episode_id}/report.html", response_class=HTMLResponse, responses=_HTML)
 def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> HTMLResponse:
     """An episode's report, to be read and printed: assessments, trends, sessions."""
     with database.read() as reading:
@@ -65,7 +66,7 @@ def get_episode_page(database: TheDatabase, worker: TheFigures, how: ThePrint, e
     return _shown(worker.build(paper.episode_page, content, how))
 
 
-@router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF, tags=["reports"])
+@router.get("/api/episodes/{episode_id}/report.pdf", response_class=Response, responses=_PDF)
 def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, episode_id: UUID) -> Response:
     """The same as PDF, on A4."""
     with database.read() as reading:
@@ -73,7 +74,7 @@ def get_episode_pdf(database: TheDatabase, worker: TheFigures, how: ThePrint, ep
     return _printed(worker.build(paper.episode_pdf, content, how), f"episode-{how.at:%Y-%m-%d}")
 
 
-@router.get("/api/sessions/{session_id}/draft", tags=["sessions"], responses=PROBLEMS.of(404, 422))
+@drafts.get("/api/sessions/{session_id}/draft", responses=PROBLEMS.of(404, 422))
 def get_draft(
     database: TheDatabase,
     session_id: UUID,

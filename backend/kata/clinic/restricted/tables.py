@@ -20,7 +20,7 @@ class CareTeamRow(Base):
 
 
 class BrokenGlassRow(Base):
-    """Access to a restricted record that somebody took in an emergency, for some hours."""
+    """Emergency access of an account to a restricted record, limited in time."""
 
     __tablename__ = "broken_glass"
 

@@ -35,7 +35,7 @@ def check_played(played: Iterable[Played]) -> None:
 
     :raises ProblemError: 409.
     """
-    if any(run.outcome == "loaded" for run in played):
+    if _has_unfinished(played):
         raise run_not_ended()
 
 
@@ -46,13 +46,18 @@ def check_results(played: Iterable[Played]) -> None:
 
     :raises ProblemError: 409.
     """
-    if any(run.outcome == "loaded" for run in played):
+    if _has_unfinished(played):
         raise ProblemError(
             409,
             "run_not_arrived",
             texts.RUN_NOT_ARRIVED(),
             texts.SIGN_AGAIN_SOON(),
         )
+
+
+def _has_unfinished(played: Iterable[Played]) -> bool:
+    """True if a run was loaded and its end is not in the record."""
+    return any(run.outcome == "loaded" for run in played)
 
 
 def run_not_ended() -> ProblemError:
