@@ -133,6 +133,10 @@ class Device:
                 return
             self.send_frames([part])
 
+    def answered(self, number: int) -> bool:
+        """True when the reply to a command has come."""
+        return number in self._answers
+
     def answer(self, number: int) -> Answered:
         """Wait for the reply to a command.
 

@@ -26,7 +26,7 @@ from kata.bench.clinic import BenchError
 from kata.bench.device import Device
 from kata.bench.report import Report
 from kata.device.loader import ReferenceLoader
-from kata.device.messages import Acknowledge, Approach, Load, Request, Stop, frames_of, parts_of
+from kata.device.messages import Acknowledge, Approach, Load, Refusal, Request, Stop, Unload, frames_of, parts_of
 from kata.motion.axes import AXES, N_AXES
 from kata.simulator.apparatus import State
 
@@ -44,7 +44,9 @@ _VALID_S: Final = 2.0
 _FEWER: Final = 10
 """An hour-long Load takes seconds until it may be followed by the next: so many times fewer Stops."""
 _BUILDING_S: Final = 0.5
-"""An hour-long Load is stopped after this long at most: it must not be ready by then."""
+"""The longest time from an hour-long Load to its Stop; half of the Stops follow at once."""
+_DRAWS: Final = 100
+"""Give up after so many Loads in a row that were accepted before the Stop was sent."""
 _PAUSE_S: Final = 0.002
 """Between one disturbance and the next."""
 _UNANSWERED: Final = 0
@@ -74,6 +76,8 @@ class Measured:
     """Cycles, meanwhile."""
     other_causes: list[str]
     """Of stops that came by themselves before the one that was sent."""
+    accepted_first: int = 0
+    """Loads that were accepted before their Stop was sent: no sample."""
 
 
 def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
@@ -94,7 +98,7 @@ def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[s
         "A second client's Loads are refused by mode while torque is on; what has been sent until then passes through the same socket.",
         "being built: by a builder that the benchmark starts besides, as the device's own has nothing to do while torque is on.",
         f"being loaded, torque off: to the answer to the Stop, right behind the Load or within {_BUILDING_S:g} s; no torque is there to be "
-        f"switched off. A {_FEWER}th as often.",
+        f"switched off. A {_FEWER}th as often. A Load that is accepted before its Stop is sent is no sample.",
     ]
     return report
 
@@ -107,16 +111,22 @@ def _measure(folder: Path, case: Case, stops: int, real_time: bool, progress: Ca
         before = device.snapshot.loop.overruns
         took_ms: list[float] = []
         other: list[str] = []
+        accepted_first = 0
         with case.busy(device):
             while len(took_ms) < (stops if case.torque else -(-stops // _FEWER)):
                 progress(f"{case.title}: {len(took_ms)} of {stops} stops")
                 try:
-                    took_ms.append(_stop_held(device, at_rest) if case.torque else _stop_loading(device))
+                    if case.torque:
+                        took_ms.append(_stop_held(device, at_rest))
+                    else:
+                        sample_ms, accepted = _stop_loading(device)
+                        took_ms.append(sample_ms)
+                        accepted_first += accepted
                 except BenchError:
                     if not device.snapshot.stop:
                         raise
                     other.append(_put_back(device, device.snapshot.stop.causes[0].code))
-        return Measured(took_ms, device.snapshot.loop.overruns - before, other)
+        return Measured(took_ms, device.snapshot.loop.overruns - before, other, accepted_first)
 
 
 def _stop_held(device: Device, recording: Load) -> float:
@@ -138,21 +148,46 @@ def _stop_held(device: Device, recording: Load) -> float:
     return (max(off.values()) - sent_ns) / 1e6
 
 
-def _stop_loading(device: Device) -> float:
-    """Load an hour, stop behind it, and wait until both are answered and the builder has no more to do."""
-    load, _ = device.send(_hour())
+def _stop_loading(device: Device) -> tuple[float, int]:
+    """Stop an hour-long Load before it is answered: ms until the Stop's answer, and how many Loads were accepted too early.
+
+    :raises BenchError: when every Load is accepted before its Stop is sent, or one is refused for another reason.
+    """
+    for accepted_first in range(_DRAWS):
+        took_ms = _stop_one_load(device)
+        limit = time.monotonic() + 10 * _LIMIT_S
+        while (refusal := device.answer(device.send(_extreme())[0]).refusal) and refusal.code == "busy":
+            if time.monotonic() > limit:
+                raise BenchError("the builder does not come to its end")
+            time.sleep(0.1)
+        if took_ms is not None:
+            return took_ms, accepted_first
+    raise BenchError(f"{_DRAWS} Loads in a row were accepted before the Stop was sent")
+
+
+def _stop_one_load(device: Device) -> float | None:
+    """Send an hour-long Load and a Stop behind it: ms until the Stop's answer, or None when the Load was accepted before."""
+    load, _ = device.send(structs.replace(_hour(), run_id=str(uuid4())))  # the name of its journal, if it is accepted
     time.sleep(random.choice((0.0, random.uniform(0.0, _BUILDING_S))))
+    if device.answered(load):
+        _check_load(device.answer(load).refusal)
+        device.insist(Unload())
+        return None
     number, sent_ns = device.send(Stop())
-    refusal = device.answer(load).refusal
-    if refusal is None or refusal.code != "stopped_meanwhile":
-        raise BenchError(f"the Load was not discarded by the Stop: {refusal}")
-    took_ms = (device.answer(number).at_ns - sent_ns) / 1e6
-    limit = time.monotonic() + 10 * _LIMIT_S
-    while (refusal := device.answer(device.send(_extreme())[0]).refusal) and refusal.code == "busy":
-        if time.monotonic() > limit:
-            raise BenchError("the builder does not come to its end")
-        time.sleep(0.1)
-    return took_ms
+    loaded = device.answer(load)
+    _check_load(loaded.refusal)
+    stopped = device.answer(number)
+    if loaded.refusal is None:
+        # It was accepted while the Stop was being sent. The Stop then latches, as in any loaded station.
+        _put_back(device, "stop")
+        if loaded.at_ns < sent_ns:
+            return None
+    return (stopped.at_ns - sent_ns) / 1e6
+
+
+def _check_load(refusal: Refusal | None) -> None:
+    if refusal and refusal.code != "stopped_meanwhile":
+        raise BenchError(f"the Load was refused: {refusal.message} {refusal.next_step}")
 
 
 def _put_back(device: Device, cause: str) -> str:
@@ -281,6 +316,10 @@ def _tell(report: Report, case: Case, measured: Measured) -> None:
     }
     figures = (f"{p50:.2f}", f"{p999:.2f}", f"{GOAL_MS:g}", f"{longest:.2f}", str(measured.missed))
     report.rows.append((case.title, str(len(measured.took_ms)), *figures))
+    if measured.accepted_first:
+        report.notes.append(
+            f"{case.title}: {measured.accepted_first} Loads were accepted before the Stop was sent. They were unloaded and are left out."
+        )
     for cause in sorted(set(measured.other_causes)):
         count = measured.other_causes.count(cause)
         report.notes.append(
