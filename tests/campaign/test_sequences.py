@@ -1,11 +1,15 @@
 """The fault campaign: a few hundred sequences in every test run, ten thousand in `make campaign`."""
 
+import logging
+
 import pytest
 from hypothesis import HealthCheck, settings
-from hypothesis.stateful import run_state_machine_as_test
+from hypothesis.stateful import RuleBasedStateMachine, run_state_machine_as_test
 
 from tests.campaign.crossings import Crossings
 from tests.campaign.sequences import Sequences
+
+log = logging.getLogger(__name__)
 
 _ALL = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
 
@@ -21,10 +25,7 @@ def test_no_sequence_of_events_leaves_torque_on_after_a_stop() -> None:
 @pytest.mark.parametrize("core", range(2))
 def test_ten_thousand_sequences_leave_no_torque_after_a_stop(core: int) -> None:
     """In two halves, of which two processes take one each (``-n 2``)."""
-    many = settings(
-        max_examples=5_000, stateful_step_count=100, deadline=None, suppress_health_check=_ALL, print_blob=True
-    )
-    run_state_machine_as_test(Sequences, settings=many)
+    _run_new_examples(Sequences, examples=5_000, steps=100)
 
 
 @pytest.mark.timeout(600)
@@ -36,7 +37,32 @@ def test_stop_waits_for_nothing_on_its_way_from_service() -> None:
 @pytest.mark.campaign
 @pytest.mark.timeout(0)
 def test_two_thousand_crossings_never_delay_a_stop() -> None:
-    many = settings(
-        max_examples=2_000, stateful_step_count=50, deadline=None, suppress_health_check=_ALL, print_blob=True
+    _run_new_examples(Crossings, examples=2_000, steps=50)
+
+
+def _run_new_examples(machine: type[RuleBasedStateMachine], *, examples: int, steps: int) -> None:
+    """Run examples that no earlier run and no other process has drawn.
+
+    ``derandomize=False`` is explicit: the profile "steady" sets it, and both halves would then draw the same examples.
+    """
+    drawn = 0
+
+    class Logged(machine):  # type: ignore[valid-type, misc]
+        def teardown(self) -> None:
+            nonlocal drawn
+            super().teardown()
+            drawn += 1
+            if drawn % 500 == 0:
+                log.info("%s: %d of %d examples of %d steps", machine.__name__, drawn, examples, steps)
+
+    chosen = settings(
+        max_examples=examples,
+        stateful_step_count=steps,
+        derandomize=False,
+        database=None,
+        deadline=None,
+        suppress_health_check=_ALL,
+        print_blob=True,
     )
-    run_state_machine_as_test(Crossings, settings=many)
+    run_state_machine_as_test(Logged, settings=chosen)
+    assert drawn >= examples
