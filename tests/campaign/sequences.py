@@ -274,6 +274,15 @@ class Sequences(RuleBasedStateMachine):
         if back:
             self.it_is_mended()
 
+    @rule(motor=st.integers(1, 5), which=st.integers(0, 9))
+    def a_drive_loses_one_setting(self, motor: int, which: int) -> None:
+        """One configured register changes that no status carries: only the rotation of the verification reads it."""
+        registers = self.judge.rotated_registers(motor)
+        if registers and not self.world.script.has("exchanged_id", motor):
+            address, data = registers[which % len(registers)]
+            self._disturb()
+            self.world.set_registers(motor, address, bytes([data[0], data[1] ^ 1, *data[2:]]))
+
     @rule(kind=st.sampled_from(_BUS_FAULTS))
     def the_bus_fails(self, kind: Kind) -> None:
         if kind in ("estop_wire_broken", "second_wire_broken", "contact_welded"):
