@@ -11,7 +11,7 @@ import pytest
 from hypothesis import settings
 from sqlalchemy import Engine, create_engine, text
 
-from kata.bench import postgresql
+from benchmarks import postgresql
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.motion.builtin import built_in_motions

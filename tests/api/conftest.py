@@ -8,7 +8,7 @@ from uuid import uuid4
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.bench import postgresql
+from benchmarks import postgresql
 from tests.support.service import running
 
 

@@ -11,8 +11,8 @@ from fastapi.testclient import TestClient
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from benchmarks import postgresql
 from kata.audit.tables import AuditRow
-from kata.bench import postgresql
 from kata.clinic.events.observer import ESTOP_TESTED, Happening
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow

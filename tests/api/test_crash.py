@@ -11,8 +11,8 @@ from typing import Any
 
 import httpx2
 
+from benchmarks import postgresql
 from kata.auth.sign_in import COOKIE
-from kata.bench import postgresql
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
 from tests.support.station_commands import operate

@@ -7,7 +7,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from kata.auth import login
-from kata.bench.clinic import GUARDED
+from kata.bench.running_service import GUARDED
 from kata.clinic.sessions import runs
 from kata.device import messages
 from kata.station.guard import SEEN_LIMIT_S

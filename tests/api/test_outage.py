@@ -14,8 +14,8 @@ from fastapi.testclient import TestClient
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from benchmarks import postgresql
 from kata.audit.tables import AuditRow
-from kata.bench import postgresql
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.events.observer import Happening
 from kata.clinic.events.tables import DeviceEventRow

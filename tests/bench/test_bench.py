@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from kata.bench import bus, sign_in
-from kata.bench.clinic import Clinic, prepared
-from kata.bench.loop import Cell, cells
-from kata.bench.peers import there
+from benchmarks import sign_in
+from kata.bench import bus
+from kata.bench.loop import LoopCase, loop_cases
+from kata.bench.other_libraries import installed
 from kata.bench.report import Report
+from kata.bench.running_service import RunningService, prepare_records
 from kata.bench.stop import LOADS
 
 
@@ -85,18 +86,18 @@ def test_bus(tmp_path: Path) -> None:
         "dynamixel_sdk_silent_servo_lost_ms",
     }
     # Others' libraries are for development: where one is not installed, the table says so.
-    missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not there(name)]
+    missing = [name for name in ("dynamixel_sdk", "rustypot", "pymodbus") if not installed(name)]
     assert {name for name in wanted if not any(peer in name for peer in missing)} <= set(told["figures"])
 
 
 def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bus, "there", lambda module: module != "rustypot")
+    monkeypatch.setattr(bus, "installed", lambda module: module != "rustypot")
     report = Report("Bus", ("Wire, library",))
-    left = bus._installed(report, "dynamixel 115200", bus.DYNAMIXEL)
+    left = bus._select_installed(report, "dynamixel 115200", bus.DYNAMIXEL)
     assert [row[:2] for row in report.rows] == [
         ("dynamixel 115200, rustypot, Sync Read of a block", "not installed"),
     ]
-    assert "rustypot" not in {way.host for way in left}
+    assert "rustypot" not in {contender.host for contender in left}
 
 
 def test_soak(tmp_path: Path) -> None:
@@ -106,8 +107,8 @@ def test_soak(tmp_path: Path) -> None:
 
 
 def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
-    records = prepared(tmp_path, play_s=1.0, plot_s=1.0)
-    with Clinic(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as clinic:
+    records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
+    with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as clinic:
         clinic.play(records)
         clinic.until(lambda live: live.mode == "idle", 60)
         after = clinic.begin_another(records)
@@ -137,7 +138,7 @@ def test_sign_in(tmp_path: Path) -> None:
 
 
 def test_known_and_unknown_names_are_asked_equally_often(tmp_path: Path) -> None:
-    records = prepared(tmp_path, play_s=1.0, plot_s=1.0)
+    records = prepare_records(tmp_path, play_s=1.0, plot_s=1.0)
     sign_in.make_accounts(tmp_path, 1)
     told = sign_in.times(tmp_path, records, 4)
     assert (len(told.known), len(told.unknown)) == (4, 4)
@@ -156,6 +157,6 @@ def test_history(tmp_path: Path) -> None:
 
 
 def test_slow_station_is_measured_with_its_own_cycle() -> None:
-    wanted = cells([10, 200], real_time=(True,), loaded=(False,))
-    assert wanted == [Cell(10, False, True), Cell(200, False, True)]
+    wanted = loop_cases([10, 200], real_time=(True,), loaded=(False,))
+    assert wanted == [LoopCase(10, False, True), LoopCase(200, False, True)]
     assert [cell.cycle_hz for cell in wanted] == [100, 200]

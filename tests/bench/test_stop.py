@@ -6,9 +6,9 @@ from typing import cast
 import pytest
 
 from kata.bench import stop
-from kata.bench.clinic import BenchError
 from kata.bench.device import Answered, Device
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError
 from kata.device.messages import Command, Load, Refusal, Stop
 
 STOPPED = Refusal(code="stopped_meanwhile", message="It was stopped.", next_step="Load again.")
@@ -104,6 +104,6 @@ def test_benchmark_gives_up_when_every_load_is_too_early() -> None:
 def test_loads_left_out_are_reported() -> None:
     report = Report("Stop", ("While",))
     loaded = next(case for case in stop.CASES if case.name == "loaded")
-    stop._tell(report, loaded, stop.Measured([2.0], 0, [], accepted_first=3))
+    stop._tell(report, loaded, stop.StopFigures([2.0], 0, [], accepted_first=3))
     assert report.rows[0][1] == "1"
     assert any("3 Loads were accepted before the Stop was sent" in note for note in report.notes)

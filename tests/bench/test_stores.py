@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from kata.bench.stores import store
+from benchmarks.stores import store
 from kata.clinic.patients.tables import PatientRow
 from kata.clinic.sessions.tables import SessionRow, SessionStopRow
 from kata.database.engine import Database
@@ -42,7 +42,7 @@ def test_outdated_benchmark_database_is_rebuilt(tmp_path: Path, monkeypatch: pyt
         (tmp_path / "versions").mkdir()
         for file in (migrations() / "versions").glob("*.py"):
             (tmp_path / "versions" / file.name).write_text(file.read_text() + "# changed")
-        monkeypatch.setattr("kata.bench.stores.migrations", lambda: tmp_path)
+        monkeypatch.setattr("benchmarks.stores.migrations", lambda: tmp_path)
     with store("sqlite", 4, 8, 2 * MINUTE_S if other == "hour" else MINUTE_S, tmp_path) as (database, _, _):
         assert "Changed" not in names(database)
 

@@ -15,7 +15,7 @@ from typing import Final
 
 import pytest
 
-from kata.bench import postgresql
+from benchmarks import postgresql
 from tests.support.failover import pair
 from tests.support.outages import TreatingStation, judge
 

@@ -15,7 +15,7 @@ from typing import Any, Final
 import psycopg
 import pytest
 
-from kata.bench.clinic import children
+from kata.bench.running_service import children
 from kata.database.programs import postgresql_program
 
 _LIMIT_S: Final = 60.0

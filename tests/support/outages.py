@@ -19,9 +19,9 @@ from sqlalchemy import delete, inspect, select, update
 from sqlalchemy.orm import Session
 
 from kata.audit.verify import verify
-from kata.bench.clinic import BenchError, Clinic, prepared
-from kata.bench.load import loading
-from kata.bench.prepared import Prepared
+from kata.bench.page_load import page_load
+from kata.bench.records import BenchRecords
+from kata.bench.running_service import BenchError, RunningService, prepare_records
 from kata.clinic.events.observer import ESTOP_TESTED
 from kata.clinic.events.tables import DeviceEventRow
 from kata.clinic.patients.tables import PatientRow
@@ -62,14 +62,16 @@ class TreatingStation:
 
     def __init__(self, stack: ExitStack, folder: Path, name: str, database_url: str, over: Event) -> None:
         self.name, self.data, self._over = name, folder / name, over
-        self.records: Prepared = prepared(self.data, play_s=_PLAY_S, plot_s=1.0, database_url=database_url)
+        self.records: BenchRecords = prepare_records(self.data, play_s=_PLAY_S, plot_s=1.0, database_url=database_url)
         self.clinic = stack.enter_context(
-            Clinic(self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=database_url)
+            RunningService(
+                self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=database_url
+            )
         )
         self.hand = _Hand(self.clinic.hand)
         self.clinic.hand = self.hand  # type: ignore[assignment]
         # A page is open, or the apparatus would be paused for want of one.
-        stack.enter_context(loading(self.clinic, None, pages=1))
+        stack.enter_context(page_load(self.clinic, None, pages=1))
         self.notes: dict[str, int] = {}
         """By clinic number: which change of its notes was the last that the service has acknowledged."""
         self.runs: set[UUID] = set()
@@ -287,5 +289,5 @@ def _journals(data: Path) -> list[Path]:
     return sorted((data / "journal/imported").iterdir())
 
 
-def _runs(records: Prepared) -> Any:
+def _runs(records: BenchRecords) -> Any:
     return select(RunRow).where(RunRow.session_id == records.session_id)

@@ -2,7 +2,7 @@
 
 from typing import Any, Protocol
 
-from kata.bench.clinic import GUARDED
+from kata.bench.running_service import GUARDED
 
 
 class _Client(Protocol):

@@ -13,11 +13,11 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
-from kata.bench.clinic import BenchError
-from kata.bench.cycle import Measured, Order
-from kata.bench.hosting import hosting
-from kata.bench.peers import there
+from kata.bench.bus_cycle import CycleFigures, CycleOrder
+from kata.bench.bus_process_client import bus_process
+from kata.bench.other_libraries import installed
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError
 from kata.device import config
 from kata.device.ceiling import BITS_A_BYTE, ceiling_hz
 from kata.device.config import StationConfig
@@ -46,7 +46,7 @@ Wire = Literal["dynamixel", "modbus"]
 
 
 @dataclass(frozen=True)
-class Way:
+class Contender:
     """One way to carry out a cycle."""
 
     host: str
@@ -59,28 +59,28 @@ class Way:
     """On the wire in a cycle; Modbus has a calculation of its own."""
     answers: int = 5
     disturbed: bool = True
-    """Measured with a silent servo and with noise too."""
+    """CycleFigures with a silent servo and with noise too."""
 
 
 DYNAMIXEL: Final = (
-    Way("kata", "kata, Fast Sync Read", "", None, _GOALS_BYTES + _FAST_READ_BYTES, disturbed=False),
-    Way("kata_plain", "kata, Sync Read", "plain_", None, _GOALS_BYTES + _SYNC_READ_BYTES, disturbed=False),
-    Way("kata_cycle", "kata, whole cycle of the loop", "whole_", None, _CYCLE_BYTES, 7),
-    Way(
+    Contender("kata", "kata, Fast Sync Read", "", None, _GOALS_BYTES + _FAST_READ_BYTES, disturbed=False),
+    Contender("kata_plain", "kata, Sync Read", "plain_", None, _GOALS_BYTES + _SYNC_READ_BYTES, disturbed=False),
+    Contender("kata_cycle", "kata, whole cycle of the loop", "whole_", None, _CYCLE_BYTES, 7),
+    Contender(
         "dynamixel_sdk_fast",
         "dynamixel-sdk, Fast Sync Read",
         "dynamixel_sdk_fast_",
         "dynamixel_sdk",
         _GOALS_BYTES + _FAST_READ_BYTES,
     ),
-    Way(
+    Contender(
         "dynamixel_sdk", "dynamixel-sdk, Sync Read", "dynamixel_sdk_", "dynamixel_sdk", _GOALS_BYTES + _SYNC_READ_BYTES
     ),
-    Way("rustypot", "rustypot, Sync Read of a block", "rustypot_", "rustypot", _GOALS_BYTES + _SYNC_READ_BYTES),
+    Contender("rustypot", "rustypot, Sync Read of a block", "rustypot_", "rustypot", _GOALS_BYTES + _SYNC_READ_BYTES),
 )
 MODBUS: Final = (
-    Way("kata_cycle", "kata, function 23", "modbus_"),
-    Way("pymodbus", "pymodbus, function 23", "pymodbus_", "pymodbus"),
+    Contender("kata_cycle", "kata, function 23", "modbus_"),
+    Contender("pymodbus", "pymodbus, function 23", "pymodbus_", "pymodbus"),
 )
 
 
@@ -104,7 +104,7 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class Disturbed:
+class DisturbanceCost:
     """What disturbances cost."""
 
     silent_lost_ms: float
@@ -117,7 +117,7 @@ class Disturbed:
     """What they had, of a hundred as well."""
 
 
-class Bench:
+class BusBench:
     """One simulated wire, and everybody's turns on it."""
 
     def __init__(self, folder: Path, simulator: SimulatorProcess, protocol: Wire, baud: int, delay_us: int) -> None:
@@ -130,37 +130,37 @@ class Bench:
         self._simulator = simulator
         self._station = folder / f"{protocol}-{baud}.toml"
         config.write(self._config, self._station)
-        with hosting("kata_cycle", self._station, real_time=False):
+        with bus_process("kata_cycle", self._station, real_time=False):
             pass
 
-    def ceiling_hz(self, way: Way) -> float:
+    def ceiling_hz(self, way: Contender) -> float:
         """Cycles a second at which the line would never be idle."""
         if self._config.protocol == "modbus":
             return ceiling_hz(self._config)
         return 1e6 / (way.bytes * BITS_A_BYTE * 1e6 / self._config.baud + way.answers * self._config.return_delay_us)
 
-    def rate(self, way: Way, seconds: float, *, real_time: bool) -> tuple[Measured, bool]:
+    def rate(self, way: Contender, seconds: float, *, real_time: bool) -> tuple[CycleFigures, bool]:
         """Cycles one after the other; and whether SCHED_FIFO was granted."""
-        with hosting(way.host, self._station, real_time=real_time) as host:
-            return host.measure(Order(seconds=seconds, before=_WARM_UP)), host.real_time
+        with bus_process(way.host, self._station, real_time=real_time) as host:
+            return host.measure(CycleOrder(seconds=seconds, before=_WARM_UP)), host.real_time
 
-    def disturb(self, way: Way, cycles: int, *, real_time: bool) -> Disturbed:
+    def disturb(self, way: Contender, cycles: int, *, real_time: bool) -> DisturbanceCost:
         """Paced as the control loop is: undisturbed, with a silent servo, and with noise before each answer."""
         hz = self._config.cycle_hz
         with (
-            hosting(way.host, self._station, real_time=real_time) as host,
+            bus_process(way.host, self._station, real_time=real_time) as host,
             closing(self._simulator.client()) as hand,
         ):
-            usual = host.measure(Order(cycles=cycles, before=_WARM_UP, hz=hz))
+            usual = host.measure(CycleOrder(cycles=cycles, before=_WARM_UP, hz=hz))
             with _broken(hand):
                 hand.fault("silent", _SILENT_MOTOR)
-                silent = host.measure(Order(cycles=cycles, before=1, hz=hz))
+                silent = host.measure(CycleOrder(cycles=cycles, before=1, hz=hz))
             with _broken(hand):
-                host.measure(Order(cycles=1, before=_WARM_UP, hz=hz))
+                host.measure(CycleOrder(cycles=1, before=_WARM_UP, hz=hz))
                 hand.fault("noise")
-                noisy = host.measure(Order(cycles=cycles, hz=hz))
+                noisy = host.measure(CycleOrder(cycles=cycles, hz=hz))
         lost = noisy.lost / (5 * noisy.cycles) * 100
-        return Disturbed(silent.mean_ms - usual.p50_ms, silent.max_ms, lost, lost * self._answer_bytes)
+        return DisturbanceCost(silent.mean_ms - usual.p50_ms, silent.max_ms, lost, lost * self._answer_bytes)
 
     @property
     def _answer_bytes(self) -> int:
@@ -198,7 +198,7 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
         ),
     )
     cycles = max(5, min(_DISTURBED_CYCLES, round(seconds * _CYCLES_A_SECOND)))
-    wires: tuple[tuple[Wire, int, Sequence[Way]], ...] = (
+    wires: tuple[tuple[Wire, int, Sequence[Contender]], ...] = (
         ("dynamixel", _FAST, DYNAMIXEL),
         ("dynamixel", _SLOW, DYNAMIXEL),
         ("modbus", _SLOW, MODBUS),
@@ -207,11 +207,11 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
         for protocol, baud, ways in wires:
             simulator = SimulatorProcess(Path(folder), protocol=protocol, baud=baud, spin=True, still=True)
             try:
-                bench = Bench(Path(folder), simulator, protocol, baud, delay_us)
+                bench = BusBench(Path(folder), simulator, protocol, baud, delay_us)
                 name = f"{protocol} {baud}"
-                there_are = _installed(report, name, ways)
-                rates = _rates(bench, there_are, seconds / rounds, rounds, report, progress)
-                for way in there_are:
+                contenders = _select_installed(report, name, ways)
+                rates = _rates(bench, contenders, seconds / rounds, rounds, report, progress)
+                for way in contenders:
                     if way not in rates:
                         continue
                     progress(f"{name}, {way.label}, disturbed")
@@ -221,26 +221,26 @@ def run(seconds: float, rounds: int, delay_us: int, progress: Callable[[str], No
                 _compare(report, baud, rates)
             finally:
                 simulator.close()
-    _explain(report, seconds, rounds, cycles)
+    _add_notes(report, seconds, rounds, cycles)
     return report
 
 
-def _installed(report: Report, wire: str, ways: Sequence[Way]) -> list[Way]:
-    missing = [way for way in ways if way.needs and not there(way.needs)]
+def _select_installed(report: Report, wire: str, ways: Sequence[Contender]) -> list[Contender]:
+    missing = [way for way in ways if way.needs and not installed(way.needs)]
     report.rows += [(f"{wire}, {way.label}", "not installed", *[""] * 8) for way in missing]
     return [way for way in ways if way not in missing]
 
 
 def _rates(
-    bench: Bench,
-    ways: Sequence[Way],
+    bench: BusBench,
+    ways: Sequence[Contender],
     seconds: float,
     rounds: int,
     report: Report,
     progress: Callable[[str], None],
-) -> dict[Way, Rates]:
+) -> dict[Contender, Rates]:
     """Ours with the privileges of the control thread; others with and without, whichever is quicker for them."""
-    measured: dict[tuple[Way, bool], list[Measured]] = {}
+    measured: dict[tuple[Contender, bool], list[CycleFigures]] = {}
     for n in range(rounds):
         for way in ways:
             for real_time in (True, False) if way.needs and report.on.fifo else (report.on.fifo,):
@@ -253,15 +253,15 @@ def _rates(
                     report.notes.append(f"{way.label}: {error}.")
                     continue
                 measured.setdefault((way, granted), []).append(one)
-    best: dict[Way, Rates] = {}
+    best: dict[Contender, Rates] = {}
     for (way, granted), all_of_them in measured.items():
-        rates = _middle(all_of_them, bench.ceiling_hz(way), real_time=granted)
+        rates = _median_rates(all_of_them, bench.ceiling_hz(way), real_time=granted)
         if way not in best or rates.per_s > best[way].per_s:
             best[way] = rates
     return {way: best[way] for way in ways if way in best}
 
 
-def _middle(rounds: Sequence[Measured], ceiling: float, *, real_time: bool) -> Rates:
+def _median_rates(rounds: Sequence[CycleFigures], ceiling: float, *, real_time: bool) -> Rates:
     return Rates(
         per_s=median(one.per_s for one in rounds),
         ceiling_hz=ceiling,
@@ -273,7 +273,7 @@ def _middle(rounds: Sequence[Measured], ceiling: float, *, real_time: bool) -> R
     )
 
 
-def _tell(report: Report, label: str, figure: str, baud: int, rates: Rates, told: Disturbed | None) -> None:
+def _tell(report: Report, label: str, figure: str, baud: int, rates: Rates, told: DisturbanceCost | None) -> None:
     report.figures |= {
         f"{figure}cycles_per_s_{baud}": rates.per_s,
         f"{figure}ceiling_ratio_{baud}": rates.ratio,
@@ -307,7 +307,7 @@ def _tell(report: Report, label: str, figure: str, baud: int, rates: Rates, told
     )
 
 
-def _compare(report: Report, baud: int, rates: dict[Way, Rates]) -> None:
+def _compare(report: Report, baud: int, rates: dict[Contender, Rates]) -> None:
     """Cycles a second, ours over theirs: each library's best, and beside it over the same bytes."""
     by_host = {way.host: one.per_s for way, one in rates.items()}
     for peer, theirs, ours, equal in (
@@ -325,7 +325,7 @@ def _compare(report: Report, baud: int, rates: dict[Way, Rates]) -> None:
         report.figures[f"plain_vs_dynamixel_sdk_{baud}"] = by_host["kata_plain"] / by_host["dynamixel_sdk"]
 
 
-def _explain(report: Report, seconds: float, rounds: int, cycles: int) -> None:
+def _add_notes(report: Report, seconds: float, rounds: int, cycles: int) -> None:
     ratios = [f"{name} {value:.3f}" for name, value in report.figures.items() if "vs_" in name]
     if ratios:
         report.notes.append(f"Our cycles/s over theirs: {', '.join(ratios)}.")

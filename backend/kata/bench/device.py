@@ -14,7 +14,7 @@ from typing import Final, Self
 
 import msgspec
 
-from kata.bench.clinic import BenchError
+from kata.bench.running_service import BenchError
 from kata.device import config
 from kata.device.messages import (
     Command,

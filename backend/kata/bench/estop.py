@@ -15,11 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from kata.bench.clinic import BenchError, Clinic, causes, prepared
-from kata.bench.load import loading
-from kata.bench.loop import Cell
-from kata.bench.prepared import Prepared
+from kata.bench.loop import LoopCase
+from kata.bench.page_load import page_load
+from kata.bench.records import BenchRecords
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError, RunningService, causes, prepare_records
 from kata.motion.axes import AXES
 from kata.simulator.apparatus import State
 
@@ -43,34 +43,36 @@ class Press:
     """First cause of the stop that came."""
 
 
-def run(presses: int, cell: Cell, plot_s: float, progress: Callable[[str], None]) -> Report:
+def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], None]) -> Report:
     """Press again and again.
 
     :raises BenchError: when torque does not go off, or does not come on again.
     """
-    load = "loaded" if cell.loaded else "idle"
+    load = "loaded" if case.loaded else "idle"
     report = Report(
-        f"Emergency stop to torque off, {cell.rate_hz} Hz, {load}",
+        f"Emergency stop to torque off, {case.rate_hz} Hz, {load}",
         ("Presses", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "other causes"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder, ExitStack() as stack:
-        records = prepared(Path(folder), play_s=_PLAY_S, plot_s=plot_s)
-        clinic = stack.enter_context(
-            Clinic(Path(folder), records, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
+        records = prepare_records(Path(folder), play_s=_PLAY_S, plot_s=plot_s)
+        service = stack.enter_context(
+            RunningService(
+                Path(folder), records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, real_time=case.real_time
+            )
         )
-        told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
-        before = clinic.live().loop
+        told = stack.enter_context(page_load(service, records)) if case.loaded else None
+        before = service.live().loop
         done: list[Press] = []
         early: list[str] = []
         while len(done) < presses:
             if len(done) % 50 == 0:
                 progress(f"{len(done)} of {presses} presses")
-            one = _press(clinic, records)
+            one = _press(service, records)
             if isinstance(one, Press):
                 done.append(one)
             else:
                 early.append(one)
-        after = clinic.live().loop
+        after = service.live().loop
     _tell(report, done, early)
     if before and after:
         granted = "with" if after.real_time else "without"
@@ -82,37 +84,37 @@ def run(presses: int, cell: Cell, plot_s: float, progress: Callable[[str], None]
     return report
 
 
-def _press(clinic: Clinic, records: Prepared) -> Press | str:
+def _press(service: RunningService, records: BenchRecords) -> Press | str:
     """Torque on, press, and put everything back; the cause, when something else stopped it before the press."""
     try:
-        clinic.approach(records)
-        _until(clinic, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
+        service.approach(records)
+        _until(service, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
     except BenchError:
-        live = clinic.live()
+        live = service.live()
         if not live.stop:
             raise
-        clinic.insist("acknowledge")
+        service.insist("acknowledge")
         return causes(live)[0]
     time.sleep(random.uniform(*_SETTLE_S))
-    clinic.hand.estop(pressed=True)
+    service.hand.estop(pressed=True)
     time.sleep(_LOOK_AFTER_S)
-    state = _until(clinic, lambda state: not any(axis.torque_on for axis in state.axes), _OFF_LIMIT_S)
+    state = _until(service, lambda state: not any(axis.torque_on for axis in state.axes), _OFF_LIMIT_S)
     pressed_ns = max(event.t_ns for event in state.events if event.what == "estop_pressed")
     off = {event.motor: event.t_ns for event in state.events if event.what == "torque_off" and event.t_ns >= pressed_ns}
-    live = clinic.until(lambda live: live.mode == "stopped", _OFF_LIMIT_S)
+    live = service.until(lambda live: live.mode == "stopped", _OFF_LIMIT_S)
     cause = causes(live)[0]
-    clinic.hand.estop(pressed=False)
-    clinic.insist("acknowledge")
+    service.hand.estop(pressed=False)
+    service.insist("acknowledge")
     if set(off) != set(AXES):
         return cause
     return Press((max(off.values()) - pressed_ns) / 1e6, cause)
 
 
-def _until(clinic: Clinic, condition: Callable[[State], object], within_s: float) -> State:
+def _until(service: RunningService, condition: Callable[[State], object], within_s: float) -> State:
     limit = time.monotonic() + within_s
-    while not condition(state := clinic.hand.state()):
+    while not condition(state := service.hand.state()):
         if time.monotonic() > limit:
-            raise BenchError(f"torque was not switched within {within_s:.0f} s; {causes(clinic.live())}")
+            raise BenchError(f"torque was not switched within {within_s:.0f} s; {causes(service.live())}")
         time.sleep(0.01)
     return state
 

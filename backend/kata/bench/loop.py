@@ -8,11 +8,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.bench.clinic import BenchError, Clinic, causes, prepared
-from kata.bench.load import Told, loading
-from kata.bench.prepared import Prepared
-from kata.bench.reference_thread import Floor, witnessing
+from kata.bench.page_load import PageLoadFigures, page_load
+from kata.bench.records import BenchRecords
+from kata.bench.reference_thread import ReferenceLateness, reference_thread
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError, RunningService, causes, prepare_records
 from kata.station.schemas import LoopLive
 
 SLOWEST_CYCLE_HZ: Final = 100
@@ -23,7 +23,7 @@ _SPARE_S: Final = 60.0
 
 
 @dataclass(frozen=True)
-class Cell:
+class LoopCase:
     """One measurement."""
 
     rate_hz: int
@@ -37,43 +37,43 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What came of a cell: the loop's own account since it started, and what it missed within the time measured."""
+class LoopFigures:
+    """What came of a case: the loop's own account since it started, and what it missed within the time measured."""
 
     loop: LoopLive
     missed: int
     bus_errors: int
     """Replies that stayed away or came late within that time; each makes a cycle longer."""
-    floor: Floor
-    load: Told | None
+    floor: ReferenceLateness
+    load: PageLoadFigures | None
 
 
-def cells(rates: Sequence[int], *, real_time: Sequence[bool], loaded: Sequence[bool]) -> list[Cell]:
+def loop_cases(rates: Sequence[int], *, real_time: Sequence[bool], loaded: Sequence[bool]) -> list[LoopCase]:
     """In the order they are measured."""
-    return [Cell(rate, busy, granted) for granted in real_time for rate in rates for busy in sorted(loaded)]
+    return [LoopCase(rate, busy, granted) for granted in real_time for rate in rates for busy in sorted(loaded)]
 
 
-def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callable[[str], None]) -> Report:
-    """Measure every cell, each with a service of its own, while a recording plays.
+def run(wanted: Sequence[LoopCase], seconds: float, plot_s: float, progress: Callable[[str], None]) -> Report:
+    """Measure every case, each with a service of its own, while a recording plays.
 
-    :raises BenchError: when no cell came to its end.
+    :raises BenchError: when no case came to its end.
     """
     report = Report(
         f"Lateness of the control loop's cycles, {seconds:g} s each",
         ("Loop", "p50, ms", "p99, ms", "p99.9, ms", "max, ms", "missed", "bus errors", "witness p99.9", "max"),
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
-        records = prepared(Path(folder), play_s=seconds + _SPARE_S, plot_s=plot_s)
-        for cell in wanted:
-            if cell.real_time and not report.on.fifo:
-                report.notes.append(f"{cell.rate_hz} Hz with SCHED_FIFO: not measured, it is not granted.")
+        records = prepare_records(Path(folder), play_s=seconds + _SPARE_S, plot_s=plot_s)
+        for case in wanted:
+            if case.real_time and not report.on.fifo:
+                report.notes.append(f"{case.rate_hz} Hz with SCHED_FIFO: not measured, it is not granted.")
                 continue
-            progress(_name(cell))
+            progress(_name(case))
             try:
-                _tell(report, cell, measure(Path(folder), cell, records, seconds))
+                _tell(report, case, measure(Path(folder), case, records, seconds))
             except BenchError as error:
                 # A measurement that a stop has ended is told, and the others are not lost with it.
-                report.notes.append(f"{_name(cell)}: no figures, {error}.")
+                report.notes.append(f"{_name(case)}: no figures, {error}.")
     if not report.rows:
         raise BenchError(" ".join(report.notes))
     report.notes.append(
@@ -91,43 +91,43 @@ def run(wanted: Sequence[Cell], seconds: float, plot_s: float, progress: Callabl
 
 def measure(
     data: Path,
-    cell: Cell,
-    records: Prepared,
+    case: LoopCase,
+    records: BenchRecords,
     seconds: float,
-    beside: Callable[[Clinic], AbstractContextManager[object]] | None = None,
-) -> Measured:
-    """One cell. ``beside``: what goes on besides, from before the recording plays until after the measurement."""
+    beside: Callable[[RunningService], AbstractContextManager[object]] | None = None,
+) -> LoopFigures:
+    """One case. ``beside``: what goes on besides, from before the recording plays until after the measurement."""
     with ExitStack() as stack:
-        clinic = stack.enter_context(
-            Clinic(data, records, cycle_hz=cell.cycle_hz, rate_hz=cell.rate_hz, real_time=cell.real_time)
+        service = stack.enter_context(
+            RunningService(data, records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, real_time=case.real_time)
         )
         # The load comes first, so that little of the loop's life is without it.
-        told = stack.enter_context(loading(clinic, records)) if cell.loaded else None
+        told = stack.enter_context(page_load(service, records)) if case.loaded else None
         if beside:
-            stack.enter_context(beside(clinic))
-        floor = stack.enter_context(witnessing(cell.cycle_hz, real_time=cell.real_time))
-        clinic.play(records)
-        before = _loop(clinic)
-        cycles = before.cycles + round(seconds * cell.cycle_hz)
-        while (now := _loop(clinic)).cycles < cycles:
+            stack.enter_context(beside(service))
+        floor = stack.enter_context(reference_thread(case.cycle_hz, real_time=case.real_time))
+        service.play(records)
+        before = _loop(service)
+        cycles = before.cycles + round(seconds * case.cycle_hz)
+        while (now := _loop(service)).cycles < cycles:
             time.sleep(_LOOK_AGAIN_S)
-    return Measured(now, now.overruns - before.overruns, now.bus_errors - before.bus_errors, floor, told)
+    return LoopFigures(now, now.overruns - before.overruns, now.bus_errors - before.bus_errors, floor, told)
 
 
-def _loop(clinic: Clinic) -> LoopLive:
-    live = clinic.live()
+def _loop(service: RunningService) -> LoopLive:
+    live = service.live()
     if live.mode != "playing" or live.loop is None:
         raise BenchError(f"the apparatus is {live.mode} instead of playing; {causes(live)}")
     return live.loop
 
 
-def _name(cell: Cell) -> str:
-    return f"{cell.rate_hz} Hz {'loaded' if cell.loaded else 'idle'}{'' if cell.real_time else ', no FIFO'}"
+def _name(case: LoopCase) -> str:
+    return f"{case.rate_hz} Hz {'loaded' if case.loaded else 'idle'}{'' if case.real_time else ', no FIFO'}"
 
 
-def _tell(report: Report, cell: Cell, measured: Measured) -> None:
+def _tell(report: Report, case: LoopCase, measured: LoopFigures) -> None:
     loop = measured.loop
-    suffix = f"{cell.rate_hz}hz_{'loaded' if cell.loaded else 'idle'}{'' if cell.real_time else '_nofifo'}"
+    suffix = f"{case.rate_hz}hz_{'loaded' if case.loaded else 'idle'}{'' if case.real_time else '_nofifo'}"
     told = {name: getattr(loop, f"lateness_{name}_ms") for name in ("p50", "p99", "p999", "max")}
     report.figures |= {f"lateness_{name}_ms_{suffix}": value for name, value in told.items()}
     report.figures |= {f"missed_{suffix}": measured.missed, f"bus_errors_{suffix}": measured.bus_errors}
@@ -136,7 +136,7 @@ def _tell(report: Report, cell: Cell, measured: Measured) -> None:
     figures = (f"{value:.3f}" for value in told.values())
     report.rows.append(
         (
-            _name(cell),
+            _name(case),
             *figures,
             str(measured.missed),
             str(measured.bus_errors),
@@ -146,7 +146,7 @@ def _tell(report: Report, cell: Cell, measured: Measured) -> None:
     )
     if loop.overruns > measured.missed:
         report.notes.append(
-            f"{_name(cell)}: {loop.overruns - measured.missed} more missed before the measurement began."
+            f"{_name(case)}: {loop.overruns - measured.missed} more missed before the measurement began."
         )
     if measured.load:
-        report.notes.append(f"{_name(cell)}: {measured.load.line()}.")
+        report.notes.append(f"{_name(case)}: {measured.load.line()}.")

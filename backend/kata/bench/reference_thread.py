@@ -14,12 +14,12 @@ from contextlib import contextmanager
 
 import msgspec
 
-from kata.bench.beside import beside
+from kata.bench.helper_process import helper_process
 from kata.device.latency_histogram import Lateness
 from kata.system import realtime
 
 
-class Floor(msgspec.Struct):
+class ReferenceLateness(msgspec.Struct):
     """How late the witness woke."""
 
     p999_ms: float = 0.0
@@ -29,15 +29,15 @@ class Floor(msgspec.Struct):
 
 
 @contextmanager
-def witnessing(hz: int, *, real_time: bool) -> Iterator[Floor]:
+def reference_thread(hz: int, *, real_time: bool) -> Iterator[ReferenceLateness]:
     """A witness while the block lasts; then it is told how late it was."""
     arguments = ["--hz", str(hz)]
     if not real_time:
         arguments.append("--no-real-time")
-    floor = Floor()
-    with beside("kata.bench.reference_thread", *arguments, sorry="the witness did not start") as said:
+    floor = ReferenceLateness()
+    with helper_process("kata.bench.reference_thread", *arguments, failure="the witness did not start") as output:
         yield floor
-    told = msgspec.json.decode(said.last, type=Floor)
+    told = msgspec.json.decode(output.text, type=ReferenceLateness)
     floor.p999_ms, floor.max_ms, floor.missed = told.p999_ms, told.max_ms, told.missed
 
 

@@ -18,7 +18,7 @@ _CPU_NAMES: Final = ("model name", "Model", "Hardware")
 
 
 @dataclass(frozen=True)
-class Machine:
+class Computer:
     """The computer, what this user is granted on it, and how busy it was before the benchmark."""
 
     cpu: str
@@ -41,9 +41,9 @@ class Machine:
         ]
 
 
-def machine() -> Machine:
+def computer() -> Computer:
     """The one we run on, now."""
-    return Machine(
+    return Computer(
         cpu=_cpu(),
         cores=len(os.sched_getaffinity(0)),
         kernel=f"{platform.release()} {kernel_preemption()}",
@@ -60,7 +60,7 @@ class Report:
 
     title: str
     columns: tuple[str, ...]
-    on: Machine = field(default_factory=machine)
+    on: Computer = field(default_factory=computer)
     rows: list[tuple[str, ...]] = field(default_factory=list)
     figures: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

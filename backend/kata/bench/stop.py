@@ -22,9 +22,9 @@ from uuid import uuid4
 import numpy as np
 from msgspec import structs
 
-from kata.bench.clinic import BenchError
 from kata.bench.device import Device
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError
 from kata.device.loader import ReferenceLoader
 from kata.device.messages import Acknowledge, Approach, Load, Refusal, Request, Stop, Unload, frames_of, parts_of
 from kata.motion.axes import AXES, N_AXES
@@ -52,23 +52,23 @@ _PAUSE_S: Final = 0.002
 _UNANSWERED: Final = 0
 """Number of the Loads that only keep the device process busy; nothing waits for their answers."""
 
-Busy = Callable[[Device], AbstractContextManager[None]]
+Disturbance = Callable[[Device], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True)
-class Case:
+class StopLoad:
     """What goes on while Stops are sent."""
 
     name: str
     title: str
-    busy: Busy = field(default=lambda device: nullcontext())
+    busy: Disturbance = field(default=lambda device: nullcontext())
     module: str = "kata.device"
     torque: bool = True
     """Ends with torque off at the drives; else at the answer to a Stop behind an hour-long Load."""
 
 
 @dataclass(frozen=True)
-class Measured:
+class StopFigures:
     """What came of a case."""
 
     took_ms: list[float]
@@ -103,7 +103,7 @@ def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[s
     return report
 
 
-def _measure(folder: Path, case: Case, stops: int, real_time: bool, progress: Callable[[str], None]) -> Measured:
+def _measure(folder: Path, case: StopLoad, stops: int, real_time: bool, progress: Callable[[str], None]) -> StopFigures:
     with Device(folder, cycle_hz=_CYCLE_HZ, real_time=real_time, module=case.module) as device:
         device.until_mode("idle")
         time.sleep(0.2)  # the reading of every drive has settled
@@ -126,7 +126,7 @@ def _measure(folder: Path, case: Case, stops: int, real_time: bool, progress: Ca
                     if not device.snapshot.stop:
                         raise
                     other.append(_put_back(device, device.snapshot.stop.causes[0].code))
-        return Measured(took_ms, device.snapshot.loop.overruns - before, other, accepted_first)
+        return StopFigures(took_ms, device.snapshot.loop.overruns - before, other, accepted_first)
 
 
 def _stop_held(device: Device, recording: Load) -> float:
@@ -255,7 +255,7 @@ def _over_and_over(step: Callable[[], None]) -> Iterator[None]:
         thread.join()
 
 
-def _sending(load: Callable[[], Load]) -> Busy:
+def _sending(load: Callable[[], Load]) -> Disturbance:
     """Send a Load again and again, as a second client would; only while the arm is held, or it would be the one that is loaded."""
 
     def busy(device: Device) -> AbstractContextManager[None]:
@@ -293,18 +293,18 @@ def _building(device: Device) -> Iterator[None]:
 
 
 CASES: Final = (
-    Case("idle", "nothing else"),
-    Case("built", "an hour is being built", _building),
-    Case("loaded", "an hour is being loaded, torque off", torque=False),
-    Case("second_client", "a second client loads an hour over and over", _sending(_hour)),
-    Case("slow_disk", "the journal's disk stands still every other second", module="kata.bench.slow_disk"),
-    Case("extreme", "a second client loads angles of 1e308 deg", _sending(_extreme)),
+    StopLoad("idle", "nothing else"),
+    StopLoad("built", "an hour is being built", _building),
+    StopLoad("loaded", "an hour is being loaded, torque off", torque=False),
+    StopLoad("second_client", "a second client loads an hour over and over", _sending(_hour)),
+    StopLoad("slow_disk", "the journal's disk stands still every other second", module="kata.bench.slow_disk"),
+    StopLoad("extreme", "a second client loads angles of 1e308 deg", _sending(_extreme)),
 )
 LOADS: Final = tuple(case.name for case in CASES)
 """Names of the cases."""
 
 
-def _tell(report: Report, case: Case, measured: Measured) -> None:
+def _tell(report: Report, case: StopLoad, measured: StopFigures) -> None:
     p50, p999 = np.percentile(measured.took_ms, (50, 99.9), method="inverted_cdf").tolist()
     longest = max(measured.took_ms)
     report.figures |= {

@@ -16,8 +16,8 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from kata.bench.beside import beside
-from kata.bench.clinic import BenchError, Clinic
+from kata.bench.helper_process import helper_process
+from kata.bench.running_service import BenchError, RunningService
 
 Kind = Literal["one", "many"]
 """Of one user name from one address; or each try of another name, from a hundred addresses: what no back-off holds up."""
@@ -30,7 +30,7 @@ _REFUSED: Final = 429
 _WRONG: Final = 401
 
 
-class Guessed(msgspec.Struct):
+class GuessingFigures(msgspec.Struct):
     """What came of it."""
 
     tries: int = 0
@@ -73,20 +73,20 @@ def guess(url: str, username: str, password: str, address: str) -> Try:
 
 
 @contextmanager
-def storming(guessed: Guessed, per_minute: int, kind: Kind, clinic: Clinic) -> Iterator[None]:
+def guess_passwords(guessed: GuessingFigures, per_minute: int, kind: Kind, service: RunningService) -> Iterator[None]:
     """A storm on the service while the block lasts; then ``guessed`` is told what came of it."""
-    arguments = ["--url", clinic.url, "--per-minute", str(per_minute), "--kind", kind]
-    with beside("kata.bench.password_guessing", *arguments, sorry="the storm could not begin") as said:
+    arguments = ["--url", service.url, "--per-minute", str(per_minute), "--kind", kind]
+    with helper_process("benchmarks.password_guessing", *arguments, failure="the storm could not begin") as output:
         yield
     try:
-        told = msgspec.json.decode(said.last, type=Guessed)
+        told = msgspec.json.decode(output.text, type=GuessingFigures)
     except msgspec.DecodeError as error:
         raise BenchError("the storm has told nothing") from error
     for name, value in msgspec.structs.asdict(told).items():
         setattr(guessed, name, value)
 
 
-class _Storm:
+class _Guessing:
     """Tries at their times, whoever of the guessers is free; one that comes late is made late, none is left out."""
 
     def __init__(self, url: str, per_minute: int, kind: Kind) -> None:
@@ -108,11 +108,11 @@ class _Storm:
             address = "127.0.0.1" if one else f"127.0.1.{number % _ADDRESSES + 1}"
             self.answers[number] = guess(self._url, name, f"password-{number}", address)
 
-    def guessed(self) -> Guessed:
+    def guessed(self) -> GuessingFigures:
         status = {number: one.status for number, one in sorted(self.answers.items())}
         refused = [number for number, code in status.items() if code == _REFUSED]
         weighed = sum(code == _WRONG for code in status.values())
-        return Guessed(
+        return GuessingFigures(
             tries=len(status),
             locked_out=len(refused),
             weighed=weighed,
@@ -123,13 +123,13 @@ class _Storm:
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.password_guessing``."""
-    parser = argparse.ArgumentParser(prog="python -m kata.bench.password_guessing", description=__doc__)
+    """Entry of ``python -m benchmarks.password_guessing``."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.password_guessing", description=__doc__)
     parser.add_argument("--url", required=True, help="the service, on this computer")
     parser.add_argument("--per-minute", type=int, required=True, help="tries a minute")
     parser.add_argument("--kind", choices=("one", "many"), required=True, help="of one name, or each of another")
     arguments = parser.parse_args()
-    storm = _Storm(arguments.url, arguments.per_minute, arguments.kind)
+    storm = _Guessing(arguments.url, arguments.per_minute, arguments.kind)
     with ThreadPoolExecutor(_GUESSERS) as guessers:
         guessing = [guessers.submit(storm.guess_on) for _ in range(_GUESSERS)]
         sys.stdout.write("ready\n")

@@ -17,11 +17,11 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from kata.bench import postgresql
-from kata.bench.clinic import BenchError, Clinic, causes, prepared
-from kata.bench.load import loading
-from kata.bench.prepared import Prepared
+from benchmarks import postgresql
+from kata.bench.page_load import page_load
+from kata.bench.records import BenchRecords
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError, RunningService, causes, prepare_records
 
 _RATE_HZ: Final = 100
 _SPARE_S: Final = 60.0
@@ -49,14 +49,14 @@ _MESSAGE: Final = msgspec.json.Decoder(_Message)
 @dataclass(frozen=True)
 class _Station:
     name: str
-    clinic: Clinic
-    records: Prepared
+    service: RunningService
+    records: BenchRecords
 
 
 class _Watcher:
-    """Somebody who looks at all stations at one of them."""
+    """Somebody who samples at all stations at one of them."""
 
-    def __init__(self, at: Clinic) -> None:
+    def __init__(self, at: RunningService) -> None:
         self._socket = connect(
             at.url.replace("http", "ws", 1) + "/api/stations/live", additional_headers={"Cookie": at.cookie}
         )
@@ -108,11 +108,11 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
         progress("Pressing emergency stops")
         _tell(report, "delay of the overview, ms", "overview_delay_ms", _delays_ms(there, presses))
         progress("Playing with the database")
-        before_mb = [one.clinic.service_mb for one in there]
+        before_mb = [one.service.service_mb for one in there]
         for one in there:
             # A page is open, or the apparatus would be paused for want of one.
-            stack.enter_context(loading(one.clinic, None, pages=1))
-            one.clinic.play(one.records)
+            stack.enter_context(page_load(one.service, None, pages=1))
+            one.service.play(one.records)
         _tell(report, f"cycles missed in {seconds:g} s, with the database", "missed", _missed(there, seconds))
         progress("Playing while the database hangs")
         with server.hanging():
@@ -120,8 +120,8 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
         _tell(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
         progress("Waiting for what was kept")
         for one in there:
-            one.clinic.until(lambda live: live.kept.waiting == 0 and not live.kept.away_since, _DELIVERED_LIMIT_S)
-        growth_mb = [one.clinic.service_mb - mb for one, mb in zip(there, before_mb, strict=True)]
+            one.service.until(lambda live: live.kept.waiting == 0 and not live.kept.away_since, _DELIVERED_LIMIT_S)
+        growth_mb = [one.service.service_mb - mb for one, mb in zip(there, before_mb, strict=True)]
         _tell(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
     report.notes.append(
         "delay of the overview: from the moment an emergency stop's contact opens until another station's WebSocket has said so."
@@ -140,24 +140,24 @@ def _server() -> Iterator[postgresql.Server]:
 
 def _start(stack: ExitStack, folder: Path, name: str, server: postgresql.Server, play_s: float) -> _Station:
     data = folder / name
-    records = prepared(data, play_s=play_s, plot_s=1.0, database_url=server.url)
-    clinic = Clinic(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=server.url)
-    return _Station(name, stack.enter_context(clinic), records)
+    records = prepare_records(data, play_s=play_s, plot_s=1.0, database_url=server.url)
+    service = RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=server.url)
+    return _Station(name, stack.enter_context(service), records)
 
 
 def _delays_ms(there: Sequence[_Station], presses: int) -> list[float]:
-    watchers = [_Watcher(one.clinic) for one in there]
+    watchers = [_Watcher(one.service) for one in there]
     found: list[float] = []
     for n in range(presses):
         pressed, watcher = there[n % len(there)], watchers[(n + 1) % len(there)]
         watcher.shown(pressed.name, "closed")
         time.sleep(random.uniform(0.0, _LONGEST_PAUSE_S))
         began_s = time.monotonic()
-        pressed.clinic.hand.estop(True)
+        pressed.service.hand.estop(True)
         found.append((watcher.shown(pressed.name, "pressed") - began_s) * 1000)
-        pressed.clinic.hand.estop(False)
+        pressed.service.hand.estop(False)
         watcher.shown(pressed.name, "released")
-        pressed.clinic.insist("acknowledge")
+        pressed.service.insist("acknowledge")
     for watcher in watchers:
         watcher.close()
     return found
@@ -171,7 +171,7 @@ def _missed(there: Sequence[_Station], seconds: float) -> list[float]:
 
 
 def _overruns(one: _Station) -> int:
-    live = one.clinic.live()
+    live = one.service.live()
     if live.mode != "playing" or live.loop is None:
         raise BenchError(f"{one.name} is {live.mode} instead of playing; {causes(live)}")
     return live.loop.overruns

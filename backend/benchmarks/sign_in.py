@@ -8,13 +8,13 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Final
 
+from benchmarks.password_guessing import GuessingFigures, Kind, guess, guess_passwords
 from kata.auth import accounts
 from kata.auth.passwords import hasher
-from kata.bench.clinic import BenchError, Clinic, prepared
-from kata.bench.loop import Cell, Measured, measure
-from kata.bench.password_guessing import Guessed, Kind, guess, storming
-from kata.bench.prepared import Prepared
+from kata.bench.loop import LoopCase, LoopFigures, measure
+from kata.bench.records import BenchRecords
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError, RunningService, prepare_records
 from kata.database.base import utc_now
 from kata.database.engine import Database
 
@@ -24,14 +24,14 @@ _TRIES_A_NAME: Final = 4
 _TRIES_AN_ADDRESS: Final = 20
 _SPARE_S: Final = 60.0
 _NAMES: Final = ("p50", "p99", "p999", "max")
-_STORMS: Final[tuple[tuple[Kind, str], ...]] = (
+_ATTACKS: Final[tuple[tuple[Kind, str], ...]] = (
     ("one", "a storm at one account from one address"),
     ("many", "a storm of other names from other addresses each time"),
 )
 
 
 @dataclass(frozen=True)
-class Times:
+class AnswerTimes:
     """Until the answer to a wrong password, ms, one known name and one unknown by turns."""
 
     known: list[float]
@@ -60,7 +60,7 @@ def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], N
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         data = Path(folder)
-        records = prepared(data, play_s=seconds + _SPARE_S, plot_s=1.0)
+        records = prepare_records(data, play_s=seconds + _SPARE_S, plot_s=1.0)
         make_accounts(data, max(1, -(-pairs // _TRIES_A_NAME)))
         progress("Known and unknown names")
         _tell_times(report, times(data, records, pairs))
@@ -75,37 +75,37 @@ def run(seconds: float, per_minute: int, pairs: int, progress: Callable[[str], N
 
 
 def _measure_loop(
-    report: Report, data: Path, records: Prepared, how: tuple[float, int], progress: Callable[[str], None]
+    report: Report, data: Path, records: BenchRecords, how: tuple[float, int], progress: Callable[[str], None]
 ) -> None:
     seconds, per_minute = how
-    cell = Cell(_RATE_HZ, False, report.on.fifo)
+    case = LoopCase(_RATE_HZ, False, report.on.fifo)
     progress("Control loop without a storm")
-    quiet = measure(data, cell, records, seconds)
+    quiet = measure(data, case, records, seconds)
     _tell(report, "quiet", "without a storm", quiet, quiet)
-    for kind, name in _STORMS:
+    for kind, name in _ATTACKS:
         progress(f"Control loop in {name}")
-        guessed = Guessed()
-        found = measure(data, cell, records, seconds, partial(storming, guessed, per_minute, kind))
+        guessed = GuessingFigures()
+        found = measure(data, case, records, seconds, partial(guess_passwords, guessed, per_minute, kind))
         _tell(report, kind, name, found, quiet)
         _tell_storm(report, kind, name, guessed)
 
 
-def times(data: Path, records: Prepared, pairs: int) -> Times:
+def times(data: Path, records: BenchRecords, pairs: int) -> AnswerTimes:
     """Nobody else asks meanwhile. Names and addresses change often enough that the back-off holds nobody up."""
     known: list[float] = []
     unknown: list[float] = []
-    with Clinic(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, real_time=False) as clinic:
+    with RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, real_time=False) as service:
         for n in range(pairs):
             which = n // _TRIES_A_NAME
             # In turn the one and the other first, so that what comes second gains nothing by it.
             both = [(known, f"known-{which}"), (unknown, f"nobody-{which}")]
             for number, (took, name) in enumerate(both if n % 2 else both[::-1]):
                 address = f"127.0.2.{(2 * n + number) // _TRIES_AN_ADDRESS % 250 + 1}"
-                answer = guess(clinic.url, name, "not the password", address)
+                answer = guess(service.url, name, "not the password", address)
                 if answer.status != 401:
                     raise BenchError(f"a wrong password was answered with {answer.status}")
                 took.append(answer.took_ms)
-    return Times(known, unknown)
+    return AnswerTimes(known, unknown)
 
 
 def make_accounts(data: Path, count: int) -> None:
@@ -122,7 +122,7 @@ def make_accounts(data: Path, count: int) -> None:
         database.close()
 
 
-def _tell_times(report: Report, found: Times) -> None:
+def _tell_times(report: Report, found: AnswerTimes) -> None:
     known, unknown = median(found.known), median(found.unknown)
     report.figures |= {
         "known_ms": known,
@@ -136,7 +136,7 @@ def _tell_times(report: Report, found: Times) -> None:
     )
 
 
-def _tell(report: Report, key: str, name: str, measured: Measured, quiet: Measured) -> None:
+def _tell(report: Report, key: str, name: str, measured: LoopFigures, quiet: LoopFigures) -> None:
     told = {one: float(getattr(measured.loop, f"lateness_{one}_ms")) for one in _NAMES}
     before = {one: float(getattr(quiet.loop, f"lateness_{one}_ms")) for one in _NAMES}
     ratios = {one: told[one] / before[one] if before[one] else float("nan") for one in _NAMES}
@@ -155,7 +155,7 @@ def _tell(report: Report, key: str, name: str, measured: Measured, quiet: Measur
     )
 
 
-def _tell_storm(report: Report, key: str, name: str, guessed: Guessed) -> None:
+def _tell_storm(report: Report, key: str, name: str, guessed: GuessingFigures) -> None:
     report.figures |= {
         f"tries_{key}": guessed.tries,
         f"locked_out_{key}": guessed.locked_out,

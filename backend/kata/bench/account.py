@@ -9,11 +9,11 @@ from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 
-ACTIVE: Final = {"X-Kata-Active": "1"}
+ACTIVE_HEADER: Final = {"X-Kata-Active": "1"}
 """Goes with every request: a benchmark of hours never leaves its place."""
 
 
-def sign_in_to(database: Database, role: Role = "therapist") -> str:
+def sign_in_cookie(database: Database, role: Role = "therapist") -> str:
     """Make an account of this role; the ``Cookie`` header of somebody who is signed in to it, with its second factor given."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:

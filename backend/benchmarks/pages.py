@@ -9,10 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.bench.clinic import Clinic, prepared
-from kata.bench.load import Told, loading
-from kata.bench.loop import Cell, measure
+from kata.bench.loop import LoopCase, measure
+from kata.bench.page_load import PageLoadFigures, page_load
 from kata.bench.report import Report
+from kata.bench.running_service import RunningService, prepare_records
 
 _RATE_HZ: Final = 100
 _SPARE_S: Final = 30.0
@@ -24,15 +24,15 @@ class _Pages:
 
     pages: int
     stalled: int
-    told: Told = field(default_factory=Told)
+    told: PageLoadFigures = field(default_factory=PageLoadFigures)
     growth_mb: float = 0.0
 
     @contextmanager
-    def on(self, clinic: Clinic) -> Iterator[None]:
-        with loading(clinic, None, self.pages, self.stalled) as told:
-            before_mb = clinic.service_mb
+    def on(self, service: RunningService) -> Iterator[None]:
+        with page_load(service, None, self.pages, self.stalled) as told:
+            before_mb = service.service_mb
             yield
-            self.growth_mb = clinic.service_mb - before_mb
+            self.growth_mb = service.service_mb - before_mb
         self.told = told
 
     @property
@@ -49,12 +49,12 @@ def run(pages: int, stalled: int, seconds: float, progress: Callable[[str], None
         f"Pages on one service at {_RATE_HZ} Hz, {seconds:g} s each",
         ("Pages", "delivery p50, ms", "p99, ms", "max, ms", "loop p99.9, ms", "missed", "memory, MB", "hung up"),
     )
-    cell = Cell(_RATE_HZ, loaded=False, real_time=report.on.fifo)
+    case = LoopCase(_RATE_HZ, loaded=False, real_time=report.on.fifo)
     with TemporaryDirectory(prefix="kata-bench-") as folder:
-        records = prepared(Path(folder), play_s=seconds + _SPARE_S, plot_s=1.0)
+        records = prepare_records(Path(folder), play_s=seconds + _SPARE_S, plot_s=1.0)
         for suffix, one in (("1", _Pages(1, 0)), ("all", _Pages(pages, 0)), ("stalled", _Pages(pages, stalled))):
             progress(f"{one.name} pages")
-            measured = measure(Path(folder), cell, records, seconds, beside=one.on)
+            measured = measure(Path(folder), case, records, seconds, beside=one.on)
             told = one.told
             report.figures |= {
                 f"delivery_p99_ms_{suffix}": told.delivery_p99_ms,

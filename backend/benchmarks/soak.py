@@ -7,11 +7,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from kata.bench.clinic import BenchError, Clinic, causes, prepared, rss_mb
-from kata.bench.load import loading
-from kata.bench.prepared import Prepared
-from kata.bench.reference_thread import witnessing
+from kata.bench.page_load import page_load
+from kata.bench.records import BenchRecords
+from kata.bench.reference_thread import reference_thread
 from kata.bench.report import Report
+from kata.bench.running_service import BenchError, RunningService, causes, prepare_records, rss_mb
 
 _RATE_HZ: Final = 100
 _PLAY_S: Final = 60.0
@@ -24,7 +24,7 @@ _ROWS: Final = 12
 
 
 @dataclass(frozen=True)
-class Look:
+class SoakSample:
     """At one moment."""
 
     at_s: float
@@ -40,22 +40,22 @@ def run(minutes: float, progress: Callable[[str], None]) -> Report:
     """
     report = Report(f"Soak, {minutes:g} min at {_RATE_HZ} Hz", ("Minute", "missed", "service, MB", "device, MB"))
     with TemporaryDirectory(prefix="kata-bench-") as folder:
-        records = prepared(Path(folder), play_s=_PLAY_S, plot_s=_PLAY_S)
+        records = prepare_records(Path(folder), play_s=_PLAY_S, plot_s=_PLAY_S)
         with (
-            Clinic(Path(folder), records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as clinic,
-            loading(clinic, None, pages=1),
-            witnessing(_RATE_HZ, real_time=report.on.fifo) as floor,
+            RunningService(Path(folder), records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ) as service,
+            page_load(service, None, pages=1),
+            reference_thread(_RATE_HZ, real_time=report.on.fifo) as floor,
         ):
-            looks = _watch(clinic, records, minutes * 60, progress)
-    settled_s = min(_SETTLED_S, looks[-1].at_s / 2)
-    later = [look for look in looks if look.at_s >= settled_s]
+            samples = _watch(service, records, minutes * 60, progress)
+    settled_s = min(_SETTLED_S, samples[-1].at_s / 2)
+    later = [look for look in samples if look.at_s >= settled_s]
     report.figures = {
-        "soak_missed": looks[-1].missed,
+        "soak_missed": samples[-1].missed,
         "soak_witness_missed": floor.missed,
         "soak_service_growth_mb": max(look.service_mb for look in later) - later[0].service_mb,
         "soak_device_growth_mb": max(look.device_mb for look in later) - later[0].device_mb,
     }
-    for look in looks[:: max(1, len(looks) // _ROWS)]:
+    for look in samples[:: max(1, len(samples) // _ROWS)]:
         numbers = (look.service_mb, look.device_mb)
         report.rows.append((f"{look.at_s / 60:.1f}", str(look.missed), *(f"{number:.2f}" for number in numbers)))
     report.notes.append(
@@ -69,26 +69,28 @@ def run(minutes: float, progress: Callable[[str], None]) -> Report:
     return report
 
 
-def _watch(clinic: Clinic, records: Prepared, seconds: float, progress: Callable[[str], None]) -> list[Look]:
-    service, device = clinic.service_pid, clinic.device_pid
-    first = clinic.live().loop
+def _watch(
+    service: RunningService, records: BenchRecords, seconds: float, progress: Callable[[str], None]
+) -> list[SoakSample]:
+    service_pid, device_pid = service.service_pid, service.device_pid
+    first = service.live().loop
     assert first is not None
     began = time.monotonic()
-    looks: list[Look] = []
+    samples: list[SoakSample] = []
     played = 0
-    while not looks or looks[-1].at_s < seconds:
-        live = clinic.live()
+    while not samples or samples[-1].at_s < seconds:
+        live = service.live()
         if live.stop or live.loop is None:
             raise BenchError(
                 f"the apparatus has stopped after {(time.monotonic() - began) / 60:.1f} min; {causes(live)}"
             )
         if live.mode == "idle":
             if played and played % _RUNS_A_SESSION == 0:
-                records = clinic.begin_another(records)
-            clinic.play(records)
+                records = service.begin_another(records)
+            service.play(records)
             played += 1
         at_s = time.monotonic() - began
-        looks.append(Look(at_s, live.loop.overruns - first.overruns, rss_mb(service), rss_mb(device)))
+        samples.append(SoakSample(at_s, live.loop.overruns - first.overruns, rss_mb(service_pid), rss_mb(device_pid)))
         progress(f"{at_s / 60:.1f} of {seconds / 60:g} min")
         time.sleep(min(_LOOK_S, max(0.1, seconds - at_s)))
-    return looks
+    return samples

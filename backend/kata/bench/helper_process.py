@@ -6,30 +6,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from kata.bench.clinic import BenchError
+from kata.bench.running_service import BenchError
 
 
 @dataclass
-class Said:
+class HelperOutput:
     """What such a process has said last, once it has ended."""
 
-    last: str = ""
+    text: str = ""
 
 
 @contextmanager
-def beside(module: str, *arguments: str, sorry: str) -> Iterator[Said]:
+def helper_process(module: str, *arguments: str, failure: str) -> Iterator[HelperOutput]:
     """``python -m module`` while the block lasts. It says "ready" when it is, and its last word when its input is closed.
 
-    :raises BenchError: with ``sorry``, when it does not get ready.
+    :raises BenchError: with ``failure``, when it does not get ready.
     """
-    said = Said()
+    output = HelperOutput()
     command = [sys.executable, "-m", module, *arguments]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin is not None and process.stdout is not None
         try:
             if process.stdout.readline() != "ready\n":
-                raise BenchError(sorry)
-            yield said
+                raise BenchError(failure)
+            yield output
         finally:
             process.stdin.close()
-            said.last = process.stdout.read()
+            output.text = process.stdout.read()

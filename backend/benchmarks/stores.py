@@ -10,8 +10,8 @@ from typing import Final
 
 from pydantic import TypeAdapter
 
-from kata.bench import loading, postgresql, synthetic
-from kata.bench.synthetic import History, fill
+from benchmarks import bulk_insert, postgresql, synthetic
+from benchmarks.synthetic import History, fill
 from kata.database.engine import SERVICE_ANSWER_S, Database
 from kata.database.upgrade import migrations, upgrade
 
@@ -65,7 +65,7 @@ def _database(backend: str, folder: Path, answer_s: float | None) -> Iterator[Da
 
 def _made_of(hour_s: float) -> str:
     """Another one for every schema, for everything else that is written down, and for another length of the hour."""
-    sources = [*sorted((migrations() / "versions").glob("*.py")), Path(synthetic.__file__), Path(loading.__file__)]
+    sources = [*sorted((migrations() / "versions").glob("*.py")), Path(synthetic.__file__), Path(bulk_insert.__file__)]
     made = hashlib.sha256(f"{hour_s}".encode())
     for source in sources:
         made.update(source.read_bytes())

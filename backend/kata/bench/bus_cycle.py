@@ -9,7 +9,7 @@ from kata.device.config import StationConfig
 _SWING_DEG: Final = 1.0
 
 
-class Host(Protocol):
+class CycleRunner(Protocol):
     """A library with its port open."""
 
     def cycle(self) -> int:
@@ -33,7 +33,7 @@ class Goals:
         return self._sets[self._turn]
 
 
-class Order(msgspec.Struct, frozen=True):
+class CycleOrder(msgspec.Struct, frozen=True):
     """Cycles to measure: for so long, or so many of them."""
 
     seconds: float = 0.0
@@ -44,7 +44,7 @@ class Order(msgspec.Struct, frozen=True):
     """Cycles a second as the control loop paces them; 0 is one after the other."""
 
 
-class Measured(msgspec.Struct, frozen=True):
+class CycleFigures(msgspec.Struct, frozen=True):
     """What came of an order."""
 
     cycles: int

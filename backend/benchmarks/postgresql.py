@@ -14,7 +14,7 @@ from typing import Final
 
 from sqlalchemy.engine import make_url
 
-from kata.bench.clinic import children
+from kata.bench.running_service import children
 from kata.database.programs import postgresql_program
 
 _USER: Final = "postgres"

@@ -10,7 +10,7 @@ from sqlalchemy.schema import CreateIndex, DropIndex
 from kata.database.engine import Database
 
 Rows = list[dict[str, Any]]
-Load = Callable[[Table, Rows], None]
+Insert = Callable[[Table, Rows], None]
 """Called with rows that have the same columns all, each value as SQLite keeps it; PostgreSQL understands the same."""
 
 _UNCHECKED: Final = {
@@ -32,8 +32,8 @@ _UNCHECKED: Final = {
 
 
 @contextmanager
-def loading(database: Database, tables: Sequence[Table]) -> Iterator[Load]:
-    """All of the block in one transaction. Only after it the tables get their indexes, and nobody looks whether references hold."""
+def bulk_insert(database: Database, tables: Sequence[Table]) -> Iterator[Insert]:
+    """All of the block in one transaction. Only after it the tables get their indexes, and nobody samples whether references hold."""
     dialect = database.writer.dialect
     indexes = [index for table in tables for index in sorted(table.indexes, key=lambda one: str(one.name))]
     connection = database.writer.raw_connection()

@@ -18,8 +18,8 @@ from uuid import UUID
 
 import msgspec
 
-from kata.bench.prepared import Prepared, prepare
-from kata.bench.signed_in import ACTIVE
+from kata.bench.account import ACTIVE_HEADER
+from kata.bench.records import BenchRecords, make_records
 from kata.device import config
 from kata.device.messages import LOAD_LEVELS
 from kata.simulator.process import SimulatorProcess
@@ -37,7 +37,7 @@ class BenchError(Exception):
     """The benchmark could not go on; the message says why."""
 
 
-def prepared(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> Prepared:
+def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> BenchRecords:
     """The records of a benchmark: a recording to play that begins where the simulated arm rests, and a run to draw.
 
     ``database_url`` None: in a file in ``data``.
@@ -49,10 +49,10 @@ def prepared(data: Path, *, play_s: float, plot_s: float, database_url: str | No
             rest_deg = [axis.angle_deg for axis in hand.state().axes]
     finally:
         simulator.close()
-    return prepare(data, rest_deg, play_s=play_s, plot_s=plot_s, database_url=database_url)
+    return make_records(data, rest_deg, play_s=play_s, plot_s=plot_s, database_url=database_url)
 
 
-class Clinic:
+class RunningService:
     """A service process, its device process and a simulated apparatus; ends them with the ``with`` block.
 
     The simulator is the benchmark's own child, so that what it saw can be asked for: the service has a station as any.
@@ -61,7 +61,7 @@ class Clinic:
     def __init__(
         self,
         data: Path,
-        records: Prepared,
+        records: BenchRecords,
         *,
         cycle_hz: int,
         rate_hz: int,
@@ -160,27 +160,27 @@ class Clinic:
         """
         self._until_accepted(name, lambda: self.command(name, **body), within_s)
 
-    def begin_another(self, records: Prepared) -> Prepared:
+    def begin_another(self, records: BenchRecords) -> BenchRecords:
         """The patient's session ends, as soon as what was played in it is kept, and the next one begins."""
         here = f"/api/sessions/{records.session_id}"
         self._until_accepted("end", lambda: self._post(f"{here}/end", {}), _ANSWER_LIMIT_S)
         patient_id = self._ask("GET", here)["patient"]["id"]
         return replace(records, session_id=UUID(self._ask("POST", "/api/sessions", {"patient_id": patient_id})["id"]))
 
-    def approach(self, records: Prepared) -> None:
+    def approach(self, records: BenchRecords) -> None:
         """From idle: load the recording and go to its start, which switches torque on."""
         self._go_through_checklist(records)
         session_id, recording_id = str(records.session_id), str(records.recording_id)
         self.insist("load", session_id=session_id, recording_id=recording_id, load_level=LOAD_LEVELS)
         self.insist("approach")
 
-    def play(self, records: Prepared) -> None:
+    def play(self, records: BenchRecords) -> None:
         """From idle: load, approach and play."""
         self.approach(records)
         self.until(lambda live: live.mode == "paused", 30.0)
         self.insist("play")
 
-    def _go_through_checklist(self, records: Prepared) -> None:
+    def _go_through_checklist(self, records: BenchRecords) -> None:
         """As a therapist would; what is given already is not asked again."""
         path = f"/api/sessions/{records.session_id}/checklist"
         about = f"?recording_id={records.recording_id}"
@@ -229,7 +229,7 @@ class Clinic:
         return [one["check"] for one in self._ask("GET", checklist)["checks"] if not one["given"]]
 
     def _ask(self, method: str, path: str, body: object = None) -> Any:
-        request = Request(self.url + path, method=method, headers={"Cookie": self.cookie} | ACTIVE)
+        request = Request(self.url + path, method=method, headers={"Cookie": self.cookie} | ACTIVE_HEADER)
         if method != "GET":
             request.add_header("Content-Type", "application/json")
             request.data = json.dumps(body or {}).encode()

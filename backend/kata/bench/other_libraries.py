@@ -7,7 +7,7 @@ import contextlib
 import importlib.util
 from typing import Any, Final
 
-from kata.bench.cycle import Goals
+from kata.bench.bus_cycle import Goals
 from kata.device.config import StationConfig
 
 _GOAL: Final = 116
@@ -21,7 +21,7 @@ _TIMEOUT_S: Final = 0.02
 """Where a library lets its user choose: two cycles of the control loop. Their own examples wait longer."""
 
 
-def there(module: str) -> bool:
+def installed(module: str) -> bool:
     """Whether it is installed."""
     return importlib.util.find_spec(module) is not None
 
@@ -53,7 +53,7 @@ class DynamixelSdk:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         for drive_id, angle_deg in zip(self._ids, self._goals.next_deg(), strict=True):
             self._write.changeParam(drive_id, _count(angle_deg).to_bytes(_GOAL_BYTES, "little", signed=True))
         self._write.txPacket()
@@ -69,7 +69,7 @@ class DynamixelSdk:
         return len(self._ids) if whole else sum(1 for data in self._read.data_dict.values() if data)
 
     def close(self) -> None:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._port.closePort()
 
 
@@ -85,7 +85,7 @@ class Rustypot:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._controller.sync_write_goal_position(self._ids, [_count(deg) for deg in self._goals.next_deg()])
         try:
             blocks = self._controller.sync_read_raw_data(self._ids, _PRESENT, _PRESENT_BYTES)
@@ -99,7 +99,7 @@ class Rustypot:
         return len(blocks)
 
     def close(self) -> None:
-        """See :class:`~kata.bench.cycle.Host`. It closes its port when it is forgotten."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`. It closes its port when it is forgotten."""
         self._controller = None
 
 
@@ -118,7 +118,7 @@ class Pymodbus:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         registers, inputs = self._config.modbus, self._config.inputs
         sound = 0
         for axis, angle_deg in zip(self._config.axes, self._goals.next_deg(), strict=True):
@@ -141,5 +141,5 @@ class Pymodbus:
         return sound
 
     def close(self) -> None:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._client.close()

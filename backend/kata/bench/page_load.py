@@ -1,4 +1,4 @@
-"""A busy clinic: many pages open, of which some may have stalled, and one user who draws a long run again and again. In a process
+"""A busy service: many pages open, of which some may have stalled, and one user who draws a long run again and again. In a process
 of its own.
 """
 
@@ -20,17 +20,17 @@ import numpy as np
 from websockets.asyncio.client import connect
 from websockets.exceptions import WebSocketException
 
-from kata.bench.beside import beside
-from kata.bench.clinic import Clinic
-from kata.bench.prepared import Prepared
-from kata.bench.signed_in import ACTIVE
+from kata.bench.account import ACTIVE_HEADER
+from kata.bench.helper_process import helper_process
+from kata.bench.records import BenchRecords
+from kata.bench.running_service import RunningService
 
 PAGES: Final = 100
 _START_LIMIT_S: Final = 60.0
 _FIGURE_LIMIT_S: Final = 600.0
 
 
-class Told(msgspec.Struct):
+class PageLoadFigures(msgspec.Struct):
     """What the clients got."""
 
     messages: int = 0
@@ -54,19 +54,23 @@ class Told(msgspec.Struct):
 
 
 @contextmanager
-def loading(clinic: Clinic, records: Prepared | None, pages: int = PAGES, stalled: int = 0) -> Iterator[Told]:
+def page_load(
+    service: RunningService, records: BenchRecords | None, pages: int = PAGES, stalled: int = 0
+) -> Iterator[PageLoadFigures]:
     """Clients on the service while the block lasts, all connected when it begins; then it is told what they got.
 
     ``records`` None: nobody draws. ``stalled``: so many of the pages read nothing after their first message.
     """
-    arguments = ["--url", clinic.url, "--pages", str(pages), "--stalled", str(stalled), "--cookie", clinic.cookie]
+    arguments = ["--url", service.url, "--pages", str(pages), "--stalled", str(stalled), "--cookie", service.cookie]
     if records:
         arguments += ["--run", str(records.run_id)]
-    told = Told()
-    with beside("kata.bench.load", *arguments, sorry="the clients that make the load could not connect") as said:
+    told = PageLoadFigures()
+    with helper_process(
+        "kata.bench.page_load", *arguments, failure="the clients that make the load could not connect"
+    ) as output:
         yield told
     with contextlib.suppress(msgspec.DecodeError):
-        for name, value in msgspec.structs.asdict(msgspec.json.decode(said.last, type=Told)).items():
+        for name, value in msgspec.structs.asdict(msgspec.json.decode(output.text, type=PageLoadFigures)).items():
             setattr(told, name, value)
 
 
@@ -78,7 +82,7 @@ _SENT: Final = msgspec.json.Decoder(_Sent)
 
 
 async def _page(
-    url: str, cookie: str, told: Told, connected: asyncio.Semaphore, took_ms: list[float], *, stalls: bool
+    url: str, cookie: str, told: PageLoadFigures, connected: asyncio.Semaphore, took_ms: list[float], *, stalls: bool
 ) -> None:
     try:
         live, headers = url.replace("http", "ws", 1) + "/api/live", {"Cookie": cookie}
@@ -97,7 +101,7 @@ async def _page(
 
 
 def _draw(url: str, cookie: str, run: str) -> int:
-    request = Request(f"{url}/api/runs/{run}/figures", headers={"Cookie": cookie} | ACTIVE)
+    request = Request(f"{url}/api/runs/{run}/figures", headers={"Cookie": cookie} | ACTIVE_HEADER)
     with urlopen(request, timeout=_FIGURE_LIMIT_S) as answer:
         size = 0
         while part := answer.read(1 << 20):
@@ -105,7 +109,7 @@ def _draw(url: str, cookie: str, run: str) -> int:
         return size
 
 
-async def _user(url: str, cookie: str, run: str, told: Told) -> None:
+async def _user(url: str, cookie: str, run: str, told: PageLoadFigures) -> None:
     while True:
         began = time.monotonic()
         told.figure_mb = await asyncio.to_thread(_draw, url, cookie, run) / 1e6
@@ -114,7 +118,7 @@ async def _user(url: str, cookie: str, run: str, told: Told) -> None:
 
 
 async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: int) -> None:
-    told, took_ms = Told(), list[float]()
+    told, took_ms = PageLoadFigures(), list[float]()
     connected = asyncio.Semaphore(0)
     clients = [
         asyncio.create_task(_page(url, cookie, told, connected, took_ms, stalls=n < stalled)) for n in range(pages)
@@ -142,8 +146,8 @@ async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: in
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.load``."""
-    parser = argparse.ArgumentParser(prog="python -m kata.bench.load", description=__doc__)
+    """Entry of ``python -m kata.bench.page_load``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.page_load", description=__doc__)
     parser.add_argument("--url", required=True, help="the service")
     parser.add_argument("--cookie", required=True, help="header of somebody who is signed in")
     parser.add_argument("--pages", type=int, required=True, help="WebSocket clients")

@@ -1,4 +1,4 @@
-"""The benchmark's end of a process that drives a bus: see :mod:`kata.bench.host`, which imports as little as it can."""
+"""The benchmark's end of a process that drives a bus: see :mod:`kata.bench.bus_process`, which imports as little as it can."""
 
 import select
 import subprocess
@@ -10,14 +10,14 @@ from typing import Final
 
 import msgspec
 
-from kata.bench.clinic import BenchError
-from kata.bench.cycle import Measured, Order
+from kata.bench.bus_cycle import CycleFigures, CycleOrder
+from kata.bench.running_service import BenchError
 
 _ANSWER_LIMIT_S: Final = 120.0
 _END_LIMIT_S: Final = 5.0
 
 
-class Handle:
+class BusProcess:
     """One such process, its port open."""
 
     def __init__(self, child: "subprocess.Popen[bytes]") -> None:
@@ -26,12 +26,12 @@ class Handle:
         self.real_time = self._line() == b"real time"
         """SCHED_FIFO was granted to it."""
 
-    def measure(self, order: Order) -> Measured:
+    def measure(self, order: CycleOrder) -> CycleFigures:
         """:raises BenchError: when it does not answer."""
         assert self._child.stdin is not None
         self._child.stdin.write(msgspec.json.encode(order) + b"\n")
         self._child.stdin.flush()
-        return msgspec.json.decode(self._line(), type=Measured)
+        return msgspec.json.decode(self._line(), type=CycleFigures)
 
     def _line(self) -> bytes:
         assert self._child.stdout is not None and self._child.stderr is not None
@@ -48,16 +48,16 @@ class Handle:
 
 
 @contextmanager
-def hosting(name: str, station: Path, *, real_time: bool) -> Iterator[Handle]:
+def bus_process(name: str, station: Path, *, real_time: bool) -> Iterator[BusProcess]:
     """A process with the port open, while the block lasts."""
-    command = [sys.executable, "-m", "kata.bench.host", "--name", name, "--station", str(station)]
+    command = [sys.executable, "-m", "kata.bench.bus_process", "--name", name, "--station", str(station)]
     if not real_time:
         command.append("--no-real-time")
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as child:
         assert child.stdin is not None
         try:
-            yield Handle(child)
+            yield BusProcess(child)
             child.stdin.close()
             child.wait(_END_LIMIT_S)
         finally:

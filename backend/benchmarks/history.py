@@ -7,10 +7,10 @@ from typing import Final
 
 from sqlalchemy import text
 
-from kata.bench import postgresql
-from kata.bench.http_load import ERROR_PLOT, LISTS, p95_ms, serving
+from benchmarks import postgresql
+from benchmarks.http_load import ERROR_PLOT, LISTS, p95_ms, serving
+from benchmarks.stores import BACKENDS, store
 from kata.bench.report import Report
-from kata.bench.stores import BACKENDS, store
 from kata.database.engine import Database
 
 _FEWER: Final = 10

@@ -14,8 +14,8 @@ from uuid import UUID
 import numpy as np
 from sqlalchemy.orm import Session
 
+from benchmarks.bulk_insert import Insert, Rows, bulk_insert
 from kata.audit.tables import AuditRow
-from kata.bench.loading import Load, Rows, loading
 from kata.clinic.assessments.tables import AssessmentRow, RomRow
 from kata.clinic.episodes.tables import EpisodeRow
 from kata.clinic.patients.search import text_of
@@ -90,7 +90,7 @@ def fill(database: Database, patients: int, visits: int, hour_s: float) -> Histo
     people = [_Person(n, chance) for n in range(patients)]
     some = people[:: max(1, patients // _ASKED)]
     shown = {person.number for person in some}
-    with loading(database, [row.__table__ for row in _LOADED]) as load:
+    with bulk_insert(database, [row.__table__ for row in _LOADED]) as load:
         for start in range(0, patients, _PIECE):
             rows = _no_rows()
             for person in people[start : start + _PIECE]:
@@ -223,7 +223,7 @@ def _no_rows() -> _Rows:
     return {row: [] for row in _LOADED}
 
 
-def _put(load: Load, rows: _Rows) -> None:
+def _put(load: Insert, rows: _Rows) -> None:
     for row, some in rows.items():
         load(row.__table__, some)
 

@@ -9,7 +9,7 @@ from uuid import UUID, uuid4
 
 import numpy as np
 
-from kata.bench.signed_in import sign_in_to
+from kata.bench.account import sign_in_cookie
 from kata.clinic.importer import Importer, Saved
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
@@ -32,7 +32,7 @@ _ROWS_A_FLUSH: Final = 5000
 
 
 @dataclass(frozen=True)
-class Prepared:
+class BenchRecords:
     """What there is in the database."""
 
     session_id: UUID
@@ -44,9 +44,9 @@ class Prepared:
     """Header of somebody who is signed in."""
 
 
-def prepare(
+def make_records(
     data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float, database_url: str | None = None
-) -> Prepared:
+) -> BenchRecords:
     """A patient with a recording of ``play_s`` to play and a run of ``plot_s`` to draw; ``rest_deg`` are motor angles.
 
     ``database_url`` None: a file in ``data``.
@@ -72,7 +72,7 @@ class _Records:
         self._saved: list[Saved] = []
         self._importer = Importer(database, folder, StationConfig(), self._saved.append)
 
-    def make(self, play_s: float, plot_s: float) -> Prepared:
+    def make(self, play_s: float, plot_s: float) -> BenchRecords:
         with self._database.write() as session:
             wanted = PatientCreate(
                 clinic_number=f"BENCH-{uuid4().hex[:8]}", name="Benchmark", affected_side=CANONICAL_SIDE
@@ -84,7 +84,7 @@ class _Records:
         with self._database.write() as session:
             run_id = runs.begin(session, visit_id, to_draw).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
-        return Prepared(visit_id, to_play, run_id, sign_in_to(self._database))
+        return BenchRecords(visit_id, to_play, run_id, sign_in_cookie(self._database))
 
     def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
         row = TeachingRow(

@@ -16,9 +16,9 @@ from typing import Final
 
 import msgspec
 
-from kata.bench.cycle import Host, Measured, Order
-from kata.bench.hosts import KataCycle, KataDrives
-from kata.bench.peers import DynamixelSdk, Pymodbus, Rustypot
+from kata.bench.bus_cycle import CycleFigures, CycleOrder, CycleRunner
+from kata.bench.other_libraries import DynamixelSdk, Pymodbus, Rustypot
+from kata.bench.own_drivers import KataCycle, KataDrives
 from kata.device import config
 from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
@@ -26,7 +26,7 @@ from kata.system import realtime
 
 _TRIES: Final = 10
 
-HOSTS: Final[dict[str, Callable[[StationConfig], Host]]] = {
+RUNNERS: Final[dict[str, Callable[[StationConfig], CycleRunner]]] = {
     "kata": KataDrives,
     "kata_plain": lambda station: KataDrives(station, fast=False),
     "kata_cycle": KataCycle,
@@ -38,38 +38,38 @@ HOSTS: Final[dict[str, Callable[[StationConfig], Host]]] = {
 
 
 def main() -> None:
-    """Entry of ``python -m kata.bench.host``."""
-    parser = argparse.ArgumentParser(prog="python -m kata.bench.host", description=__doc__)
-    parser.add_argument("--name", choices=sorted(HOSTS), required=True, help="what drives the bus")
+    """Entry of ``python -m kata.bench.bus_process``."""
+    parser = argparse.ArgumentParser(prog="python -m kata.bench.bus_process", description=__doc__)
+    parser.add_argument("--name", choices=sorted(RUNNERS), required=True, help="what drives the bus")
     parser.add_argument("--station", type=Path, required=True, help="the station's configuration")
     parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.CRITICAL)
     try:
-        host = _opened(arguments.name, config.read(arguments.station))
+        host = _open_runner(arguments.name, config.read(arguments.station))
     except (BusError, OSError, ImportError) as error:
         sys.exit(f"{arguments.name}: {error}")
     realtime.settle()
     granted = not arguments.no_real_time and realtime.schedule(realtime.CONTROL_PRIORITY)
     _tell(b"real time" if granted else b"ordinary")
     for line in sys.stdin.buffer:
-        _tell(msgspec.json.encode(_carry_out(host, msgspec.json.decode(line, type=Order))))
+        _tell(msgspec.json.encode(_measure(host, msgspec.json.decode(line, type=CycleOrder))))
     host.close()
 
 
-def _opened(name: str, station: StationConfig) -> Host:
+def _open_runner(name: str, station: StationConfig) -> CycleRunner:
     """A busy computer may delay an answer for longer than a driver waits: that is no reason to give up."""
     for _ in range(_TRIES - 1):
         with contextlib.suppress(BusError):
-            return HOSTS[name](station)
-    return HOSTS[name](station)
+            return RUNNERS[name](station)
+    return RUNNERS[name](station)
 
 
 def _tell(line: bytes) -> None:
     os.write(sys.stdout.fileno(), line + b"\n")
 
 
-def _carry_out(host: Host, order: Order) -> Measured:
+def _measure(host: CycleRunner, order: CycleOrder) -> CycleFigures:
     for _ in range(order.before):
         host.cycle()
     took_ns: list[int] = []
@@ -89,7 +89,7 @@ def _carry_out(host: Host, order: Order) -> Measured:
         took_ns.append(now_ns - start_ns)
     spent_ns, cpu_ns = now_ns - began_ns, time.process_time_ns() - cpu_ns
     ordered_ns = sorted(took_ns)
-    return Measured(
+    return CycleFigures(
         cycles=len(took_ns),
         per_s=len(took_ns) / spent_ns * 1e9,
         mean_ms=statistics.fmean(took_ns) / 1e6,

@@ -17,15 +17,15 @@ import numpy as np
 import uvicorn
 from fastapi import FastAPI
 
+from benchmarks.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.api.app import create_app
 from kata.audit.chain import Entry
 from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.login import Access, SessionRevocations
 from kata.auth.passwords import Passwords, hasher
 from kata.auth.sign_in import Limits
-from kata.bench.clinic import BenchError
-from kata.bench.signed_in import sign_in_to
-from kata.bench.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
+from kata.bench.account import sign_in_cookie
+from kata.bench.running_service import BenchError
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -38,7 +38,7 @@ _DEEP: Final = 20
 
 
 @dataclass(frozen=True)
-class Ask:
+class RequestKind:
     """One kind of request. What is in braces, and what the query says, is taken from the history, another at every turn.
 
     A service that has no such path or parameter is not asked.
@@ -59,36 +59,36 @@ class Ask:
 
 
 LISTS: Final = (
-    Ask("/api/patients"),
-    Ask("/api/patients", leafing=True),
-    Ask("/api/patients", {"search": "{name}"}),
-    Ask("/api/patients", {"search": "{kana}"}),
-    Ask("/api/patients", {"search": "{number}"}),
-    Ask("/api/patients", {"search": "{born}"}),
-    Ask("/api/patients/{patient_id}"),
-    Ask("/api/patients/{patient_id}/sessions"),
-    Ask("/api/patients/{patient_id}/recordings"),
-    Ask("/api/patients/{patient_id}/episodes"),
-    Ask("/api/patients/{patient_id}/assessments"),
-    Ask("/api/patients/{patient_id}/programmes"),
-    Ask("/api/episodes/{episode_id}"),
-    Ask("/api/episodes/{episode_id}/assessments"),
-    Ask("/api/episodes/{episode_id}/adherence"),
-    Ask("/api/episodes/{episode_id}/progress/{chart}"),
-    Ask("/api/sessions"),
-    Ask("/api/sessions", leafing=True),
-    Ask("/api/sessions", {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"}),
-    Ask("/api/sessions", {"therapist": "{therapist}"}),
-    Ask("/api/sessions", {"station": "{station}"}),
-    Ask("/api/sessions", {"stop": "{stop}"}),
-    Ask("/api/sessions", {"therapist": "{therapist}", "stop": "{stop}"}),
-    Ask("/api/sessions", {"therapist": "Nobody", "stop": "{stop}"}),
-    Ask("/api/patients", {"search": "Nobody"}),
-    Ask("/api/sessions/{session_id}"),
-    Ask("/api/events"),
-    Ask("/api/events", {"station": "{station}"}),
+    RequestKind("/api/patients"),
+    RequestKind("/api/patients", leafing=True),
+    RequestKind("/api/patients", {"search": "{name}"}),
+    RequestKind("/api/patients", {"search": "{kana}"}),
+    RequestKind("/api/patients", {"search": "{number}"}),
+    RequestKind("/api/patients", {"search": "{born}"}),
+    RequestKind("/api/patients/{patient_id}"),
+    RequestKind("/api/patients/{patient_id}/sessions"),
+    RequestKind("/api/patients/{patient_id}/recordings"),
+    RequestKind("/api/patients/{patient_id}/episodes"),
+    RequestKind("/api/patients/{patient_id}/assessments"),
+    RequestKind("/api/patients/{patient_id}/programmes"),
+    RequestKind("/api/episodes/{episode_id}"),
+    RequestKind("/api/episodes/{episode_id}/assessments"),
+    RequestKind("/api/episodes/{episode_id}/adherence"),
+    RequestKind("/api/episodes/{episode_id}/progress/{chart}"),
+    RequestKind("/api/sessions"),
+    RequestKind("/api/sessions", leafing=True),
+    RequestKind("/api/sessions", {"since": "2019-05-01T00:00:00Z", "until": "2019-05-08T00:00:00Z"}),
+    RequestKind("/api/sessions", {"therapist": "{therapist}"}),
+    RequestKind("/api/sessions", {"station": "{station}"}),
+    RequestKind("/api/sessions", {"stop": "{stop}"}),
+    RequestKind("/api/sessions", {"therapist": "{therapist}", "stop": "{stop}"}),
+    RequestKind("/api/sessions", {"therapist": "Nobody", "stop": "{stop}"}),
+    RequestKind("/api/patients", {"search": "Nobody"}),
+    RequestKind("/api/sessions/{session_id}"),
+    RequestKind("/api/events"),
+    RequestKind("/api/events", {"station": "{station}"}),
     *(
-        Ask("/api/audit", query, administrator=True)
+        RequestKind("/api/audit", query, administrator=True)
         for query in (
             {},
             {"account_id": "{account_id}"},
@@ -102,12 +102,12 @@ LISTS: Final = (
             {"account_id": "{account_id}", "until": "2017-05-08T00:00:00Z"},
         )
     ),
-    Ask("/api/audit", leafing=True, administrator=True),
+    RequestKind("/api/audit", leafing=True, administrator=True),
 )
-ERROR_PLOT: Final = Ask("/api/runs/{run_id}/figures")
+ERROR_PLOT: Final = RequestKind("/api/runs/{run_id}/figures")
 
 
-class Service:
+class HistoryService:
     """The service over a database, without its apparatus, on a port of its own."""
 
     def __init__(self, app: FastAPI, port: int, cookie: str, administrators: str) -> None:
@@ -116,7 +116,7 @@ class Service:
         self._port = port
         self._cookies = {False: cookie, True: administrators}
 
-    def answers_ms(self, asked: Ask, history: History) -> Generator[float]:
+    def answers_ms(self, asked: RequestKind, history: History) -> Generator[float]:
         """How long one answer after the other takes, without an end.
 
         :raises BenchError: when one is not an answer.
@@ -142,7 +142,7 @@ class Service:
         finally:
             connection.close()
 
-    def has(self, asked: Ask) -> bool:
+    def has(self, asked: RequestKind) -> bool:
         """It knows the path, and all of the query."""
         described: dict[str, Any] = self._app.openapi()["paths"]
         found = [path for path in described if _shape(path) == _shape(asked.path) and "get" in described[path]]
@@ -152,7 +152,7 @@ class Service:
         return set(asked.query) | ({"after"} if asked.leafing else set()) <= known
 
 
-def p95_ms(asked: Ask, of: Sequence[tuple[Service, History]], times: int) -> list[float]:
+def p95_ms(asked: RequestKind, of: Sequence[tuple[HistoryService, History]], times: int) -> list[float]:
     """How long 19 of 20 answers of each service take at most, asked in turns: whatever else the computer does, does it to all of them.
 
     :raises BenchError: when one is not an answer.
@@ -164,8 +164,8 @@ def p95_ms(asked: Ask, of: Sequence[tuple[Service, History]], times: int) -> lis
     return [float(p95) for p95 in np.percentile(took[1:], 95, axis=0)]
 
 
-class _Unheard:
-    """In place of the audit trail: who looks at invented patients is nobody's business, and their chain is none."""
+class _NoAuditLog:
+    """In place of the audit trail: who samples at invented patients is nobody's business, and their chain is none."""
 
     async def tell(self, _: Entry) -> None:
         """Of a look."""
@@ -179,13 +179,13 @@ class _Unheard:
 
 
 @contextmanager
-def serving(database: Database, folder: Path) -> Iterator[Service]:
+def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     """Over HTTP, as a page would ask."""
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
     app.state.database, app.state.figures = database, figures
     app.state.offline_cache = OfflineCache(database, STATIONS[0])
-    app.state.audit_log = _Unheard()
+    app.state.audit_log = _NoAuditLog()
     links, limits = DemonstrationLinks(allowed=False), Limits()
     app.state.access = Access(
         Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits
@@ -203,7 +203,9 @@ def serving(database: Database, folder: Path) -> Iterator[Service]:
             if time.monotonic() > limit:
                 raise BenchError("the service did not start")
             time.sleep(0.01)
-        yield Service(app, listening.getsockname()[1], sign_in_to(database), sign_in_to(database, "administrator"))
+        yield HistoryService(
+            app, listening.getsockname()[1], sign_in_cookie(database), sign_in_cookie(database, "administrator")
+        )
     finally:
         server.should_exit = True
         thread.join(_START_LIMIT_S)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from kata.bench.cycle import Goals
+from kata.bench.bus_cycle import Goals
 from kata.device.bus.drivers import make_bus
 from kata.device.bus.dynamixel import DynamixelBus
 from kata.device.bus.serial_transport import SerialLine
@@ -23,13 +23,13 @@ class KataDrives:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._bus.write_setpoints(self._goals.next_deg())
         drives, _, _ = self._bus.read_drives()
         return sum(1 for drive in drives if drive)
 
     def close(self) -> None:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._bus.close()
 
 
@@ -43,12 +43,12 @@ class KataCycle:
         self._goals = Goals(config)
 
     def cycle(self) -> int:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._bus.write_setpoints(self._goals.next_deg())
         return sum(1 for drive in self._bus.read().drives if drive)
 
     def close(self) -> None:
-        """See :class:`~kata.bench.cycle.Host`."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         self._bus.close()
 
 

@@ -1,0 +1,6 @@
+"""Entry of ``python -m benchmarks NAME``."""
+
+from benchmarks.commands import app
+
+if __name__ == "__main__":
+    app(prog_name="python -m benchmarks")

@@ -1,0 +1,81 @@
+"""The commands of ``python -m benchmarks``; in a checkout ``kata bench`` has them too. Each imports its benchmark when it runs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kata.bench.run import Json, run_benchmark
+
+app = typer.Typer(no_args_is_help=True, help="Measure a whole clinic on this computer.")
+
+
+@app.command()
+def soak(
+    minutes: Annotated[float, typer.Option(min=0.01, help="Playing time, minutes.")] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Play for an hour: missed cycles, and the memory of the service and of the device process."""
+    from benchmarks import soak as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(minutes, progress), json_out)
+
+
+@app.command()
+def pages(
+    count: Annotated[int, typer.Option("--pages", min=1, help="Number of open pages.")] = 500,
+    stalled: Annotated[int, typer.Option(min=0, help="Pages that stop reading in the last measurement.")] = 50,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Duration of each measurement, seconds.")] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Open hundreds of pages on one service: delay of each update, lateness of the control loop, memory."""
+    from benchmarks import pages as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(count, stalled, seconds, progress), json_out)
+
+
+@app.command()
+def stations(
+    count: Annotated[int, typer.Option("--stations", min=2, help="Number of services, each with an apparatus.")] = 5,
+    presses: Annotated[int, typer.Option(min=1, help="Number of emergency stops pressed.")] = 200,
+    seconds: Annotated[
+        float, typer.Option(min=1.0, help="Playing time with the database, and again while it hangs, seconds.")
+    ] = 60.0,
+    json_out: Json = None,
+) -> None:
+    """Run several stations on one PostgreSQL: delay between stations, and missed cycles while the database hangs."""
+    from benchmarks import stations as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(count, presses, seconds, progress), json_out)
+
+
+@app.command()
+def sign_in(
+    seconds: Annotated[
+        float, typer.Option(min=1.0, help="Duration of each measurement of the control loop, seconds.")
+    ] = 60.0,
+    per_minute: Annotated[int, typer.Option(min=1, help="Attempts per minute.")] = 1000,
+    pairs: Annotated[int, typer.Option(min=2, help="Attempts with a known and with an unknown name, each.")] = 400,
+    json_out: Json = None,
+) -> None:
+    """Guess passwords: the lock-out, the control loop's lateness, and whether the answer time reveals a user name."""
+    from benchmarks import sign_in as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(seconds, per_minute, pairs, progress), json_out)
+
+
+@app.command()
+def history(
+    patients: Annotated[int, typer.Option(min=1, help="Number of patients.")] = 10_000,
+    sessions: Annotated[int, typer.Option(min=1, help="Number of sessions of all patients together.")] = 1_000_000,
+    minutes: Annotated[float, typer.Option(min=0.1, help="Length of the plotted run, minutes.")] = 60.0,
+    times: Annotated[int, typer.Option(min=1, help="Number of requests of each kind.")] = 200,
+    store: Annotated[
+        Path | None, typer.Option(help="Folder for the databases. A database that it already holds is used again.")
+    ] = None,
+    json_out: Json = None,
+) -> None:
+    """Build ten years of a clinic on SQLite and PostgreSQL: answer times of lists and charts, size of an hour of samples."""
+    from benchmarks import history as benchmark
+
+    run_benchmark(lambda progress: benchmark.run(patients, sessions, minutes * 60, times, store, progress), json_out)
