@@ -99,6 +99,10 @@ class Judge:
 
     def __post_init__(self) -> None:
         self._expected = [expected_registers(self.config, motor) for motor in range(1, 6)]
+        self._factory = [
+            {address: self.world.registers(motor, address, len(data)) for address, data in expected.items()}
+            for motor, expected in enumerate(self._expected, start=1)
+        ]
         self._period_ns = 1_000_000_000 // self.config.cycle_hz
 
     # -- what people and faults do ------------------------------------------------------------------------------------
@@ -213,15 +217,12 @@ class Judge:
         assert lasted_ns <= allowed_ns, f"motor {n + 1} has torque with {[*wrong.values()]}"
 
     def rotated_registers(self, motor: int) -> list[tuple[int, bytes]]:
-        """Return address and content of the configured registers that no status carries.
+        """Return address and factory content of the configured registers that no status carries.
 
-        Those are left out whose change alters what the drive measures or how its inputs read, and those of one byte.
+        Those are left out that alter what the drive measures or how its inputs read.
         """
-        return [
-            (address, data)
-            for address, data in self._expected[motor - 1].items()
-            if self.config.protocol == "modbus" or (address in _ROTATED and len(data) > 1)
-        ]
+        factory = self._factory[motor - 1].items()
+        return [one for one in factory if self.config.protocol == "modbus" or one[0] in _ROTATED]
 
     def _seen_after_ns(self, wrong: dict[int, str]) -> int:
         if self.config.protocol == "modbus" or wrong.keys() <= _ROTATED:

@@ -276,12 +276,11 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(motor=st.integers(1, 5), which=st.integers(0, 9))
     def a_drive_loses_one_setting(self, motor: int, which: int) -> None:
-        """One configured register changes that no status carries: only the rotation of the verification reads it."""
+        """One register has its factory value again, and no status carries it: only the rotation of the verification reads it."""
         registers = self.judge.rotated_registers(motor)
         if registers and not self.world.script.has("exchanged_id", motor):
-            address, data = registers[which % len(registers)]
             self._disturb()
-            self.world.set_registers(motor, address, bytes([data[0], data[1] ^ 1, *data[2:]]))
+            self.world.set_registers(motor, *registers[which % len(registers)])
 
     @rule(kind=st.sampled_from(_BUS_FAULTS))
     def the_bus_fails(self, kind: Kind) -> None:
