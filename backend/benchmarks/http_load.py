@@ -20,10 +20,11 @@ from fastapi import FastAPI
 from benchmarks.synthetic import ACCOUNTS, ACTIONS, STATIONS, STOPS, THERAPISTS, History
 from kata.api.app import create_app
 from kata.audit.chain import Entry
+from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.login import Access, SessionRevocations
+from kata.auth.login_session import Limits
 from kata.auth.passwords import Passwords, hasher
-from kata.auth.sign_in import Limits
 from kata.bench.account import sign_in_cookie
 from kata.bench.running_service import BenchError
 from kata.clinic.sessions.offline_cache import OfflineCache
@@ -178,17 +179,30 @@ class _NoAuditLog:
         return True
 
 
+@dataclass(frozen=True)
+class _ListServices:
+    """The part of :class:`kata.api.services.Services` that lists and figures use. There is no station."""
+
+    database: Database
+    figures: FigureWorker
+    offline_cache: OfflineCache
+    access: Access
+    auth_cache: AuthCache = field(default_factory=AuthCache)
+    audit_log: _NoAuditLog = field(default_factory=_NoAuditLog)
+    station_name: str = ""
+
+
 @contextmanager
 def serving(database: Database, folder: Path) -> Iterator[HistoryService]:
     """Over HTTP, as a page would ask."""
     app = create_app(Settings(data=folder, database_url=database.url.render_as_string(hide_password=False)))
     figures = FigureWorker()
-    app.state.database, app.state.figures = database, figures
-    app.state.offline_cache = OfflineCache(database, STATIONS[0])
-    app.state.audit_log = _NoAuditLog()
     links, limits = DemonstrationLinks(allowed=False), Limits()
-    app.state.access = Access(
-        Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits
+    app.state.services = _ListServices(
+        database=database,
+        figures=figures,
+        offline_cache=OfflineCache(database, STATIONS[0]),
+        access=Access(Passwords(hasher()), links, SessionRevocations(database, limits, utc_now), folder, limits=limits),
     )
     # Named as TCP, or asyncio leaves Nagle's algorithm on, and every answer waits 40 ms for an acknowledgement.
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)

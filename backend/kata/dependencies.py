@@ -1,6 +1,6 @@
 """What routes ask for, and how their errors are documented."""
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Protocol
 
 from fastapi import Depends, Query, Request
 from pydantic import BaseModel, Field
@@ -74,19 +74,37 @@ class _Problems:
 PROBLEMS: Final = _Problems()
 
 
+class CoreServices(Protocol):
+    """The services that routes of every package use. ``kata.api.services.Services`` provides them."""
+
+    @property
+    def database(self) -> Database:
+        """Return the database."""
+
+    @property
+    def station(self) -> Station:
+        """Return the station."""
+
+    @property
+    def figures(self) -> FigureWorker:
+        """Return the worker process that draws figures."""
+
+
+def _services(request: Request) -> CoreServices:
+    services: CoreServices = request.app.state.services
+    return services
+
+
 def _database(request: Request) -> Database:
-    database: Database = request.app.state.database
-    return database
+    return _services(request).database
 
 
 def _station(request: Request) -> Station:
-    station: Station = request.app.state.station
-    return station
+    return _services(request).station
 
 
 def _figures(request: Request) -> FigureWorker:
-    figures: FigureWorker = request.app.state.figures
-    return figures
+    return _services(request).figures
 
 
 def _window(

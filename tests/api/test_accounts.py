@@ -13,7 +13,7 @@ from starlette.websockets import WebSocketDisconnect
 from kata.actor import Role
 from kata.audit.tables import AuditRow
 from kata.auth import set_up
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.login_service import OTHER, PASSWORD, Clinic, clinic, code
 from tests.support.second_factor import enrol
 from tests.support.service import running
@@ -246,7 +246,7 @@ def test_user_lists_and_ends_their_own_login_sessions(shared: Clinic) -> None:
 
 def test_set_up_link_makes_one_administrator_once(tmp_path: Path) -> None:
     with clinic(tmp_path) as fresh:
-        assert fresh.app.state.access.set_up_secret, "nobody was there at the start"
+        assert fresh.app.state.services.access.set_up_secret, "nobody was there at the start"
         given = {"secret": "made up", "username": "mori", "name": "Mori Aya", "password": PASSWORD}
         assert code(fresh.browser().post("/api/set-up", json=given), 401) == "link_used"
         given["secret"] = set_up.offer(tmp_path, fresh.clock.now())

@@ -14,7 +14,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from kata.audit.entries import entry
 from kata.audit.verify import verify
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.settings import Settings
 from tests.support.login import signed_in
 from tests.support.service import running
@@ -50,7 +50,7 @@ def acting_as(client: TestClient, role: Any) -> Iterator[None]:
     before = client.cookies[COOKIE]
     client.cookies.delete(COOKIE)
     if role:
-        client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
+        client.cookies.set(COOKIE, signed_in(client.app.state.services.database, role))  # type: ignore[attr-defined]
     try:
         yield
     finally:
@@ -77,7 +77,7 @@ def acts(client: TestClient, **wanted: Any) -> list[tuple[str, str, str]]:
 
 
 def is_whole(folder: Path, client: TestClient) -> bool:
-    database = client.app.state.database  # type: ignore[attr-defined]
+    database = client.app.state.services.database  # type: ignore[attr-defined]
     with database.read() as session:
         return verify(session, [Settings(data=folder).effective_audit_anchor]).whole
 
@@ -185,7 +185,7 @@ def test_events_delayed_by_an_outage_are_ordered_by_their_time(client: TestClien
     begun = replace(entry("unnamed", "done"), station="Drill")
     for minutes in (0, -30, 30, -60):
         one = replace(begun, at=begun.at + timedelta(minutes=minutes), subject=str(minutes))
-        client.app.state.audit_log.tell_at_once(one)  # type: ignore[attr-defined]
+        client.app.state.services.audit_log.tell_at_once(one)  # type: ignore[attr-defined]
     found = audit_log(client, station="Drill")
     assert [row["subject"] for row in found] == ["30", "0", "-30", "-60"]
     numbers = [row["number"] for row in found]

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.backups.router import Backups, due, next_at, night_lock
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
@@ -55,7 +55,7 @@ def test_administrator_makes_a_backup_and_sees_that_it_restores(client: TestClie
 @pytest.mark.parametrize("role", ["viewer", "therapist", "technician"])
 def test_only_administrators_see_backups(client: TestClient, role: Any) -> None:
     mine = client.cookies.get(COOKIE)
-    client.cookies.set(COOKIE, signed_in(client.app.state.database, role))  # type: ignore[attr-defined]
+    client.cookies.set(COOKIE, signed_in(client.app.state.services.database, role))  # type: ignore[attr-defined]
     try:
         assert client.get("/api/backups").status_code == 403
         assert client.post("/api/backups").status_code == 403

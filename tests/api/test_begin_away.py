@@ -58,7 +58,7 @@ def client(server: postgresql.Server, tmp_path_factory: pytest.TempPathFactory) 
 @pytest.fixture
 def offline_cache(client: TestClient) -> OfflineCache:
     app: Any = client.app
-    told: OfflineCache = app.state.offline_cache
+    told: OfflineCache = app.state.services.offline_cache
     return told
 
 
@@ -88,9 +88,13 @@ def ready(client: TestClient) -> list[str]:
 
 
 def all_arrived(client: TestClient) -> None:
-    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None}, LIMIT_S)
+    until(
+        client,
+        lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None},
+        LIMIT_S,
+    )
     app: Any = client.app
-    assert app.state.event_spool.until_taken(LIMIT_S)
+    assert app.state.services.event_spool.until_taken(LIMIT_S)
 
 
 def alarms(client: TestClient, session_id: str) -> list[str]:
@@ -119,7 +123,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     assert ready(client) == []
 
     with client.websocket_connect("/api/live"), server.killed():
-        live = until(client, lambda live: live["kept"]["away_since"])
+        live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["refusals"]["load"]["code"] == "database_away"
         (told,) = [
             one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
@@ -175,7 +179,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
         problem(client.post(f"{url}/sign", json={"note": "Well."}), 503, "database_away")
 
     # Whoever asks as soon as it is back waits for what was done meanwhile, and does not find half of it.
-    until(client, lambda live: live["kept"]["away_since"] is None)
+    until(client, lambda live: live["database"]["unavailable_since"] is None)
     assert client.get(url).json()["pain_after"] == 3
     all_arrived(client)
     found = client.get(f"/api/patients/{patient['id']}/sessions").json()["items"]
@@ -189,7 +193,7 @@ def test_session_runs_during_an_outage_and_is_stored_once(
     assert there["programme"]["version_id"] == version_of(patient)
     assert alarms(client, visit["id"]) == []
     app: Any = client.app
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         for one in (run, second):
             (file,) = (app.state.folder / "journal").glob(f"imported/*{one['id']}*")
             assert len(runs.samples(session, UUID(one["id"]))["time_s"]) == len(journal.read(file).t_ns) > 50
@@ -212,8 +216,8 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
     one = of_today(client, "Abe Jun")
     hidden = of_today(client, "Baba Ryo")
     closed = of_today(client, "Chiba Sho")
-    viewer = signed_in(app.state.database, "viewer")
-    with app.state.database.write() as session:
+    viewer = signed_in(app.state.services.database, "viewer")
+    with app.state.services.database.write() as session:
         session.get_one(PatientRow, UUID(hidden["id"])).restricted = True
         session.get_one(PatientRow, UUID(closed["id"])).episodes[0].closed_at = utc_now()
         session.get_one(PatientRow, UUID(one["id"])).episodes[0].max_load_level = 10
@@ -226,7 +230,7 @@ def test_outage_session_is_refused_beyond_cached_patients_or_limits(
     client.cookies.set(*next(iter(cookies.items())))
 
     with client.websocket_connect("/api/live"), server.killed():
-        until(client, lambda live: live["kept"]["away_since"])
+        until(client, lambda live: live["database"]["unavailable_since"])
         assert one["id"] in ready(client)
         assert not {hidden["id"], closed["id"]} & set(ready(client))
         for other in (hidden, closed):
@@ -304,8 +308,8 @@ def put(client: TestClient, *done: OfflineEvent) -> None:
     """It arrives."""
     app: Any = client.app
     for one in done:
-        assert app.state.event_spool.put_offline_event(one, LIMIT_S)
-    assert app.state.event_spool.until_taken(LIMIT_S)
+        assert app.state.services.event_spool.put_offline_event(one, LIMIT_S)
+    assert app.state.services.event_spool.until_taken(LIMIT_S)
 
 
 def begun_away(client: TestClient, patient: dict[str, Any]) -> SessionOpened:
@@ -331,17 +335,17 @@ def test_conflicting_change_elsewhere_becomes_an_alarm_of_the_session(
     app: Any = client.app
     patient = of_today(client, "Doi Kana")
     opened = begun_away(client, patient)
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         change(session, patient)
     put(client, opened)
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         row = session.get_one(SessionRow, opened.id)
         assert (row.therapist, row.station, row.started_at) == (WHO, "Station 1", opened.started_at)
         rows = select(DeviceEventRow.message).where(DeviceEventRow.session_id == opened.id)
         assert list(session.scalars(rows)) == [CHANGED[one] for one in told]
     # It was on its way twice: a folder that was put back, a commit whose answer was lost.
     put(client, opened)
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         assert len(list(session.scalars(rows))) == len(told)
 
 
@@ -378,9 +382,9 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
     patient = of_today(client, "Fujita Go")
     eventually(lambda: offline_cache.holds(UUID(patient["id"])))
     with client.websocket_connect("/api/live"), server.killed():
-        until(client, lambda live: live["kept"]["away_since"])
+        until(client, lambda live: live["database"]["unavailable_since"])
         with monkeypatch.context() as full:
-            full.setattr(app.state.event_spool.spool, "until_written", lambda limit_s: False)
+            full.setattr(app.state.services.event_spool.spool, "until_written", lambda limit_s: False)
             problem(client.post("/api/sessions", json=wanted(patient)), 503, "database_away")
         (told,) = [
             one for one in client.get("/api/station/ready-patients").json() if one["patient"]["id"] == patient["id"]
@@ -393,7 +397,7 @@ def test_session_that_cannot_be_saved_to_disk_does_not_begin(
 def test_only_twenty_patients_are_cached_including_the_one_being_treated(client: TestClient) -> None:
     app: Any = client.app
     patient = of_today(client, "Goto Mao")
-    held = OfflineCache(app.state.database, "Station 1")
+    held = OfflineCache(app.state.services.database, "Station 1")
     held.attend(UUID(patient["id"]), None)
     began = time.monotonic()
     for _ in range(30):

@@ -12,7 +12,7 @@ from typing import Any
 import httpx2
 
 from benchmarks import postgresql
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.login import signed_in_at
 from tests.support.ports import free_port
 from tests.support.station_commands import operate
@@ -135,7 +135,7 @@ def test_service_killed_during_an_outage_recovers_its_session(server: postgresql
     version_id = first.call("POST", f"patients/{patient_id}/programmes", items)["current"]["id"]
     first.until(lambda: "kata_ready_patients 1.0" in first.metrics())
     with server.killed():
-        first.until(lambda: first.live()["kept"]["away_since"])
+        first.until(lambda: first.live()["database"]["unavailable_since"])
         wanted = {"patient_id": patient_id, "programme_version_id": version_id}
         session = first.call("POST", "sessions", wanted)
         first.call("PATCH", f"sessions/{session['id']}", {"pain_before": 6})

@@ -226,7 +226,7 @@ def test_preview_shows_both_motions_and_saves_nothing(client: TestClient, record
 
 def test_damaged_or_missing_recording_cannot_be_derived(client: TestClient, recording: dict[str, Any]) -> None:
     app: Any = client.app
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
     for path in ("derived", "derived/preview"):
         body = {"do": "mirror"}

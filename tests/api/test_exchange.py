@@ -25,7 +25,7 @@ def number() -> str:
 def history(client: TestClient, sessions: int = 2) -> tuple[str, str]:
     """The id and the clinic number of a patient with a history."""
     app: Any = client.app
-    database: Database = app.state.database
+    database: Database = app.state.services.database
     taken = number()
     return str(treated(database, sessions=sessions, number=taken)), taken
 
@@ -107,7 +107,7 @@ def test_imported_file_is_not_stored(client: TestClient, patient: dict[str, Any]
     """So there is nothing that a virus scanner could keep from being handed on; this is what scanners are tried with."""
     eicar = rb"X5O!P%@AP[4\PZX54(P^)7CC)7}$EICAR-STANDARD-ANTIVIRUS-TEST-FILE!$H+H*"
     app: Any = client.app
-    folder = Path(app.state.access.folder)
+    folder = Path(app.state.services.access.folder)
     for content in (
         eicar,
         b"time_s,a\n0," + eicar,
@@ -160,7 +160,7 @@ def test_a_record_with_damaged_samples_is_exported_without_them(client: TestClie
     key, _ = history(client)
     recording = client.get(f"/api/patients/{key}/recordings").json()["items"][0]["id"]
     app: Any = client.app
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording)).data = b"damaged"
     with ZipFile(io.BytesIO(client.get(f"/api/patients/{key}/export.zip").content)) as archive:
         (line,) = csv.DictReader(io.StringIO(archive.read("recordings.csv").decode()))

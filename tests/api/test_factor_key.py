@@ -13,7 +13,7 @@ from kata.auth.tables import AccountRow
 from kata.settings import Settings
 from tests.support.login_service import PASSWORD, Clinic, clinic, code
 from tests.support.second_factor import enrol
-from tests.support.service import running
+from tests.support.service import replaced, running
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +65,8 @@ def test_without_the_key_recovery_codes_work_and_reset_enrols_again(shared: Clin
     username = shared.account()
     app, recovery = enrol(shared.sign_in(username), shared.clock.seconds())
     shared.clock.forward(60)
-    kept = shared.app.state.access
-    shared.app.state.access = replace(kept, factor_key=FactorKey())
-    try:
+    access = replace(shared.app.state.services.access, factor_key=FactorKey())
+    with replaced(shared.app, access=access):
         given = {"username": username, "password": PASSWORD, "code": app.at(shared.clock.seconds())}
         assert code(shared.browser().post("/api/sign-in", json=given), 403) == "second_factor_unreadable"
         shared.sign_in(username, code=recovery[0])
@@ -78,8 +77,6 @@ def test_without_the_key_recovery_codes_work_and_reset_enrols_again(shared: Clin
         fresh, _ = enrol(shared.sign_in(username), shared.clock.seconds())
         shared.clock.forward(60)
         shared.sign_in(username, code=fresh.at(shared.clock.seconds()))
-    finally:
-        shared.app.state.access = kept
 
 
 def test_start_with_another_key_lists_factors_it_cannot_open(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

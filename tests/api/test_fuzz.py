@@ -30,7 +30,7 @@ from schemathesis.specs.openapi.schemas import OpenApiSchema
 from sqlalchemy import select
 
 from kata.actor import Role
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.clinic import tables
 from tests.support.login import signed_in
 from tests.support.paths import ROOT
@@ -92,7 +92,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
 @pytest.fixture(scope="module")
 def ids(service: TestClient) -> dict[str, str]:
     app: Any = service.app
-    with app.state.database.write() as writing:
+    with app.state.services.database.write() as writing:
         treat(writing, sessions=2)
         return {name: str(writing.scalars(select(table.id)).first()) for name, table in _TABLES.items()}
 
@@ -107,7 +107,7 @@ def asked() -> Counter[str]:
 def cookies(service: TestClient) -> list[str]:
     """Of everybody who asks, nobody first. New ones for each operation: some of them end a sign-in, or an account."""
     app: Any = service.app
-    return ["", *(signed_in(app.state.database, role) for role in _ROLES)]
+    return ["", *(signed_in(app.state.services.database, role) for role in _ROLES)]
 
 
 @schema.parametrize()

@@ -26,7 +26,7 @@ def shifted(body: dict[str, Any], by: timedelta) -> dict[str, Any]:
 
 def station(client: TestClient) -> Any:
     app: Any = client.app
-    return app.state.station
+    return app.state.services.station
 
 
 def sent(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> list[messages.Command]:

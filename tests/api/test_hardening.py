@@ -44,7 +44,7 @@ def test_repeated_host_header_is_refused(client: TestClient) -> None:
 
 
 def test_only_the_listening_address_is_accepted_as_host() -> None:
-    look = security_middleware.Hardening(None, security_middleware.allowed_hosts(Settings()))  # type: ignore[arg-type]
+    look = security_middleware.SecurityMiddleware(None, security_middleware.allowed_hosts(Settings()))  # type: ignore[arg-type]
     scope = {"type": "http", "method": "GET", "scheme": "https", "server": ("192.0.2.7", 8000)}
     served = {
         host: look.refusal(scope | {"headers": [(b"host", host)]}) is None for host in (b"192.0.2.7:8000", b"192.0.2.8")

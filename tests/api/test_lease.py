@@ -12,7 +12,7 @@ from sqlalchemy import select
 
 from kata.actor import Role
 from kata.audit.tables import AuditRow
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.clinic.episodes.limits import Allowed
 from kata.station.lease import GIVEN_UP_S
 from tests.support.login import signed_in
@@ -36,7 +36,7 @@ class Browser:
 
     def __post_init__(self) -> None:
         app: Any = self.client.app
-        self.headers = {"cookie": f"{COOKIE}={signed_in(app.state.database, self.role)}"}
+        self.headers = {"cookie": f"{COOKIE}={signed_in(app.state.services.database, self.role)}"}
         self.name = f"Test {self.role}"
 
     def post(self, path: str, body: dict[str, Any] | None = None) -> Any:
@@ -74,8 +74,8 @@ def page(client: TestClient, browser: Browser | None = None) -> Iterator[Page]:
 def noted(client: TestClient, action: str) -> list[str]:
     """Details of what the audit trail has of it."""
     app: Any = client.app
-    assert app.state.audit_log.until_written()
-    with app.state.database.read() as session:
+    assert app.state.services.audit_log.until_written()
+    with app.state.services.database.read() as session:
         query = select(AuditRow.detail).where(AuditRow.action == action, AuditRow.outcome == "done")
         return list(session.scalars(query.order_by(AuditRow.number)))
 
@@ -150,7 +150,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
 ) -> None:
     until_mode(client, "idle")
     app: Any = client.app
-    operating = app.state.station.operating
+    operating = app.state.services.station.operating
     now = operating._now
     with page(client, other) as watching:
         with page(client) as operating_page:
@@ -164,7 +164,7 @@ def test_playback_without_its_browser_pauses_and_releases_after_thirty_seconds(
 
         lost = watching.until(lambda live: live["mode"] == "paused" and live["lease"]["paused"])
         assert lost["lease"]["holder"] == "Test administrator"
-        assert lost["lease"]["away_since"] is not None
+        assert lost["lease"]["unreachable_since"] is not None
         assert lost["torque"] == "on"
         assert lost["run"]["at_start"] is False
 

@@ -13,7 +13,7 @@ from kata.api import logs
 from kata.api.logs import JsonLines, Lines
 from kata.audit.audit_log import ROWS
 from kata.audit.tables import AuditRow
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.clinic.patients import service
 from kata.clinic.patients.schemas import PatientCreate
 
@@ -62,12 +62,12 @@ def test_every_audit_row_is_a_line_of_the_collected_log(client: TestClient, capl
     with caplog.at_level(logging.INFO, logger=ROWS):
         made = client.post("/api/patients", json=body).json()
         assert client.get(f"/api/patients/{made['id']}").status_code == 200
-        assert app.state.audit_log.until_written()
+        assert app.state.services.audit_log.until_written()
     lines = [json.loads(JsonLines().format(record)) for record in caplog.records if record.name == ROWS]
     told = {line["message"]: line["audit"] for line in lines}
     row = told["create_patient done"]
     assert (row["patient_id"], row["role"], row["who"]) == (made["id"], "administrator", "Test administrator")
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         stands = session.get_one(AuditRow, row["number"])
         assert (stands.action, stands.hash.hex()) == ("create_patient", row["hash"])
     assert told["get_patient done"]["number"] > row["number"]

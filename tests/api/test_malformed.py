@@ -8,7 +8,7 @@ from typing import Final
 
 import pytest
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import Clinic
 
 _CASES: Final = 1000

@@ -15,14 +15,14 @@ from fastapi.testclient import TestClient
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session
 
-from kata.api.health import Probe
 from kata.api.logs import JsonLines
-from kata.auth.sign_in import COOKIE
+from kata.api.probe import Probe
+from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
 from tests.support.login import signed_in
 from tests.support.paths import ROOT
 from tests.support.preflight import teaching
-from tests.support.service import running
+from tests.support.service import replaced, running
 from tests.support.station_api import accepted, until, until_mode
 
 TOKEN: Final = "a-token-of-the-tests-0123456789"
@@ -41,20 +41,6 @@ def values(client: TestClient) -> dict[tuple[str, str], float]:
     text = client.get("/metrics").text
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
     return {(one.name, " ".join(one.labels.values())): one.value for one in samples}
-
-
-@contextmanager
-def having(client: TestClient, **state: Any) -> Iterator[None]:
-    """With something else in the place of what the application has."""
-    app: Any = client.app
-    before = {name: getattr(app.state, name) for name in state}
-    for name, value in state.items():
-        setattr(app.state, name, value)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            setattr(app.state, name, value)
 
 
 # -- health ---------------------------------------------------------------------------------------------------------
@@ -87,7 +73,7 @@ class _Stuck(Database):
 
 def put_so_far(app: Any) -> int:
     """Records that the station's spool has been given."""
-    spool = app.state.event_spool.spool
+    spool = app.state.services.event_spool.spool
     return int(spool.last + spool.unwritten)
 
 
@@ -96,7 +82,7 @@ def test_service_with_hanging_database_is_alive_but_not_ready(client: TestClient
     app: Any = client.app
     waiting = put_so_far(app)
     try:
-        with having(client, probe=Probe(stuck, limit_s=0.01)):
+        with replaced(client.app, probe=Probe(stuck, limit_s=0.01)):
             for _ in range(3):
                 answer = client.get("/health/ready")
                 assert (answer.status_code, answer.json()["code"]) == (503, "database_away")
@@ -115,7 +101,7 @@ def test_metrics_need_technician_administrator_or_token(client: TestClient) -> N
     allowed = {}
     for role in ("viewer", "therapist", "technician", "administrator"):
         browser = TestClient(client.app)
-        browser.cookies.set(COOKIE, signed_in(app.state.database, role))
+        browser.cookies.set(COOKIE, signed_in(app.state.services.database, role))
         allowed[role] = browser.get("/metrics").status_code
     assert allowed == {"viewer": 403, "therapist": 403, "technician": 200, "administrator": 200}
     scraper = TestClient(client.app)
@@ -136,7 +122,7 @@ def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, c
     if content is not None:
         (tmp_path / "token").write_text(content)
     header = {"authorization": f"Bearer {content or ''}"}
-    with having(client, metrics_token=tmp_path / "token"):
+    with replaced(client.app, metrics_token=tmp_path / "token"):
         assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
 
 

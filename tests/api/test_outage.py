@@ -23,7 +23,7 @@ from kata.clinic.sessions import checks, runs
 from kata.clinic.sessions.offline_cache import OfflineCache, ToPlay
 from kata.clinic.sessions.replay import CHANGED, CHANGED_MEANWHILE
 from kata.clinic.sessions.tables import SessionRow
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.device import journal
 from kata.errors import ProblemError
@@ -53,7 +53,7 @@ def told(client: TestClient) -> list[Happening]:
     """What the device tells from now on, as it is put down."""
     app: Any = client.app
     heard: list[Happening] = []
-    put = app.state.event_spool.spool.put
+    put = app.state.services.event_spool.spool.put
 
     def listening(payload: bytes) -> None:
         kept = msgspec.json.decode(payload)
@@ -61,20 +61,20 @@ def told(client: TestClient) -> list[Happening]:
             heard.append(msgspec.convert(kept["happening"], Happening))
         put(payload)
 
-    app.state.event_spool.spool.put = listening
+    app.state.services.event_spool.spool.put = listening
     return heard
 
 
 def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict[str, Any]:
     """Every event once and in order, every sample of the run once; the run itself."""
     app: Any = client.app
-    assert app.state.event_spool.until_taken(LIMIT_S)
+    assert app.state.services.event_spool.until_taken(LIMIT_S)
     limit = time.monotonic() + LIMIT_S
     while client.get(f"/api/runs/{run_id}").json()["outcome"] == "loaded":
         assert time.monotonic() < limit
     ids = [one.id for one in told]
     assert len(set(ids)) == len(ids) > 3
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         rows = session.scalars(select(DeviceEventRow).where(DeviceEventRow.id.in_(ids))).all()
         assert sorted((row.at, row.code) for row in rows) == sorted((one.at, one.code) for one in told)
         (file,) = (app.state.folder / "journal").glob(f"imported/*{run_id}*")
@@ -87,9 +87,9 @@ def all_is_there(client: TestClient, told: list[Happening], run_id: str) -> dict
 def noted(client: TestClient) -> list[str]:
     """What was pressed and what became of the database, as the audit trail has it."""
     app: Any = client.app
-    assert app.state.audit_log.until_written()
+    assert app.state.services.audit_log.until_written()
     of = ("approach", "play", "pause", "stop", "database_away")
-    with app.state.database.read() as session:
+    with app.state.services.database.read() as session:
         query = select(AuditRow.action).where(AuditRow.action.in_(of), AuditRow.outcome == "done")
         return list(session.scalars(query.order_by(AuditRow.number)))
 
@@ -128,12 +128,12 @@ def test_session_continues_while_the_database_hangs_and_page_shows_it(
 
         # A page that is loaded anew shows who one is, the apparatus and since when.
         assert client.get("/api/me").json()["name"] == "Test administrator"
-        live = until(client, lambda live: live["kept"]["away_since"])
+        live = until(client, lambda live: live["database"]["unavailable_since"])
         assert live["run"]["run_id"] == run["id"]
         accepted(client, "stop")
         stopped = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
-        assert stopped["kept"]["waiting"] > 0
-    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+        assert stopped["database"]["waiting"] > 0
+    until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
     # Who pressed what meanwhile is in the trail, in the order in which it was pressed.
     assert noted(client)[-4:] == ["pause", "play", "stop", "database_away"]
@@ -153,11 +153,11 @@ def test_run_ended_during_an_outage_exists_after_a_restart(
     until_mode(client, "paused")
     accepted(client, "play")
     with client.websocket_connect("/api/live"), server.killed():
-        until(client, lambda live: live["kept"]["away_since"])
+        until(client, lambda live: live["database"]["unavailable_since"])
         accepted(client, "stop")
         until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
         problem(client.post("/api/sessions", json={"patient_id": str(uuid4())}), 503, "database_away")
-    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "stopped"
     until(client, lambda live: "acknowledge" not in live["refusals"])
     accepted(client, "acknowledge")
@@ -185,7 +185,7 @@ def visit(client: TestClient) -> dict[str, Any]:
     planned = {"patient_id": patient["id"], "programme_version_id": version_id}
     session: dict[str, Any] = client.post("/api/sessions", json=planned).json()
     go_through_checklist(client, session["id"], first["id"])
-    offline_cache: OfflineCache = app.state.offline_cache
+    offline_cache: OfflineCache = app.state.services.offline_cache
     eventually(lambda: still_open_ahead(offline_cache, session["id"], second["id"]) == ["fixtures"])
     return session | {"first": first, "second": second}
 
@@ -196,7 +196,7 @@ def test_reconnecting_invalidates_the_estop_test_without_the_database_too(
     app: Any = client.app
     reconnected = replace(THERE, verified_since=utc_now())
 
-    found = app.state.offline_cache.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
+    found = app.state.services.offline_cache.checklist(UUID(visit["id"]), UUID(visit["first"]["id"]), reconnected)
 
     assert [one.need.check for one in found if one.answer is None] == ["estop"]
 
@@ -213,7 +213,7 @@ def test_session_continues_its_programme_during_an_outage(
     url = f"/api/sessions/{visit['id']}/checklist/fixtures"
     ticked = {"checked_by": WHO, "recording_id": visit["second"]["id"]}
     with client.websocket_connect("/api/live"), server.killed():
-        live = until(client, lambda live: live["kept"]["away_since"])
+        live = until(client, lambda live: live["database"]["unavailable_since"])
         assert "load" not in live["refusals"]
         assert live["refusals"]["teach"]["code"] == "database_away"
 
@@ -247,7 +247,7 @@ def test_session_continues_its_programme_during_an_outage(
         until_mode(client, "paused")
         accepted(client, "play")
         until_mode(client, "idle", within_s=60.0)
-    until(client, lambda live: live["kept"] == {"away_since": None, "waiting": 0, "not_kept_since": None})
+    until(client, lambda live: live["database"] == {"unavailable_since": None, "waiting": 0, "spool_full_since": None})
     assert all_is_there(client, told, run["id"])["outcome"] == "completed"
     session = client.get(f"/api/sessions/{visit['id']}").json()
     assert [one["id"] for one in session["runs"]] == [run["id"]]
@@ -255,34 +255,34 @@ def test_session_continues_its_programme_during_an_outage(
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
     assert CHANGED_MEANWHILE not in [one["code"] for one in events]
     app: Any = client.app
-    with app.state.database.read() as database:
+    with app.state.services.database.read() as database:
         noted = database.scalars(select(AuditRow.action).where(AuditRow.subject.endswith(run["id"]))).all()
         assert "begun_without_database" in noted
 
 
 def test_changes_made_elsewhere_during_an_outage_are_reported(client: TestClient, visit: dict[str, Any]) -> None:
     app: Any = client.app
-    offline_cache: OfflineCache = app.state.offline_cache
+    offline_cache: OfflineCache = app.state.services.offline_cache
     found = offline_cache.start_run(UUID(visit["id"]), UUID(visit["first"]["id"]), 25, AS_TAUGHT, "smooth", 1, THERE)
     assert found
-    with app.state.database.write() as database:
+    with app.state.services.database.write() as database:
         database.get_one(EpisodeRow, UUID(visit["episode_id"])).max_load_level = 10
-    assert app.state.event_spool.put_offline_event(found.begun, LIMIT_S)
-    assert app.state.event_spool.until_taken(LIMIT_S)
+    assert app.state.services.event_spool.put_offline_event(found.begun, LIMIT_S)
+    assert app.state.services.event_spool.until_taken(LIMIT_S)
     run = client.get(f"/api/runs/{found.begun.id}").json()
     assert (run["load_level"], run["outcome"]) == (25, "loaded")
     events = client.get("/api/events", params={"session_id": visit["id"], "kind": "alarm"}).json()["items"]
     assert [one["message"] for one in events if one["code"] == CHANGED_MEANWHILE] == [CHANGED["limits"]]
-    app.state.event_spool.put_not_begun("run", found.begun.id)
-    assert app.state.event_spool.until_taken(LIMIT_S)
+    app.state.services.event_spool.put_not_begun("run", found.begun.id)
+    assert app.state.services.event_spool.until_taken(LIMIT_S)
     assert client.get(f"/api/runs/{found.begun.id}").status_code == 404
 
 
 def test_nothing_of_a_restricted_patient_is_fetched_ahead(client: TestClient, visit: dict[str, Any]) -> None:
     app: Any = client.app
-    with app.state.database.write() as database:
+    with app.state.services.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).patient.restricted = True
-    offline_cache = OfflineCache(app.state.database, "Station 1")
+    offline_cache = OfflineCache(app.state.services.database, "Station 1")
     offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     offline_cache.refresh()
     assert offline_cache.session(UUID(visit["id"])) is None
@@ -293,9 +293,9 @@ def test_programme_time_continues_during_an_outage(
     client: TestClient, visit: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app: Any = client.app
-    with app.state.database.write() as database:
+    with app.state.services.database.write() as database:
         database.get_one(SessionRow, UUID(visit["id"])).programme_version.timer_minutes = 2.0
-    offline_cache = OfflineCache(app.state.database, "Station 1")
+    offline_cache = OfflineCache(app.state.services.database, "Station 1")
     offline_cache.attend(UUID(visit["patient"]["id"]), UUID(visit["id"]))
     offline_cache.refresh()
 
@@ -324,7 +324,7 @@ def test_recorded_run_loads_although_the_database_is_lost_afterwards(
     ).json()
     recording = taught(client, patient, lifted())
     began: list[object] = []
-    begin, read = runs.begin, client.app.state.database.read  # type: ignore[attr-defined]
+    begin, read = runs.begin, client.app.state.services.database.read  # type: ignore[attr-defined]
 
     def beginning(*args: Any, **given: Any) -> Any:
         began.append(None)
@@ -333,13 +333,13 @@ def test_recorded_run_loads_although_the_database_is_lost_afterwards(
     @contextmanager
     def reading() -> Iterator[Session]:
         if began:
-            raise DatabaseAwayError(utc_now())
+            raise DatabaseUnavailableError(utc_now())
         with read() as session:
             yield session
 
     with monkeypatch.context() as lost:
         lost.setattr(runs, "begin", beginning)
-        lost.setattr(client.app.state.database, "read", reading)  # type: ignore[attr-defined]
+        lost.setattr(client.app.state.services.database, "read", reading)  # type: ignore[attr-defined]
         run = load(client, patient, recording)
     live = until_mode(client, "ready")
     assert live["run"]["run_id"] == run["id"]

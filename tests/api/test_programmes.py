@@ -79,7 +79,7 @@ def test_unplayable_programme_is_refused_with_item_motor_and_time(client: TestCl
 def test_preview_gives_each_items_duration_or_reason_for_refusal(client: TestClient, lift: dict[str, Any]) -> None:
     damaged = taught(client, {"id": lift["patient_id"]}, lifted())
     app: Any = client.app
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(damaged["id"])).data = b"damaged"
     left = taught(client, {"id": lift["patient_id"]}, lifted(), side="left")
     items = [{"load_level": 25, "recording_id": one["id"]} for one in (lift, damaged, left)]

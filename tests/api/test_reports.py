@@ -15,7 +15,7 @@ from tests.support.treatment import Treated, treat
 @pytest.fixture(scope="module")
 def treated(client: TestClient) -> Treated:
     app: Any = client.app
-    with app.state.database.write() as writing:
+    with app.state.services.database.write() as writing:
         return treat(writing, sessions=2)
 
 

@@ -212,7 +212,7 @@ def played(client: TestClient, patient: dict[str, Any], recording: dict[str, Any
         "measured_deg": angles + 0.5,
         "torque_nm": angles / 10,
     }
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.add(SessionRow(id=visit, patient_id=UUID(patient["id"]), station="Room 2", started_at=now, note=""))
         session.flush()
         row = {"started_at": now, "ended_at": now, "outcome": "completed", "rate_hz": 100, "samples": 150}
@@ -280,7 +280,7 @@ def test_recording_parquet_equals_its_csv(client: TestClient, patient: dict[str,
 def test_damaged_or_missing_samples_are_reported(client: TestClient, patient: dict[str, Any]) -> None:
     recording = taught(client, patient, lifted())
     app: Any = client.app
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.get_one(RecordingSamplesRow, UUID(recording["id"])).data = b"damaged"
     for kind in ("csv", "parquet"):
         problem(client.get(f"/api/recordings/{recording['id']}/samples.{kind}"), 410, "unreadable_samples")

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from kata.auth import sign_in
+from kata.auth import login_session
+from kata.auth.login_session import COOKIE
 from kata.auth.passwords import Passwords
-from kata.auth.sign_in import COOKIE
 from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -34,18 +34,18 @@ def stranger(client: TestClient) -> TestClient:
 
 def database_of(client: TestClient) -> Database:
     app: Any = client.app
-    database: Database = app.state.database
+    database: Database = app.state.services.database
     return database
 
 
 def with_password(client: TestClient, role: str = "therapist") -> str:
     """A new account that signs in with PASSWORD: its user name."""
     app: Any = client.app
-    passwords: Passwords = app.state.access.passwords
+    passwords: Passwords = app.state.services.access.passwords
     database = database_of(client)
     cookie = signed_in(database, role)  # type: ignore[arg-type]
     with database.write() as session:
-        actor = sign_in.actor_of(session, cookie, utc_now())
+        actor = login_session.actor_of(session, cookie, utc_now())
         assert actor
         row = session.get_one(AccountRow, actor.account_id)
         row.password_hash = passwords.hash(PASSWORD)
@@ -102,13 +102,13 @@ def test_a_cookie_over_https_is_this_hosts_alone(client: TestClient) -> None:
 
 
 def test_login_session_locks_when_idle_and_ends_after_a_day(client: TestClient) -> None:
-    database, limits = database_of(client), sign_in.Limits()
+    database, limits = database_of(client), login_session.Limits()
     cookie, now = signed_in(database), utc_now()
     with database.read() as session:
-        early = sign_in.actor_of(session, cookie, now + limits.idle - timedelta(seconds=5))
-        late = sign_in.actor_of(session, cookie, now + limits.idle)
-        over = sign_in.actor_of(session, cookie, now + limits.longest)
-        before = sign_in.actor_of(session, cookie, now - timedelta(hours=1))
+        early = login_session.actor_of(session, cookie, now + limits.idle - timedelta(seconds=5))
+        late = login_session.actor_of(session, cookie, now + limits.idle)
+        over = login_session.actor_of(session, cookie, now + limits.longest)
+        before = login_session.actor_of(session, cookie, now - timedelta(hours=1))
     assert early
     assert not early.locked
     assert late
@@ -118,30 +118,30 @@ def test_login_session_locks_when_idle_and_ends_after_a_day(client: TestClient) 
 
 
 def test_login_session_lasts_while_its_user_operates_a_held_arm(client: TestClient) -> None:
-    database, limits = database_of(client), sign_in.Limits()
+    database, limits = database_of(client), login_session.Limits()
     cookie, other, now = signed_in(database), signed_in(database), utc_now()
     with database.read() as session:
-        here = sign_in.actor_of(session, cookie, now)
-        elsewhere = sign_in.actor_of(session, other, now)
+        here = login_session.actor_of(session, cookie, now)
+        elsewhere = login_session.actor_of(session, other, now)
         assert here
         assert elsewhere
         both, at_the_arm = {here.sign_in_id, elsewhere.sign_in_id}, here.sign_in_id
 
         long_after = now + limits.longest + timedelta(minutes=59)
-        assert sign_in.actor_of(session, cookie, long_after, limits, at_the_arm)
-        assert sign_in.actor_of(session, other, long_after, limits, at_the_arm) is None
-        assert sign_in.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
+        assert login_session.actor_of(session, cookie, long_after, limits, at_the_arm)
+        assert login_session.actor_of(session, other, long_after, limits, at_the_arm) is None
+        assert login_session.still(session, both, long_after, limits, at_the_arm) == {at_the_arm}
 
         too_long = now + limits.longest + limits.extension
-        assert sign_in.actor_of(session, cookie, too_long, limits, at_the_arm) is None
-        assert sign_in.still(session, both, too_long, limits, at_the_arm) == set()
-        assert sign_in.still(session, both, long_after, limits) == set()
+        assert login_session.actor_of(session, cookie, too_long, limits, at_the_arm) is None
+        assert login_session.still(session, both, too_long, limits, at_the_arm) == set()
+        assert login_session.still(session, both, long_after, limits) == set()
 
 
 def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
     with running(tmp_path) as client:
         app: Any = client.app
-        for role, secret in app.state.access.links.secrets.items():
+        for role, secret in app.state.services.access.links.secrets.items():
             browser = TestClient(client.app)
             assert browser.post("/api/sign-in/link", json={"secret": secret}).json()["role"] == role
             assert browser.get("/api/me").json()["demonstration"] is True
@@ -150,7 +150,7 @@ def test_a_demonstration_link_is_good_once(tmp_path: Any) -> None:
         kept = browser.cookies[COOKIE]
     # Given: the same clinic, and an apparatus that is none of the demonstration's.
     with running(tmp_path, simulate=False) as client:
-        assert not dict(client.app.state.access.links.secrets)  # type: ignore[attr-defined]
+        assert not dict(client.app.state.services.access.links.secrets)  # type: ignore[attr-defined]
         client.cookies.set(COOKIE, kept)
         assert client.get("/api/me").status_code == 401
 
@@ -163,7 +163,7 @@ def test_demonstration_links_exist_only_on_loopback_with_a_simulated_apparatus(
 ) -> None:
     with running(tmp_path, **settings) as client:
         app: Any = client.app
-        assert app.state.access.links.secrets == {}
+        assert app.state.services.access.links.secrets == {}
         assert client.post("/api/sign-in/link", json={"secret": ""}).status_code == 422
         assert client.post("/api/sign-in/link", json={"secret": "None"}).status_code == 401
 

@@ -160,7 +160,7 @@ def test_the_stop_button_stops(client: TestClient, taught_patient: dict[str, Any
     load(client, taught_patient, recording)
     accepted(client, "approach")
     until_mode(client, "paused")
-    at_the_arm = client.app.state.access.revocations.at_the_arm  # type: ignore[attr-defined]
+    at_the_arm = client.app.state.services.access.revocations.at_the_arm  # type: ignore[attr-defined]
     assert at_the_arm() is not None
     accepted(client, "stop")
     live = until(client, lambda live: live["mode"] == "stopped" and live["torque"] == "off")
@@ -370,7 +370,7 @@ def test_repeated_resistance_in_one_place_holds_the_arm_until_supported(
     load(client, taught_patient, abduction, load_level=8)
     accepted(client, "approach")
     until_mode(client, "paused")
-    with closing(client.app.state.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
+    with closing(client.app.state.services.simulation.process.client()) as jammed:  # type: ignore[attr-defined]
         jammed.fault("stuck", 3)
         accepted(client, "play")
         # A shaft that stays jammed could not be taken back at all.
@@ -400,7 +400,7 @@ def test_arm_stops_when_service_and_device_disagree_about_the_run(
     load(client, taught_patient, recording)
     accepted(client, "approach")
     until_mode(client, "paused")
-    station = client.app.state.station  # type: ignore[attr-defined]
+    station = client.app.state.services.station  # type: ignore[attr-defined]
     station._occupation = replace(station._occupation, id="another")
     live = until(client, lambda live: live["mode"] == "stopped" and "acknowledge" not in live["refusals"])
     assert live["stop"]["causes"][0]["code"] == "other_run"
@@ -447,7 +447,7 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
         until_mode(client, "paused")
         accepted(client, "play")
         until(client, lambda live: live["run"] and live["run"]["position_s"] > 0.5)
-        os.kill(client.app.state.station._process._child.pid, signal.SIGKILL)  # type: ignore[attr-defined]
+        os.kill(client.app.state.services.station._process._child.pid, signal.SIGKILL)  # type: ignore[attr-defined]
 
         live = until(client, lambda live: live["device"] == "restarting")
         assert (live["mode"], live["estop"], live["torque"]) == ("offline", "unknown", "unknown")
@@ -456,7 +456,7 @@ def test_dead_device_process_is_restarted_and_resumes_nothing(tmp_path: Path, mo
         live = until_mode(client, "stopped")
         assert {cause["code"] for cause in live["stop"]["causes"]} == {"torque_found"}
         assert (live["run"], live["torque"], live["stop"]["arm_held"]) == (None, "on", True)
-        with closing(client.app.state.simulation.process.client()) as hand:  # type: ignore[attr-defined]
+        with closing(client.app.state.services.simulation.process.client()) as hand:  # type: ignore[attr-defined]
             assert all(axis.torque_on for axis in hand.state().axes)
             problem(operate(client, "acknowledge"), 409, "torque_found")
             accepted(client, "release-torque")

@@ -1,4 +1,4 @@
-"""The overview of all stations: two services' on one PostgreSQL, and what of it whom is told."""
+"""The fleet of all stations: two services' on one PostgreSQL, and what of it whom is told."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -13,12 +13,12 @@ from fastapi.testclient import TestClient
 from sqlalchemy import text, update
 
 from kata.actor import Role
-from kata.api.overview import Overview
-from kata.auth.sign_in import COOKIE
+from kata.api.fleet import Fleet
+from kata.auth.login_session import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.device.config import StationConfig
-from kata.station.overview import StationShown, state_of
+from kata.station.fleet import StationShown, state_of
 from kata.station.schemas import Live, PatientRef
 from kata.station.station import Station
 from tests.support.login import signed_in
@@ -45,19 +45,19 @@ class Acted(Station):
         self._changed()
 
 
-def overview_of(name: str, database: Database) -> tuple[Acted, Overview]:
+def overview_of(name: str, database: Database) -> tuple[Acted, Fleet]:
     station = Acted(name)
-    return station, Overview(station, database, list)
+    return station, Fleet(station, database, list)
 
 
-async def until(overview: Overview, wanted: Callable[[dict[str, StationShown]], object]) -> dict[str, StationShown]:
+async def until(fleet: Fleet, wanted: Callable[[dict[str, StationShown]], object]) -> dict[str, StationShown]:
     """The stations by name, once they are as wanted."""
     async with asyncio.timeout(_LIMIT_S):
         while True:
-            shown = {one.name: one for one in overview.shown()}
+            shown = {one.name: one for one in fleet.shown()}
             if wanted(shown):
                 return shown
-            await overview.changed(0.1)
+            await fleet.changed(0.1)
 
 
 def known(shown: dict[str, StationShown], *names: str) -> bool:
@@ -65,15 +65,15 @@ def known(shown: dict[str, StationShown], *names: str) -> bool:
 
 
 @asynccontextmanager
-async def two(url: str) -> AsyncIterator[tuple[Overview, Acted, Overview]]:
-    """Two services on one database, each hearing the other: the first's overview, and the second's apparatus and overview."""
+async def two(url: str) -> AsyncIterator[tuple[Fleet, Acted, Fleet]]:
+    """Two services on one database, each hearing the other: the first's fleet, and the second's apparatus and fleet."""
     databases = Database(url), Database(url)
     _, first = overview_of("Station 1", databases[0])
     station, second = overview_of("Station 2", databases[1])
     try:
-        async with first.going_on(), second.going_on():
-            for overview in (first, second):
-                await until(overview, lambda shown: known(shown, "Station 1", "Station 2"))
+        async with first.exchanging(), second.exchanging():
+            for fleet in (first, second):
+                await until(fleet, lambda shown: known(shown, "Station 1", "Station 2"))
             yield first, station, second
     finally:
         for database in databases:
@@ -106,7 +106,7 @@ def test_event_at_one_station_appears_at_the_other(postgresql_url: str) -> None:
 
 
 def test_lost_listener_reconnects_and_own_station_stays_known(postgresql_url: str) -> None:
-    ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata overview'"
+    ended = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE application_name = 'kata fleet'"
 
     async def look() -> None:
         async with two(postgresql_url) as (first, station, _):
@@ -127,8 +127,8 @@ def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None
         databases = Database(postgresql_url), Database(postgresql_url)
         _, first = overview_of("Station 1", databases[0])
         _, second = overview_of("Station 2", databases[1])
-        async with first.going_on():
-            async with second.going_on():
+        async with first.exchanging():
+            async with second.exchanging():
                 await until(first, lambda shown: known(shown, "Station 2"))
             shown = await until(first, lambda shown: shown["Station 2"].silent)
             assert (shown["Station 2"].state, shown["Station 2"].heard_at is None) == (None, False)
@@ -143,20 +143,20 @@ def test_station_of_an_ended_service_becomes_silent(postgresql_url: str) -> None
 def test_listener_can_be_cancelled_while_a_message_arrives(turns: int, tmp_path: Path) -> None:
     """Whichever turn of the event loop it is in: a listener whose sign-in has ended would listen on."""
 
-    async def listen(overview: Overview) -> None:
+    async def listen(fleet: Fleet) -> None:
         while True:
-            await overview.changed(_LIMIT_S)
+            await fleet.changed(_LIMIT_S)
 
     async def look() -> None:
-        station, overview = overview_of("Station 1", Database(f"sqlite:///{tmp_path / 'kata.db'}"))
-        listening = asyncio.create_task(listen(overview))
+        station, fleet = overview_of("Station 1", Database(f"sqlite:///{tmp_path / 'kata.db'}"))
+        listening = asyncio.create_task(listen(fleet))
         await asyncio.sleep(0.01)
-        overview.take(state_of(station.info, station.live(), overview.service))
+        fleet.take(state_of(station.info, station.live(), fleet.service))
         for _ in range(turns):
             await asyncio.sleep(0)
         listening.cancel()
         done, _ = await asyncio.wait({listening}, timeout=5.0)
-        overview.database.close()
+        fleet.database.close()
         assert done
         assert listening.cancelled()
 
@@ -185,10 +185,10 @@ def test_service_ends_while_its_connection_is_being_made(
             return connection
 
         monkeypatch.setattr(psycopg.AsyncConnection, "connect", connect_then)
-        _, overview = overview_of("Station 1", database)
+        _, fleet = overview_of("Station 1", database)
         async with asyncio.timeout(_LIMIT_S):
-            async with overview.going_on():
-                await until(overview, lambda shown: known(shown, "Station 1"))
+            async with fleet.exchanging():
+                await until(fleet, lambda shown: known(shown, "Station 1"))
                 await connected(database, 2)
                 made.set()
                 for _ in range(turns):
@@ -201,7 +201,7 @@ def test_service_ends_while_its_connection_is_being_made(
 
 async def connected(database: Database, wanted: int) -> None:
     """Until the server counts so many connections of overviews."""
-    count = "SELECT count(*) FROM pg_stat_activity WHERE application_name = 'kata overview' AND state IS NOT NULL"
+    count = "SELECT count(*) FROM pg_stat_activity WHERE application_name = 'kata fleet' AND state IS NOT NULL"
     while True:
         with database.read() as session:
             if session.execute(text(count)).scalar_one() == wanted:
@@ -223,7 +223,7 @@ def seen_by(service: TestClient, role: Role) -> dict[str, Any]:
     """The stations as the WebSocket tells this role of them; the list says the same."""
     app: Any = service.app
     browser = TestClient(service.app)
-    browser.cookies.set(COOKIE, signed_in(app.state.database, role))
+    browser.cookies.set(COOKIE, signed_in(app.state.services.database, role))
     listed = {one["shown"]["name"]: one["shown"] for one in browser.get("/api/stations").json()["items"]}
     with browser.websocket_connect("/api/stations/live") as socket:
         told = {one["name"]: one for one in socket.receive_json()["stations"]}
@@ -253,7 +253,7 @@ def test_patient_at_another_station_is_named_only_to_permitted_users(service: Te
 
     def named(role: Role) -> Any:
         assert service.portal
-        service.portal.call(app.state.overview.take, told)
+        service.portal.call(app.state.services.fleet.take, told)
         state = seen_by(service, role)["Station 2"]["state"]
         assert state["mode"] == "ready"
         return (state["patient"] and state["patient"]["name"]), state["recording_name"]
@@ -264,6 +264,6 @@ def test_patient_at_another_station_is_named_only_to_permitted_users(service: Te
         "therapist": hers,
         "technician": (None, None),
     }
-    with app.state.database.write() as session:
+    with app.state.services.database.write() as session:
         session.execute(update(PatientRow).values(restricted=True))
     assert named("therapist") == (None, None)

@@ -9,8 +9,8 @@ from uuid import UUID, uuid4
 import pytest
 
 from kata.actor import CURRENT_ACTOR, Actor, Role
-from kata.api.redaction import View
-from kata.auth import sign_in
+from kata.api.redaction import Redaction
+from kata.auth import login_session
 from kata.clinic.patients import service as patients
 from kata.clinic.patients.schemas import PatientCreate
 from kata.clinic.restricted.tables import CareTeamRow
@@ -41,7 +41,7 @@ def patient(database: Database, *, restricted: bool = False, team: tuple[UUID, .
 def actor(database: Database, role: Role) -> Actor:
     cookie = signed_in(database, role)
     with database.read() as session:
-        found = sign_in.actor_of(session, cookie, utc_now())
+        found = login_session.actor_of(session, cookie, utc_now())
     assert found
     return found
 
@@ -60,7 +60,7 @@ def playing(patient_id: UUID) -> dict[str, Any]:
 
 
 def shown(database: Database, role: Role, patient_id: UUID) -> dict[str, Any]:
-    return asyncio.run(View(actor(database, role), database).of(playing(patient_id)))
+    return asyncio.run(Redaction(actor(database, role), database).apply(playing(patient_id)))
 
 
 @pytest.mark.parametrize("role", ["viewer", "therapist", "administrator"])
@@ -84,7 +84,7 @@ def test_restricted_patient_stays_unnamed(clinic: Database, role: Role) -> None:
 def test_the_care_team_sees_its_patient(clinic: Database) -> None:
     member = actor(clinic, "therapist")
     whose = patient(clinic, restricted=True, team=(member.account_id,))
-    told = asyncio.run(View(member, clinic).of(playing(whose)))
+    told = asyncio.run(Redaction(member, clinic).apply(playing(whose)))
     assert told["run"]["patient"]["name"] == "Yamada Hanako"
 
 
@@ -92,7 +92,7 @@ def test_save_notices_reach_only_users_with_the_patient(clinic: Database) -> Non
     everybodys, restricted = patient(clinic), patient(clinic, restricted=True)
 
     def hears(role: Role, of: UUID) -> bool:
-        return asyncio.run(View(actor(clinic, role), clinic).may_hear_of(of))
+        return asyncio.run(Redaction(actor(clinic, role), clinic).may_hear_of(of))
 
     assert [hears(role, everybodys) for role in ("viewer", "therapist", "technician")] == [True, True, False]
     assert [hears(role, restricted) for role in ("viewer", "therapist", "technician")] == [False, False, False]

@@ -14,8 +14,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from kata.actor import Role
 from kata.api import authorization
+from kata.auth.login_session import COOKIE
 from kata.auth.permissions import RULES
-from kata.auth.sign_in import COOKIE
 from kata.auth.tables import AccountRow, SignInRow
 from kata.clinic import tables
 from kata.clinic.patients.tables import ErasureRow
@@ -24,7 +24,7 @@ from kata.clinic.restricted.tables import BrokenGlassRow, CareTeamRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from tests.support.login import signed_in
-from tests.support.service import running
+from tests.support.service import replaced, running
 from tests.support.treatment import Texts, treat
 
 _EVERYBODY: Final[frozenset[Role]] = frozenset({"viewer", "technician", "therapist", "administrator"})
@@ -48,7 +48,7 @@ STATION: Final = {"get_station", "list_stations", "list_events", "stop"}
 BEHIND_A_LOCK: Final = {"get_station", "list_stations", "stop", "get_me", "lock_screen", "unlock_screen"}
 DEVICE: Final = {"get_simulator", "set_pedal", "set_estop", "guide_arm", "release_arm", "upload_motion"}
 OPERATE: Final = {
-    "turn", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "less", "return_to_rest",
+    "set_side", "teach", "finish_teaching", "load", "unload", "approach", "play", "pause", "reduce_range", "return_to_rest",
     "release_torque", "acknowledge", "take_lease", "release_lease",
 }  # fmt: skip
 ADMINISTER: Final = {
@@ -109,13 +109,13 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
         yield client
 
 
-def _state(client: TestClient) -> Any:
+def _services(client: TestClient) -> Any:
     app: Any = client.app
-    return app.state
+    return app.state.services
 
 
 def _database(client: TestClient) -> Database:
-    database: Database = _state(client).database
+    database: Database = _services(client).database
     return database
 
 
@@ -345,19 +345,15 @@ def test_service_with_a_route_without_a_rule_does_not_start() -> None:
         """Nobody has thought about who may."""
 
     with pytest.raises(LookupError, match="secret"):
-        authorization.install(app)
+        authorization.check_rules(app)
 
 
 def test_stop_works_without_a_database_for_recently_authenticated_users(service: TestClient) -> None:
     client = TestClient(service.app)
     client.cookies.set(COOKIE, signed_in(_database(service), "viewer"))
     assert client.get("/api/station").status_code == 200
-    app, database = _state(service), _database(service)
-    app.database = None
-    try:
+    with replaced(service.app, database=None):
         assert client.post("/api/station/stop").status_code in (200, 503)
-    finally:
-        app.database = database
 
 
 # -- restricted records ---------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ PATIENT, SESSION, RUN = uuid4(), uuid4(), uuid4()
 OCCUPATION = Occupation(str(RUN), PatientRef(id=PATIENT, name="N"), "Flexion", SESSION)
 
 
-NOBODY = LeaseLive(holder=None, mine=False, since=None, taken_from=None, away_since=None, paused=False)
+NOBODY = LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)
 
 
 def state(**given: Any) -> Live:

@@ -19,7 +19,7 @@ from kata.clinic.sessions import learning, lists, runs
 from kata.clinic.sessions import service as sessions
 from kata.clinic.sessions.lists import Wanted
 from kata.clinic.sessions.tables import RunCorrectionRow, SessionRow
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.database.series import Series
@@ -488,7 +488,7 @@ def test_run_ends_although_the_database_answers_later(clinic: Clinic, monkeypatc
     lost = clinic.begin_run(clinic.recording())
 
     def away(*_: object) -> int:
-        raise DatabaseAwayError(utc_now())
+        raise DatabaseUnavailableError(utc_now())
 
     with monkeypatch.context() as while_away:
         while_away.setattr(runs, "give_up_unended", away)

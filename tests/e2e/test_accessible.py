@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.cli.seed import fill
 from kata.database.base import utc_now
 from kata.database.engine import Database

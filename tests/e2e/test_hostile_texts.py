@@ -16,7 +16,7 @@ import pytest
 from playwright.sync_api import Page, Route, expect
 
 from kata.audit.audit_log import AuditHook
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
 from kata.database.upgrade import upgrade
 from kata.reporting import paper, words

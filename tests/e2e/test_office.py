@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.keyboard import choose, press, reach, write
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_accounts import PASSWORD, made, menu
 from tests.support.page_actions import sign_up

@@ -11,9 +11,9 @@ import psycopg
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.database.engine import Database
-from kata.station.overview import PlaybackProgress, StationTold, encoded
+from kata.station.fleet import PlaybackProgress, StationTold, encoded
 from kata.station.schemas import PatientRef
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.login import signed_in

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from tests.support.browser_clinic import LONG_MS, Clinic
 from tests.support.page_actions import load_and_play, try_estop
 from tests.support.paths import ROOT

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Final, get_args
 
 from kata.audit.changes import QUIET
-from kata.auth.permissions import RULES
+from kata.auth.permissions import RULES, audit_action
 from kata.backups.book import Kind
 from kata.clinic.restricted.objects import OF_A_PATIENT
 from kata.database.base import Base
@@ -18,8 +18,8 @@ PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 """Where the action stands among the arguments of what writes it down."""
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
-    "context.action": set(RULES),
-    "request.scope['route'].name": set(RULES),
+    "context.action": set(map(audit_action, RULES)),
+    "audit_action(request.scope['route'].name)": set(map(audit_action, RULES)),
     "f'backup_{note.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
     "_DOOR": {"at_the_door"},
     "_ACTION": {"backup_restored"},
@@ -37,7 +37,7 @@ def worded(file: str, table: str) -> list[str]:
 
 def actions() -> Iterator[str]:
     """Every action that the service's source can write down."""
-    yield from RULES
+    yield from map(audit_action, RULES)
     for file in sorted(KATA.rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if not isinstance(node, ast.Call):

@@ -54,7 +54,7 @@ def test_first_to_command_takes_a_free_lease() -> None:
 
 def test_each_browser_learns_whether_the_lease_is_its_own(lease: Lease) -> None:
     mine, watched, neutral = lease.told(SATO, at(5)), lease.told(KATO, at(5)), lease.told(None, at(5))
-    assert (mine.holder, mine.mine, mine.since, mine.away_since) == ("Sato", True, NOON.at, None)
+    assert (mine.holder, mine.mine, mine.since, mine.unreachable_since) == ("Sato", True, NOON.at, None)
     assert (watched.holder, watched.mine) == ("Sato", False)
     assert (neutral.holder, neutral.mine) == ("Sato", False)
 
@@ -124,7 +124,7 @@ def test_playback_without_browser_pauses_after_2_and_releases_after_30s(lease: L
     assert due(lease, 12.1, "playing") == "pause"
     lease.note_pause()
     assert lease.told(KATO, at(13)).paused is True
-    assert lease.told(KATO, at(13)).away_since == at(10).at
+    assert lease.told(KATO, at(13)).unreachable_since == at(10).at
     assert due(lease, 13.0, "paused") is None
     assert due(lease, 39.99, "paused") is None
     assert due(lease, 40.0, "paused") == "stop"
@@ -173,7 +173,7 @@ def test_page_reloaded_within_the_grace_period_keeps_its_lease(lease: Lease) -> 
     lease.left(SATO, at(10))
     lease.came(SATO)
     assert due(lease, 100, "playing") is None
-    assert lease.told(SATO, at(100)).away_since is None
+    assert lease.told(SATO, at(100)).unreachable_since is None
 
 
 def test_another_page_of_the_same_browser_keeps_the_lease(lease: Lease) -> None:

@@ -218,5 +218,5 @@ def turned(at: Station) -> str | None:
 
     async def nothing() -> None: ...
 
-    refusal = asyncio.run(at.turn(other, nothing))
+    refusal = asyncio.run(at.set_side(other, nothing))
     return refusal.code if refusal else None

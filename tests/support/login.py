@@ -4,7 +4,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from kata.actor import Role
-from kata.auth import sign_in
+from kata.auth import login_session
 from kata.auth.tables import AccountRow, AccountStationRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -31,7 +31,7 @@ def signed_in(database: Database, role: Role = "administrator", *, stations: tup
         session.add(account)
         session.flush()
         session.add_all(AccountStationRow(account_id=id_, station=station) for station in stations)
-        return sign_in.begin(session, account, "totp", now, "testclient", "tests")
+        return login_session.begin(session, account, "totp", now, "testclient", "tests")
 
 
 def signed_in_at(folder: Path, role: Role = "administrator", *, database_url: str = "") -> str:

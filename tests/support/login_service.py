@@ -12,9 +12,9 @@ from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
 
 from kata.actor import Role
-from kata.auth import accounts, sign_in
+from kata.auth import accounts, login_session
+from kata.auth.login_session import COOKIE
 from kata.auth.passwords import Passwords
-from kata.auth.sign_in import COOKIE
 from kata.auth.tables import AccountRow
 from kata.auth.throttle import Throttle
 from kata.database.base import utc_now
@@ -49,24 +49,25 @@ class Clinic:
         self._first = first
         app: Any = first.app
         self.app = app
-        self.database: Database = app.state.database
+        self.database: Database = app.state.services.database
         self.clock = Clock()
-        app.state.access = replace(
-            app.state.access,
+        access = replace(
+            app.state.services.access,
             passwords=Passwords(PasswordHasher(time_cost=1, memory_cost=8, parallelism=1)),
             throttle=Throttle(self.clock.seconds),
             now=self.clock.now,
         )
+        app.state.services = replace(app.state.services, access=access)
 
     @property
     def administrator(self) -> TestClient:
         """A new browser that the first administrator is signed in at, just now."""
         browser = self.browser()
         with self.database.write() as session:
-            actor = sign_in.actor_of(session, self._first.cookies[COOKIE], utc_now())
+            actor = login_session.actor_of(session, self._first.cookies[COOKIE], utc_now())
             assert actor
             account = session.get_one(AccountRow, actor.account_id)
-            browser.cookies.set(COOKIE, sign_in.begin(session, account, "totp", self.clock.now(), "", ""))
+            browser.cookies.set(COOKIE, login_session.begin(session, account, "totp", self.clock.now(), "", ""))
         return browser
 
     def browser(self, address: str = "127.0.0.1") -> TestClient:
@@ -80,10 +81,10 @@ class Clinic:
         """A new one, with PASSWORD and without a second factor: its user name."""
         cookie = signed_in(self.database, role)
         with self.database.write() as session:
-            actor = sign_in.actor_of(session, cookie, utc_now())
+            actor = login_session.actor_of(session, cookie, utc_now())
             assert actor
             row = session.get_one(AccountRow, actor.account_id)
-            row.password_hash = self.app.state.access.passwords.hash(PASSWORD)
+            row.password_hash = self.app.state.services.access.passwords.hash(PASSWORD)
             row.totp_confirmed_at = None
             return row.username
 

@@ -97,8 +97,8 @@ class TreatingStation:
         limit = time.monotonic() + _LIMIT_S
         while (
             (live := self.clinic.live()).mode != "idle"
-            or live.kept.waiting
-            or live.kept.away_since
+            or live.database.waiting
+            or live.database.unavailable_since
             # One that has ended just now is on its way.
             or list((self.data / "journal").glob("*.journal"))
         ):

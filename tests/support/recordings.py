@@ -30,7 +30,7 @@ def lifted(top_deg: float = 90.0) -> Callable[[Floats], Floats]:
 def taught(client: TestClient, patient: dict[str, Any], at: Callable[[Floats], Floats], **given: Any) -> dict[str, Any]:
     """A recording of a right shoulder, as if it had been taught."""
     app: Any = client.app
-    database: Database = app.state.database
+    database: Database = app.state.services.database
     times_s = np.arange(0, LASTS_S + 0.005, 0.01)
     angles_deg = motor_angles_deg(at(times_s), "right")
     told = {"patient_id": UUID(patient["id"]), "name": "Lift", "side": "right"} | given

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,21 @@ from fastapi.testclient import TestClient
 
 from kata.actor import Role
 from kata.api.app import create_app
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.settings import Settings
 from tests.support.databases import upgraded_file
 from tests.support.login import signed_in
+
+
+@contextmanager
+def replaced(app: Any, **services: Any) -> Iterator[None]:
+    """Replace some of a running application's services while the context lasts."""
+    before = app.state.services
+    app.state.services = replace(before, **services)
+    try:
+        yield
+    finally:
+        app.state.services = before
 
 
 @contextmanager
@@ -23,5 +35,5 @@ def running(folder: Path, role: Role = "administrator", **settings: Any) -> Iter
     given: dict[str, Any] = {"data": folder, "simulate": True, "allowed_hosts": "testserver"} | settings
     app = create_app(Settings(**given))
     with TestClient(app, client=("127.0.0.1", 50_000)) as client:
-        client.cookies.set(COOKIE, signed_in(app.state.database, role))
+        client.cookies.set(COOKIE, signed_in(app.state.services.database, role))
         yield client

@@ -16,7 +16,7 @@ import httpx2
 from sqlalchemy import select, text
 
 from kata.audit.verify import verify
-from kata.auth.sign_in import COOKIE
+from kata.auth.login_session import COOKIE
 from kata.clinic.patients.tables import PatientRow
 from kata.database.engine import Database
 from kata.settings import Settings

@@ -19,7 +19,7 @@ def programme(client: TestClient, patient: dict[str, Any], *recording_ids: str) 
     version_id = uuid4()
     episode_id = episode_of(client, patient)
     now = utc_now()
-    with client.app.state.database.write() as session:  # type: ignore[attr-defined]
+    with client.app.state.services.database.write() as session:  # type: ignore[attr-defined]
         row = ProgrammeRow(id=uuid4(), episode_id=episode_id, name="Weeks 3 to 6", created_at=now, updated_at=now)
         version = ProgrammeVersionRow(id=version_id, number=1, made_at=now, made_by=WHO, note="")
         row.versions = [version]

@@ -9,7 +9,6 @@ import json
 import logging
 from collections.abc import Iterator
 from datetime import datetime
-from pathlib import Path
 from typing import Any, Final
 from uuid import UUID
 
@@ -21,14 +20,13 @@ from starlette.requests import HTTPConnection
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, RequestContext
 from kata.api import texts
-from kata.auth import secrets, sign_in
-from kata.auth.auth_cache import Remembered
+from kata.api.services import Services, services_of
+from kata.auth import login_session, secrets
 from kata.auth.login import actor_at, address_of, cookie_of
-from kata.auth.permissions import OF_ROLE, RULES, Rule
+from kata.auth.permissions import OF_ROLE, RULES, Rule, audit_action
 from kata.clinic.restricted import service as restricted
 from kata.clinic.restricted.objects import OF_A_PATIENT, patients_of
-from kata.clinic.sessions.offline_cache import OfflineCache
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS
@@ -60,7 +58,7 @@ async def allowed(connection: HTTPConnection) -> None:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1008, error.code) from error
         raise
-    except DatabaseAwayError as error:
+    except DatabaseUnavailableError as error:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1013, "database_away") from error
         raise
@@ -75,12 +73,11 @@ async def allowed_first(request: Request) -> None:
         await _allow(request, None)
 
 
-def install(app: FastAPI) -> None:
+def check_rules(app: FastAPI) -> None:
     """See to it that there is no route without a rule, and none that is not asked about.
 
     :raises LookupError: when there is.
     """
-    app.state.remembered = Remembered()
     for found in iter_route_contexts(app.routes):
         rule = RULES.get(found.name or "")
         if rule is None:
@@ -102,47 +99,47 @@ def document(described: dict[str, Any]) -> None:
 
 async def _allow(connection: HTTPConnection, body: Any) -> None:
     setattr(connection.state, _ASKED, True)
-    state, action = connection.app.state, connection.scope["route"].name
-    rule = RULES[action]
-    context = RequestContext(action, permission=rule.needs, address=address_of(connection))
+    route = connection.scope["route"].name
+    rule = RULES[route]
+    context = RequestContext(audit_action(route), permission=rule.needs, address=address_of(connection))
     CURRENT_ACTOR.set(None)
     REQUEST_CONTEXT.set(context)
     if rule.needs == "public":
         return
     if rule.token and await run_in_threadpool(_shows_token, connection):
         return
-    # A benchmark of lists has no station.
-    context.station = state.station.info.name if hasattr(state, "station") else ""
+    services = services_of(connection)
+    context.station = services.station_name
     named = list(_named(connection, body))
     context.subject = " ".join(f"{name.removesuffix('_id')} {one}" for name, one in named if name != "patient_id")
-    cookie, remembered = cookie_of(connection) or "", state.remembered
-    actor = remembered.who_may_stop(cookie) if rule.needs == "stop" else None
+    cookie, auth_cache = cookie_of(connection) or "", services.auth_cache
+    actor = auth_cache.who_may_stop(cookie) if rule.needs == "stop" else None
     if actor is None:
         actor = await _asked(connection, rule, cookie)
     CURRENT_ACTOR.set(actor)
     _check_sign_in(actor, rule)
     _check_role(actor, rule, context.station, named)
     if named:
-        await run_in_threadpool(_wait_for_arrival, state, named)
+        await run_in_threadpool(_wait_for_arrival, services, named)
         try:
-            await run_in_threadpool(_check_records, state, actor, rule, context, named)
-        except DatabaseAwayError:
-            patient_id = state.offline_cache.owner_of(named) if rule.away else None
+            await run_in_threadpool(_check_records, services, actor, rule, context, named)
+        except DatabaseUnavailableError:
+            patient_id = services.offline_cache.owner_of(named) if rule.away else None
             if patient_id is None:
                 raise
             context.patient_id = patient_id
     did_something = connection.scope.get("method", "GET") not in _READING or ACTIVE in connection.headers
-    if did_something and rule.needs != "stop" and remembered.is_news(cookie):
+    if did_something and rule.needs != "stop" and auth_cache.is_news(cookie):
         task = asyncio.create_task(
-            run_in_threadpool(_did_something, state.database, actor, state.access.now()), name="did something"
+            run_in_threadpool(_did_something, services.database, actor, services.access.now()), name="did something"
         )
-        remembered.writing.add(task)
-        task.add_done_callback(remembered.writing.discard)
+        auth_cache.writing.add(task)
+        task.add_done_callback(auth_cache.writing.discard)
 
 
 def _ask_no_more(asking: asyncio.Future[Actor | None]) -> None:
     # That the database does not answer, the log says once.
-    if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseAwayError):
+    if not asking.cancelled() and (error := asking.exception()) and not isinstance(error, DatabaseUnavailableError):
         log.info("who is signed in could not be looked up: %s", error)
 
 
@@ -150,32 +147,32 @@ async def _asked(connection: HTTPConnection, rule: Rule, cookie: str) -> Actor:
     """Whoever the database says it is.
 
     :raises ProblemError: 401.
-    :raises DatabaseAwayError: when it does not answer, and nobody is known here or it takes more than that.
+    :raises DatabaseUnavailableError: when it does not answer, and nobody is known here or it takes more than that.
     """
-    state = connection.app.state
-    remembered: Remembered = state.remembered
-    known = remembered.who_was_here(cookie, state.access.limits.longest.total_seconds()) if rule.away else None
-    asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, state.database))
+    services = services_of(connection)
+    auth_cache = services.auth_cache
+    known = auth_cache.who_was_here(cookie, services.access.limits.longest.total_seconds()) if rule.away else None
+    asking = asyncio.ensure_future(run_in_threadpool(actor_at, connection, services.database))
     # What has begun is not to wait for it, either, until it is known to be away.
     await asyncio.wait({asking}, timeout=_PATIENCE_S if known else None)
     try:
         actor = asking.result()
-    except (DatabaseAwayError, asyncio.InvalidStateError):
+    except (DatabaseUnavailableError, asyncio.InvalidStateError):
         if known is None:
             raise
         asking.add_done_callback(_ask_no_more)
         # Not remembered anew: only the database can say that they are still let in.
         return known
     if actor is None:
-        remembered.forget(cookie)
+        auth_cache.forget(cookie)
         raise ProblemError(401, "not_signed_in", texts.NOT_SIGNED_IN(), texts.SIGN_IN_FIRST())
-    remembered.put(cookie, actor)
+    auth_cache.put(cookie, actor)
     return actor
 
 
 def _shows_token(connection: HTTPConnection) -> bool:
     """Whether a program asks that knows what is in the file; read anew each time, so that a new token needs no restart."""
-    file: Path | None = connection.app.state.metrics_token
+    file = services_of(connection).settings.metrics_token
     scheme, _, shown = connection.headers.get("authorization", "").partition(" ")
     if file is None or scheme.lower() != "bearer":
         return False
@@ -191,8 +188,8 @@ def _shows_token(connection: HTTPConnection) -> bool:
 def _did_something(database: Database, actor: Actor, now: datetime) -> None:
     try:
         with database.write() as session:
-            sign_in.did_something(session, actor, now)
-    except DatabaseAwayError:
+            login_session.did_something(session, actor, now)
+    except DatabaseUnavailableError:
         # The log says so once.
         return
     except SQLAlchemyError as error:
@@ -220,24 +217,22 @@ def _check_role(actor: Actor, rule: Rule, station: str, named: list[tuple[str, U
         )
 
 
-def _wait_for_arrival(state: Any, named: list[tuple[str, UUID]]) -> None:
+def _wait_for_arrival(services: Services, named: list[tuple[str, UUID]]) -> None:
     """What was done without the database with what is named would be missing in what is found there.
 
-    :raises DatabaseAwayError: when it is there, and that is not after so many seconds.
+    :raises DatabaseUnavailableError: when it is there, and that is not after so many seconds.
     """
-    offline_cache: OfflineCache = state.offline_cache
-    if state.database.away_since is not None or not offline_cache.is_pending(named):
+    database = services.database
+    if database.unavailable_since is not None or not services.offline_cache.is_pending(named):
         return
-    if not state.event_spool.until_taken(_ARRIVES_S) and state.database.away_since is None:
-        raise DatabaseAwayError(utc_now())
+    if not services.event_spool.until_taken(_ARRIVES_S) and database.unavailable_since is None:
+        raise DatabaseUnavailableError(utc_now())
 
 
 def _check_records(
-    state: Any, actor: Actor, rule: Rule, context: RequestContext, named: list[tuple[str, UUID]]
+    services: Services, actor: Actor, rule: Rule, context: RequestContext, named: list[tuple[str, UUID]]
 ) -> None:
-    offline_cache: OfflineCache = state.offline_cache
-    database: Database = state.database
-    with database.read() as session:
+    with services.database.read() as session:
         patients = patients_of(session, named)
         context.patient_id = patients[0] if patients else None
         if not rule.restricted and not restricted.may_see(session, actor, patients):
@@ -248,7 +243,7 @@ def _check_records(
                 texts.OPEN_IN_EMERGENCY(),
             )
     if context.patient_id and not rule.restricted:
-        offline_cache.note_opened(context.patient_id)
+        services.offline_cache.note_opened(context.patient_id)
 
 
 def _named(connection: HTTPConnection, body: Any) -> Iterator[tuple[str, UUID]]:

@@ -1,25 +1,26 @@
-"""Is the service alive, and can a session begin here: for watchdogs, containers and proxies. Told to anybody, so it tells of nobody."""
+"""Routes for monitoring: liveness, readiness and metrics. The health answers need no login and contain no personal data."""
 
-import asyncio
-import logging
+from collections.abc import AsyncIterator
 from importlib.metadata import version
 from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Depends, Request
-from sqlalchemy import text
+from fastapi import APIRouter, Depends, Request, Response
+from prometheus_client.exposition import choose_encoder
 
 from kata.api import texts
-from kata.database.availability import DATABASE_AWAY
-from kata.database.engine import Database
+from kata.api.metrics import Metrics
+from kata.api.probe import Probe
+from kata.api.services import services_of
+from kata.database.availability import DATABASE_UNAVAILABLE
 from kata.dependencies import PROBLEMS, TheDatabase, TheStation
 from kata.errors import ProblemError
 from kata.station import texts as station_texts
 from kata.types import Schema
 
-log = logging.getLogger(__name__)
-router = APIRouter(prefix="/health", tags=["health"])
+router = APIRouter(tags=["health"])
 
-_ANSWERS_WITHIN_S: Final = 1.0
+_NO_REFUSAL: Final = "second_factor_needed"
+"""The first step of every login with a second factor ends with this code."""
 
 
 class Alive(Schema):
@@ -29,59 +30,65 @@ class Alive(Schema):
 
 
 class Ready(Schema):
-    """A session can begin here."""
+    """A session can begin at this station."""
 
     status: Literal["ready"] = "ready"
     version: str
     database: Literal["sqlite", "postgresql"]
 
 
-class Probe:
-    """Asks the database whether it is there, once at a time: one that hangs keeps one thread waiting, however often it is asked."""
-
-    def __init__(self, database: Database, limit_s: float = _ANSWERS_WITHIN_S) -> None:
-        """``limit_s``: whoever asks waits for so long, in seconds."""
-        self._database = database
-        self._limit_s = limit_s
-        self._asking: asyncio.Task[bool] | None = None
-
-    async def answers(self) -> bool:
-        """Whether it does, in time."""
-        if self._asking is None or self._asking.done():
-            self._asking = asyncio.create_task(asyncio.to_thread(self._ask), name="database probe")
-        done, _ = await asyncio.wait({self._asking}, timeout=self._limit_s)
-        return bool(done) and self._asking.result()
-
-    def _ask(self) -> bool:
-        try:
-            with self._database.read() as session:
-                session.execute(text("SELECT 1"))
-        except Exception as error:
-            log.info("the database does not answer: %s", error)
-            return False
-        return True
-
-
 async def _probe(request: Request) -> Probe:
-    probe: Probe = request.app.state.probe
-    return probe
+    return services_of(request).probe
 
 
-@router.get("/live")
+async def _metrics(request: Request) -> Metrics:
+    return services_of(request).metrics
+
+
+TheMetrics = Annotated[Metrics, Depends(_metrics)]
+
+
+async def count_refused_logins(metrics: TheMetrics) -> AsyncIterator[None]:
+    """Count every refusal of a login route."""
+    try:
+        yield
+    except ProblemError as error:
+        if error.code != _NO_REFUSAL:
+            metrics.sign_ins_refused.labels(error.code).inc()
+        raise
+
+
+@router.get("/health/live", summary="Check that the service is alive")
 async def get_health_live() -> Alive:
-    """The service is there: whoever gets no answer may start it anew. It is there without database and apparatus, too: a session that
-    goes on is not to be ended for want of them.
+    """Answer while the service runs. A supervisor may restart a service that does not answer.
+
+    The answer does not depend on database or apparatus: a restart would end a running session.
     """
     return Alive()
 
 
-@router.get("/ready", responses=PROBLEMS.of(503))
+@router.get("/health/ready", responses=PROBLEMS.of(503), summary="Check that a session can begin")
 async def get_health_ready(
     database: TheDatabase, station: TheStation, probe: Annotated[Probe, Depends(_probe)]
 ) -> Ready:
-    """Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same."""
+    """Answer 200 while database and device process answer, else 503. A running session continues in both cases."""
     if not await probe.answers():
-        raise ProblemError(503, DATABASE_AWAY, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
+        raise ProblemError(503, DATABASE_UNAVAILABLE, texts.DATABASE_UNANSWERED(), texts.WHAT_GOES_ON_CONTINUES())
     if station.live().device != "running":
         raise ProblemError(503, "device_offline", station_texts.DEVICE_OFFLINE(), texts.RESTARTS_AUTOMATICALLY())
     return Ready(version=version("kata"), database="sqlite" if database.file else "postgresql")
+
+
+@router.get(
+    "/metrics",
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {}}}},
+    summary="Read the metrics in Prometheus format",
+)
+async def get_metrics(request: Request, metrics: TheMetrics) -> Response:
+    """Return all metrics.
+
+    Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN``.
+    """
+    encode, media_type = choose_encoder(request.headers.get("accept", ""))
+    return Response(encode(metrics.registry), media_type=media_type)

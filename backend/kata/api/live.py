@@ -1,4 +1,4 @@
-"""The WebSocket: a snapshot first, then changes, ten times a second whether anything changed or not. It takes one thing: Stop."""
+"""The live WebSocket: a snapshot first, then changes ten times a second, also empty ones. It accepts one message: Stop."""
 
 import asyncio
 import time
@@ -11,8 +11,10 @@ from fastapi import APIRouter, FastAPI, WebSocket, WebSocketDisconnect
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kata.actor import CURRENT_ACTOR
-from kata.api.operating import LiveStateView, browser
-from kata.api.redaction import View
+from kata.api.lease import browser
+from kata.api.live_view import LiveStateView
+from kata.api.redaction import Redaction
+from kata.api.services import services_of
 from kata.api.sockets import until_gone
 from kata.clinic.importer import Saved
 from kata.database.base import utc_now
@@ -26,7 +28,7 @@ router = APIRouter()
 _PERIOD_S: Final = 0.1
 PING_S: Final = 0.5
 PONG_S: Final = 1.0
-"""A listener that is asked every half second, and has not answered for so long, has gone: the lease's grace begins then."""
+"""A listener is pinged every half second. Without an answer for this long it has gone, and the lease's grace time begins."""
 
 
 class _LiveMessage(BaseModel):
@@ -37,7 +39,7 @@ class _LiveMessage(BaseModel):
 
 
 class SnapshotMessage(_LiveMessage):
-    """The first message on every connection: everything."""
+    """The first message on every connection: the complete state."""
 
     kind: Literal["snapshot"] = "snapshot"
     station: StationInfo
@@ -45,21 +47,21 @@ class SnapshotMessage(_LiveMessage):
 
 
 class ChangeMessage(_LiveMessage):
-    """Ten times a second: the top-level fields of Live that have changed since the last message, perhaps none."""
+    """Sent ten times a second: the top-level fields of Live that have changed since the last message, perhaps none."""
 
     kind: Literal["change"] = "change"
     live: dict[str, Any] = Field(description="A part of Live.")
 
 
 class EventMessage(_LiveMessage):
-    """Something that happened; none is left out."""
+    """An event of the apparatus. None is left out."""
 
     kind: Literal["event"] = "event"
     event: EventLive
 
 
 class SavedMessage(_LiveMessage):
-    """A teaching's take or a run has reached the database."""
+    """A recording or a run has been saved in the database."""
 
     kind: Literal["saved"] = "saved"
     what: Literal["recording", "run"]
@@ -69,20 +71,20 @@ class SavedMessage(_LiveMessage):
 
 
 class StopAnswerMessage(_LiveMessage):
-    """What came of a Stop that was asked for on this connection."""
+    """The answer to a Stop that was sent on this connection."""
 
     kind: Literal["stop_answer"] = "stop_answer"
-    number: int = Field(description="Of the Stop that it answers.")
+    number: int = Field(description="Number of the Stop that it answers.")
     refusal: RefusalLive | None = Field(description="Null: the device has confirmed it.")
 
 
 class StopMessage(BaseModel):
-    """The one thing that a page sends here: it waits for no handshake, as a request over a new connection may have to."""
+    """The one message that a page sends here. Unlike a request over a new connection, it needs no handshake."""
 
     model_config = ConfigDict(extra="forbid")
 
     kind: Literal["stop"] = "stop"
-    number: int = Field(ge=1, le=2**53, description="The page's own; comes back with the answer.")
+    number: int = Field(ge=1, le=2**53, description="Chosen by the page; the answer repeats it.")
 
 
 @dataclass(frozen=True)
@@ -92,70 +94,70 @@ class _StopAnswer:
 
 
 def document(app: FastAPI) -> None:
-    """Put the messages into the OpenAPI document: WebSockets have no place of their own there."""
+    """Add the messages to the OpenAPI document as webhooks, because OpenAPI does not describe WebSockets."""
 
     @app.webhooks.post("live", tags=["station"])
     def live(message: SnapshotMessage | ChangeMessage | EventMessage | SavedMessage | StopAnswerMessage) -> None:
-        """What the service sends on the WebSocket /api/live."""
+        """Sent by the service on the WebSocket /api/live."""
 
     @app.webhooks.post("live_stop", tags=["station"])
     def live_stop(message: StopMessage) -> None:
-        """What a page may send on the WebSocket /api/live: the same as POST /api/station/stop. Anything else is left unread."""
+        """Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Other messages are ignored."""
 
 
 @router.websocket("/api/live")
 async def live(socket: WebSocket) -> None:
-    """Tell one listener, until it leaves."""
-    station: Station = socket.app.state.station
-    live_view: LiveStateView = socket.app.state.live_view
+    """Send the live state to one listener until it leaves."""
+    services = services_of(socket)
+    station = services.station
     here = browser()
     actor = CURRENT_ACTOR.get()
-    # The rule of this route lets nobody through who has not signed in.
+    # The rule of this route requires a login.
     assert actor is not None
-    view = View(actor, socket.app.state.database, socket.app.state.offline_cache)
+    redaction = Redaction(actor, services.database, services.offline_cache)
     await socket.accept()
     with station.operating.listening(here), station.subscribed() as subscription:
         await until_gone(
             socket,
             actor,
             _listen(socket, station, subscription),
-            _tell(socket, station.info, live_view, here, subscription, view),
+            _send(socket, station.info, services.live_view, here, subscription, redaction),
         )
 
 
 async def _listen(socket: WebSocket, station: Station, subscription: Subscription) -> None:
-    """Until it has gone. A Stop goes to the device at once, while listening goes on; nobody's leaving takes it back."""
+    """Receive until the listener has gone. A Stop goes to the device at once and stays in force if the listener leaves."""
     stopping: set[asyncio.Task[None]] = set()
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         try:
-            asked = StopMessage.model_validate_json(message.get("text") or b"")
+            stop = StopMessage.model_validate_json(message.get("text") or b"")
         except ValidationError:
             continue
-        task = asyncio.create_task(_stop(station, subscription, asked.number), name="stop")
+        task = asyncio.create_task(_stop(station, subscription, stop.number), name="stop")
         stopping.add(task)
         task.add_done_callback(stopping.discard)
 
 
 async def _stop(station: Station, subscription: Subscription, number: int) -> None:
-    """Every account that may listen may also stop (``auth/permissions.py``)."""
+    """Stop, and queue the answer. Every account that may listen may also stop (``auth/permissions.py``)."""
     subscription.put(_StopAnswer(number, await station.command(Stop())))
 
 
-async def _tell(
+async def _send(
     socket: WebSocket,
     info: StationInfo,
     live_view: LiveStateView,
     here: Browser,
     subscription: Subscription,
-    view: View,
+    redaction: Redaction,
 ) -> None:
-    """Changes are merged while a slow listener keeps us waiting; events never are."""
-    told: dict[str, Any] = {}
+    """Send messages. For a slow listener, changes are merged; events never are."""
+    last: dict[str, Any] = {}
     sequence = 0
     try:
         while not subscription.overflown:
             subscription.changed.clear()
-            state = await view.of(live_view.state(here))
+            state = await redaction.apply(live_view.state(here))
             sequence += 1
             common: dict[str, Any] = {
                 "sequence": sequence,
@@ -166,13 +168,13 @@ async def _tell(
             if sequence == 1:
                 message: _LiveMessage = SnapshotMessage(**common, station=info, live=Live.model_validate(state))
             else:
-                changed = {name: value for name, value in state.items() if told.get(name) != value}
+                changed = {name: value for name, value in state.items() if last.get(name) != value}
                 message = ChangeMessage(**common, live=changed)
-            told = state
+            last = state
             await socket.send_text(message.model_dump_json())
             while subscription.waiting:
                 item = subscription.waiting.popleft()
-                if isinstance(item, Saved) and not await view.may_hear_of(item.patient_id):
+                if isinstance(item, Saved) and not await redaction.may_hear_of(item.patient_id):
                     continue
                 sequence += 1
                 await socket.send_text(_notice(item, common | {"sequence": sequence}))
@@ -183,7 +185,7 @@ async def _tell(
 
 
 async def _until_next(subscription: Subscription) -> None:
-    """A tenth of a second; less when something happened that is not just another sample."""
+    """Wait a tenth of a second, or less when an event or a notice is waiting."""
     until = time.monotonic() + _PERIOD_S
     while (left := until - time.monotonic()) > 0 and not subscription.waiting:
         try:

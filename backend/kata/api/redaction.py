@@ -1,4 +1,4 @@
-"""What somebody may see of the station: all of it, but not a patient who is none of their business."""
+"""Remove patients from the live state that a user may not see."""
 
 import time
 from typing import Any, Final
@@ -10,19 +10,19 @@ from kata.actor import Actor
 from kata.auth.permissions import OF_ROLE
 from kata.clinic.restricted import service as restricted
 from kata.clinic.sessions.offline_cache import OfflineCache
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.engine import Database
 
 _OF_A_PATIENT: Final = ("patient", "recording_name", "session_id")
-_ASKED_AGAIN_S: Final = 5.0
-"""So long a watcher goes by what was found before: a record may be restricted, or the glass broken, while it is played."""
+_PERMISSION_VALID_S: Final = 5.0
+"""A found permission is used this long. A record may be restricted, or opened by break-glass access, while it is played."""
 
 
-class View:
-    """One watcher's."""
+class Redaction:
+    """Redacts the live state for one user."""
 
     def __init__(self, actor: Actor, database: Database, offline_cache: OfflineCache | None = None) -> None:
-        """``offline_cache``: who is on this station's apparatus while the database cannot be asked."""
+        """``offline_cache``: knows this station's patients while the database does not answer."""
         self._actor = actor
         self._offline_cache = offline_cache
         self._database = database
@@ -31,25 +31,25 @@ class View:
         self._seen = False
         self._asked_at_s = 0.0
 
-    async def of(self, state: dict[str, Any]) -> dict[str, Any]:
-        """What :class:`~kata.station.schemas.Live` says, as JSON: without patient and recording that are not for this watcher."""
+    async def apply(self, state: dict[str, Any]) -> dict[str, Any]:
+        """Return :class:`~kata.station.schemas.Live` as JSON, without a patient and recording that this user may not see."""
         shown = dict(state)
-        for going_on in ("run", "teaching"):
-            told = state[going_on]
-            if told and told["patient"] and not await self.may_see(UUID(told["patient"]["id"])):
-                shown[going_on] = told | {name: None for name in _OF_A_PATIENT if name in told}
+        for name in ("run", "teaching"):
+            activity = state[name]
+            if activity and activity["patient"] and not await self.may_see(UUID(activity["patient"]["id"])):
+                shown[name] = activity | {field: None for field in _OF_A_PATIENT if field in activity}
         return shown
 
     async def may_hear_of(self, patient_id: UUID) -> bool:
-        """Whether what was saved of a patient is for this watcher."""
+        """Return whether this user may be notified of a patient's saved data."""
         return self._reads_records and await run_in_threadpool(self._look, patient_id)
 
     async def may_see(self, patient_id: UUID) -> bool:
-        """Whether a patient on the apparatus is for this watcher; asked again every few seconds."""
+        """Return whether this user may see a patient on the apparatus. The answer is cached for a few seconds."""
         if not self._reads_records:
             return False
         now = time.monotonic()
-        if patient_id != self._patient_id or now - self._asked_at_s > _ASKED_AGAIN_S:
+        if patient_id != self._patient_id or now - self._asked_at_s > _PERMISSION_VALID_S:
             self._seen = await run_in_threadpool(self._look, patient_id)
             self._patient_id, self._asked_at_s = patient_id, now
         return self._seen
@@ -58,7 +58,7 @@ class View:
         try:
             with self._database.read() as session:
                 return restricted.may_see(session, self._actor, [patient_id])
-        except DatabaseAwayError:
-            # Whom they saw they go on seeing; else only the patients of this day, and nobody who is restricted is one.
+        except DatabaseUnavailableError:
+            # A patient seen before stays visible. Otherwise only this day's patients are, who include no restricted record.
             known = self._offline_cache is not None and self._offline_cache.holds(patient_id)
             return known or (self._seen and patient_id == self._patient_id)

@@ -13,7 +13,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from kata.api import problems, texts
+from kata.api import errors, texts
 from kata.messages import NO_TEXT, Text
 from kata.settings import Settings
 
@@ -61,7 +61,7 @@ def allowed_hosts(settings: Settings) -> frozenset[str]:
     return _LOOPBACK | {name for name in own if _HOST.fullmatch(name)} | settings.named_hosts
 
 
-class Hardening:
+class SecurityMiddleware:
     """Refuses strange hosts, changes and WebSockets that another site's page asks for, and bodies that are too long."""
 
     def __init__(self, app: ASGIApp, hosts: Iterable[str]) -> None:
@@ -81,7 +81,7 @@ class Hardening:
         elif scope["type"] == "websocket":
             await self._app(scope, receive, send)
         elif refused:
-            await problems.document(*refused)(scope, receive, _headed(send, scope))
+            await errors.document(*refused)(scope, receive, _headed(send, scope))
         else:
             await self._app(scope, _measured(receive, _limit(Headers(scope=scope))), _headed(send, scope))
 

@@ -1,4 +1,4 @@
-"""A WebSocket over which a page listens: until it leaves, or its sign-in ends."""
+"""Serve a WebSocket until the page leaves or its login session ends."""
 
 import asyncio
 import logging
@@ -7,32 +7,31 @@ from collections.abc import Coroutine
 from fastapi import WebSocket
 
 from kata.actor import Actor
-from kata.auth.login import SessionRevocations
+from kata.api.services import services_of
 
 log = logging.getLogger(__name__)
 
 
 async def until_gone(
-    socket: WebSocket, actor: Actor, hearing: Coroutine[None, None, None], telling: Coroutine[None, None, None]
+    socket: WebSocket, actor: Actor, receiving: Coroutine[None, None, None], sending: Coroutine[None, None, None]
 ) -> None:
-    """Hear and tell until either comes to its end, or until this sign-in does: then the page is told so.
+    """Receive and send until either ends or the login session ends. In the last case close the WebSocket with "signed out".
 
-    ``hearing``: finds out that the other end has gone, even while nothing can be sent.
+    ``receiving`` notices that the other end has gone, even while nothing can be sent.
     """
-    state = socket.app.state
-    revocations: SessionRevocations = state.access.revocations
-    tasks = {asyncio.create_task(hearing), asyncio.create_task(telling)}
-    ending = asyncio.create_task(revocations.of(actor.sign_in_id))
+    services = services_of(socket)
+    tasks = {asyncio.create_task(receiving), asyncio.create_task(sending)}
+    ending = asyncio.create_task(services.access.revocations.of(actor.sign_in_id))
     try:
-        with state.metrics.listeners.track_inprogress():
+        with services.metrics.listeners.track_inprogress():
             first, _ = await asyncio.wait(tasks | {ending}, return_when=asyncio.FIRST_COMPLETED)
     finally:
         for task in tasks | {ending}:
             task.cancel()
-        # Not gather: it would swallow what we ourselves are cancelled by.
+        # Not gather: it would swallow the cancellation of this task.
         await asyncio.wait(tasks | {ending})
         for task in tasks:
             if not task.cancelled() and (error := task.exception()):
-                log.error("a listener could not be told any more", exc_info=error)
+                log.error("a WebSocket failed", exc_info=error)
     if first == {ending}:
         await socket.close(1008, "signed out")

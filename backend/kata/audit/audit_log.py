@@ -47,7 +47,7 @@ class AuditHook:
 
     def __init__(self, database: Database) -> None:
         """From now on."""
-        database.witness = self
+        database.session_hook = self
         self._anchor_id, self._anchored = "", 0
 
     def began(self, session: Session) -> None:
@@ -150,7 +150,7 @@ class AuditLog(AuditHook):
             for counted in self._repeats.over(float("inf")):
                 self._keeps.put_entry(counted)
         self._keeps.put_entry(entry("service_ended", "done"))
-        if self._database.away_since or not self.until_written(_LAST_S):
+        if self._database.unavailable_since or not self.until_written(_LAST_S):
             log.warning("the database does not take the last rows of the audit trail; the next start brings them there")
         with self._something:
             self._closing = True

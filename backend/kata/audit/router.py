@@ -2,7 +2,7 @@
 
 import json
 from datetime import datetime
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Protocol
 from uuid import UUID
 
 from fastapi import APIRouter, Query, Request
@@ -15,7 +15,7 @@ from kata.audit.audit_log import AuditLog
 from kata.audit.chain import Outcome
 from kata.audit.entries import entry
 from kata.audit.tables import AuditRow
-from kata.database.availability import DATABASE_AWAY
+from kata.database.availability import DATABASE_UNAVAILABLE
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.pagination import After, Keyset, Limit, Next
 from kata.types import NO_NUL, Moment, Schema
@@ -39,7 +39,15 @@ _STATUS: Final = {"websocket.accept": 101, "websocket.close": 403}
 _NEWEST_FIRST: Final = Keyset(tuple[datetime, int], AuditRow.at, AuditRow.number, descending=True)
 
 
-class Audited:
+class AuditServices(Protocol):
+    """The service that this module uses. ``kata.api.services.Services`` provides it."""
+
+    @property
+    def audit_log(self) -> AuditLog:
+        """Return the audit log."""
+
+
+class AuditMiddleware:
     """Tells the trail what each request came to, before it is answered: what cannot be told is not answered."""
 
     def __init__(self, app: ASGIApp) -> None:
@@ -50,7 +58,8 @@ class Audited:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        audit_log: AuditLog = scope["app"].state.audit_log
+        services: AuditServices = scope["app"].state.services
+        audit_log = services.audit_log
         CURRENT_ACTOR.set(None)
         REQUEST_CONTEXT.set(None)
         begun = False
@@ -94,7 +103,7 @@ async def _tell(audit_log: AuditLog, scope: Scope, status: int) -> None:
 
 def _is_worth_a_row(context: RequestContext, method: str, status: int) -> bool:
     # While the database is away nobody is refused anything: the outage has a row of its own.
-    if context.why == DATABASE_AWAY or context.action in _WATCHED:
+    if context.why == DATABASE_UNAVAILABLE or context.action in _WATCHED:
         return False
     if status >= 500:
         return True
@@ -147,8 +156,8 @@ def list_audit(
     after: After = None,
 ) -> AuditPage:
     """The audit trail, newest first; every filter that is given has to fit."""
-    audit_log: AuditLog = request.app.state.audit_log
-    audit_log.until_written(1.0)
+    services: AuditServices = request.app.state.services
+    services.audit_log.until_written(1.0)
     wanted = (
         (AuditRow.account_id, account_id),
         (AuditRow.patient_id, patient_id),

@@ -11,7 +11,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from kata.actor import Role
-from kata.auth import demonstration, second_factor, secrets, sign_in, texts
+from kata.auth import demonstration, login_session, second_factor, secrets, texts
 from kata.auth.tables import AccountRow, AccountStationRow
 from kata.errors import ProblemError, not_found
 
@@ -95,7 +95,7 @@ def link(session: Session, row: AccountRow, subject: str | None, now: datetime) 
     if row.username in demonstration.USERNAMES or (subject and linked(session, subject)):
         raise taken
     if row.oidc_subject:
-        sign_in.end_all(session, row.id, "openid", now)
+        login_session.end_all(session, row.id, "openid", now)
     row.oidc_subject = subject
     try:
         session.flush()
@@ -116,7 +116,7 @@ def reset(session: Session, row: AccountRow, now: datetime, *, with_second_facto
     row.updated_at = now
     if with_second_factor:
         second_factor.remove(session, row)
-    sign_in.end_all(session, row.id, "reset", now)
+    login_session.end_all(session, row.id, "reset", now)
     return give_code(row, now)
 
 
@@ -134,7 +134,7 @@ def set_password(
     row.password_hash = password_hash
     row.password_changed_at = row.updated_at = now
     row.code_hash = row.code_until = None
-    sign_in.end_all(session, row.id, "password", now, besides)
+    login_session.end_all(session, row.id, "password", now, besides)
 
 
 def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool) -> None:
@@ -142,7 +142,7 @@ def disable(session: Session, row: AccountRow, now: datetime, *, disabled: bool)
     row.disabled_at = (row.disabled_at or now) if disabled else None
     if disabled:
         row.code_hash = row.code_until = None
-        sign_in.end_all(session, row.id, "disabled", now)
+        login_session.end_all(session, row.id, "disabled", now)
 
 
 def check_administrators_left(session: Session) -> None:

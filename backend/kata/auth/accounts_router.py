@@ -7,8 +7,8 @@ from fastapi import APIRouter, Request
 from pydantic import Field, StrictBool, StringConstraints
 
 from kata.actor import Role
-from kata.auth import accounts, sign_in, texts
-from kata.auth.login import Access, StationName, TheAccess, Username
+from kata.auth import accounts, login_session, texts
+from kata.auth.login import Access, StationName, TheAccess, Username, auth_services
 from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.dependencies import PROBLEMS, TheDatabase
@@ -124,7 +124,7 @@ def update_account(
         if role != row.role or wanted != stations:
             row.role = role
             accounts.work_at(session, row, wanted)
-            sign_in.end_all(session, row.id, "role", now)
+            login_session.end_all(session, row.id, "role", now)
         if change.openid is not None:
             accounts.link(session, row, _linked(access, change.openid), now)
         if change.disabled is not None:
@@ -134,7 +134,7 @@ def update_account(
         row.updated_at = now
         session.flush()
         told = _told(access, row, wanted)
-    request.app.state.remembered.forget_account(account_id)
+    auth_services(request).auth_cache.forget_account(account_id)
     access.revocations.notice()
     return told
 
@@ -154,7 +154,7 @@ def reset_account(
             code=code,
             until=now + accounts.CODE_LASTS,
         )
-    request.app.state.remembered.forget_account(account_id)
+    auth_services(request).auth_cache.forget_account(account_id)
     access.revocations.notice()
     return told
 

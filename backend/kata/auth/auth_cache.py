@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kata.auth.login import Me
 
 
-class Remembered:
+class AuthCache:
     """Who was let in lately, and when they were last seen to do something. By the hash of their cookie.
 
     A Stop is taken from whoever is remembered, so that it waits for no database; and while there is none, what has begun goes on

@@ -8,7 +8,7 @@ from uuid import UUID, uuid5
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from kata.auth import secrets, sign_in
+from kata.auth import login_session, secrets
 from kata.auth.tables import AccountRow, SignInRow
 
 DemonstrationRole = Literal["therapist", "administrator"]
@@ -60,7 +60,7 @@ def prepare(session: Session, now: datetime, *, allowed: bool) -> None:
         elif row is not None:
             row.disabled_at = None if allowed else row.disabled_at or now
             if not allowed:
-                sign_in.end_all(session, row.id, "no_demonstration", now)
+                login_session.end_all(session, row.id, "no_demonstration", now)
     if not allowed:
         session.execute(
             update(SignInRow)

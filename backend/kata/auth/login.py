@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Protocol
 from uuid import UUID
 
 from fastapi import Depends, Request, Response
@@ -18,17 +18,17 @@ from starlette.requests import HTTPConnection
 
 from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, Actor, Role
 from kata.audit import entries
-from kata.auth import accounts, demonstration, second_factor, sign_in, texts
-from kata.auth.auth_cache import Remembered
+from kata.auth import accounts, demonstration, login_session, second_factor, texts
+from kata.auth.auth_cache import AuthCache
 from kata.auth.demonstration import DemonstrationLinks
 from kata.auth.factor_key import FactorKey, factor_key
+from kata.auth.login_session import Limits, Method
 from kata.auth.openid import Provider, Sealed
 from kata.auth.passwords import Passwords
-from kata.auth.permissions import OF_ROLE, Permission
-from kata.auth.sign_in import Limits, Method
+from kata.auth.permissions import OF_ROLE, Permission, audit_action
 from kata.auth.tables import AccountRow
 from kata.auth.throttle import OF_A_NAME, Throttle
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import ProblemError
@@ -83,40 +83,40 @@ class SessionRevocations:
                 del self._waiting[sign_in_id]
 
     @asynccontextmanager
-    async def watched(self, remembered: Remembered) -> AsyncIterator[None]:
+    async def watched(self, auth_cache: AuthCache) -> AsyncIterator[None]:
         """Meanwhile, endings are looked for."""
         self._loop = asyncio.get_running_loop()
-        watching = asyncio.create_task(self._watch(remembered), name="endings")
+        watching = asyncio.create_task(self._watch(auth_cache), name="endings")
         try:
             yield
         finally:
             watching.cancel()
 
-    async def _watch(self, remembered: Remembered) -> None:
+    async def _watch(self, auth_cache: AuthCache) -> None:
         while True:
             with suppress(TimeoutError):
                 async with asyncio.timeout(_LOOK_EVERY_S):
                     await self._look.wait()
             self._look.clear()
-            asked = set(self._waiting) | remembered.sign_ins()
+            asked = set(self._waiting) | auth_cache.sign_ins()
             if not asked:
                 continue
             try:
                 still = await asyncio.to_thread(self._still, asked)
-            except DatabaseAwayError:
+            except DatabaseUnavailableError:
                 # Treating goes on without a database; nobody new is let in without one, and whoever was may still stop it.
                 continue
             except SQLAlchemyError:
                 log.exception("which sign-ins have ended could not be looked up")
                 continue
-            remembered.forget_sign_ins(asked - still)
+            auth_cache.forget_sign_ins(asked - still)
             for sign_in_id in asked - still:
                 for ended in self._waiting.get(sign_in_id, ()):
                     ended.set()
 
     def _still(self, asked: set[UUID]) -> set[UUID]:
         with self._database.read() as session:
-            return sign_in.still(session, asked, self._now(), self._limits, self.at_the_arm())
+            return login_session.still(session, asked, self._now(), self._limits, self.at_the_arm())
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,26 @@ def opened_key(file: Path, database: Database) -> FactorKey:
     return key
 
 
+class AuthServices(Protocol):
+    """The services that this package uses. ``kata.api.services.Services`` provides them."""
+
+    @property
+    def access(self) -> Access:
+        """Return what logins need besides the database."""
+
+    @property
+    def auth_cache(self) -> AuthCache:
+        """Return the auth cache."""
+
+
+def auth_services(connection: HTTPConnection) -> AuthServices:
+    """Return the services of the application that this request or WebSocket came to."""
+    services: AuthServices = connection.app.state.services
+    return services
+
+
 def _access(request: Request) -> Access:
-    access: Access = request.app.state.access
-    return access
+    return auth_services(request).access
 
 
 TheAccess = Annotated[Access, Depends(_access)]
@@ -162,10 +179,10 @@ TheAccess = Annotated[Access, Depends(_access)]
 
 def actor_at(connection: HTTPConnection, database: Database) -> Actor | None:
     """Who is signed in at the browser that this request or WebSocket comes from; None where nobody is."""
-    access: Access = connection.app.state.access
+    access = auth_services(connection).access
     with database.read() as session:
         at_the_arm = access.revocations.at_the_arm()
-        return sign_in.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
+        return login_session.actor_of(session, cookie_of(connection), access.now(), access.limits, at_the_arm)
 
 
 def not_signed_in() -> ProblemError:
@@ -217,12 +234,14 @@ def let_in(
     """Somebody has shown who they are: end what was signed in at this browser, and begin anew. With the change, audited."""
     now = access.now()
     end_here(request, session, access)
-    secret = sign_in.begin(session, account, method, now, address_of(request), request.headers.get("user-agent", ""))
+    secret = login_session.begin(
+        session, account, method, now, address_of(request), request.headers.get("user-agent", "")
+    )
     session.flush()
-    actor = sign_in.actor_of(session, secret, now, access.limits)
+    actor = login_session.actor_of(session, secret, now, access.limits)
     if actor is None:
         raise not_signed_in()
-    entries.note(session, request.scope["route"].name, actor=actor, detail={"method": method})
+    entries.note(session, audit_action(request.scope["route"].name), actor=actor, detail={"method": method})
     _keep(request, response, secret)
     access.throttle.succeeded(f"name {account.username}")
     return me(session, actor, access)
@@ -231,14 +250,14 @@ def let_in(
 def go_on(
     request: Request, response: Response, session: Session, access: Access, actor: Actor, method: Method | None = None
 ) -> Actor:
-    """Somebody has shown once more who they are: not locked any more, and under a new secret. ``method``: as in ``sign_in.proved``.
+    """Somebody has shown once more who they are: not locked any more, and under a new secret. ``method``: as in ``login_session.proved``.
 
     :raises ProblemError: 401 when that sign-in has ended meanwhile.
     """
     now = access.now()
-    _keep(request, response, sign_in.proved(session, actor.sign_in_id, now, method))
+    _keep(request, response, login_session.proved(session, actor.sign_in_id, now, method))
     session.flush()
-    fresh = sign_in.by_id(session, actor.sign_in_id, now, access.limits)
+    fresh = login_session.by_id(session, actor.sign_in_id, now, access.limits)
     if fresh is None:
         raise ProblemError(401, "not_signed_in", texts.LOGIN_SESSION_ENDED(), texts.SIGN_IN())
     return fresh
@@ -248,7 +267,7 @@ def _keep(request: Request, response: Response, secret: str) -> None:
     """At this browser, until it is closed."""
     is_secure = request.url.scheme == "https"
     response.set_cookie(
-        sign_in.SECURE_COOKIE if is_secure else sign_in.COOKIE,
+        login_session.SECURE_COOKIE if is_secure else login_session.COOKIE,
         secret,
         secure=is_secure,
         httponly=True,
@@ -258,10 +277,10 @@ def _keep(request: Request, response: Response, secret: str) -> None:
 
 def end_here(request: Request, session: Session, access: Access) -> Actor | None:
     """Nobody is signed in at this browser any more; who was."""
-    actor = sign_in.actor_of(session, cookie_of(request), access.now(), access.limits)
+    actor = login_session.actor_of(session, cookie_of(request), access.now(), access.limits)
     if actor:
-        sign_in.end(session, actor.sign_in_id, "signed_out", access.now())
-        request.app.state.remembered.forget(cookie_of(request) or "")
+        login_session.end(session, actor.sign_in_id, "signed_out", access.now())
+        auth_services(request).auth_cache.forget(cookie_of(request) or "")
     return actor
 
 
@@ -292,7 +311,7 @@ def check_it_is_them(database: Database, access: Access, actor: Actor, password:
     :raises ProblemError: 403 ``password_needed``, ``openid_needed`` or ``wrong_password``; 429 after too many tries.
     """
     with database.read() as session:
-        if password is None and sign_in.is_fresh(session, actor.sign_in_id, access.now()):
+        if password is None and login_session.is_fresh(session, actor.sign_in_id, access.now()):
             return
         account = session.get_one(AccountRow, actor.account_id)
         if password is None and account.password_hash is None and access.openid:
@@ -321,5 +340,5 @@ def name_key(username: str) -> str:
 
 def cookie_of(connection: HTTPConnection) -> str | None:
     """What the browser's cookie of its sign-in says."""
-    name = sign_in.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else sign_in.COOKIE
+    name = login_session.SECURE_COOKIE if connection.url.scheme in ("https", "wss") else login_session.COOKIE
     return connection.cookies.get(name)

@@ -15,7 +15,7 @@ from pydantic import Field, StringConstraints
 
 from kata.actor import REQUEST_CONTEXT
 from kata.audit import entries
-from kata.auth import accounts, second_factor, sign_in, texts
+from kata.auth import accounts, login_session, second_factor, texts
 from kata.auth.login import Access, Me, Secret, TheAccess, address_of, cookie_of, go_on, let_in, me, name_key, whose
 from kata.auth.openid import LASTS, IdTokenClaims, OidcLoginState, PendingMfa, Provider, login_state_of
 from kata.auth.tables import AccountRow
@@ -160,7 +160,7 @@ def _come_in(
         whose(account.id)
         account = accounts.get(session, account.id)
         _check_open(account)
-        here = sign_in.actor_of(session, cookie_of(request), now, access.limits)
+        here = login_session.actor_of(session, cookie_of(request), now, access.limits)
         if here and here.account_id == account.id:
             entries.note(session, "sign_in_by_openid", actor=here, detail={"method": "again"})
             told = me(session, go_on(request, response, session, access, here), access)

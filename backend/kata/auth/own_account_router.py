@@ -6,7 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import Field
 
-from kata.auth import accounts, second_factor, sign_in
+from kata.auth import accounts, login_session, second_factor
 from kata.auth import texts as access_texts
 from kata.auth.login import Me, Password, Secret, TheAccess, TheActor, check_it_is_them, go_on, me
 from kata.auth.tables import AccountRow, SignInRow
@@ -92,7 +92,7 @@ def choose_language(database: TheDatabase, access: TheAccess, actor: TheActor, g
 def lock_screen(database: TheDatabase, access: TheAccess, actor: TheActor) -> None:
     """Lock the screen: what goes on stays visible and may be stopped."""
     with database.write() as session:
-        sign_in.lock(session, actor.sign_in_id, access.now())
+        login_session.lock(session, actor.sign_in_id, access.now())
 
 
 @router.post("/unlock", responses=PROBLEMS.of(401, 403, 422, 429))
@@ -148,7 +148,7 @@ def confirm_second_factor(
         account = accounts.get(session, actor.account_id)
         codes = second_factor.confirm(session, access.factor_key, account, given.code, now)
         go_on(request, response, session, access, actor, "totp")
-        sign_in.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
+        login_session.end_all(session, actor.account_id, "password", now, besides=actor.sign_in_id)
     access.revocations.notice()
     return RecoveryCodes(codes=codes)
 
@@ -167,7 +167,7 @@ def remove_second_factor(
 def list_own_sign_ins(database: TheDatabase, access: TheAccess, actor: TheActor) -> OwnSignIns:
     """The browsers that one is signed in at."""
     with database.read() as session:
-        rows = sign_in.present(session, actor.account_id, access.now(), access.limits)
+        rows = login_session.present(session, actor.account_id, access.now(), access.limits)
         return OwnSignIns(items=[_told(row, actor.sign_in_id) for row in rows])
 
 
@@ -185,7 +185,7 @@ def end_own_sign_in(
         row = session.get(SignInRow, sign_in_id)
         if row is None or row.account_id != actor.account_id:
             raise not_found(access_texts.LOGIN_SESSION_NOT_FOUND)
-        sign_in.end(session, sign_in_id, "signed_out", access.now())
+        login_session.end(session, sign_in_id, "signed_out", access.now())
     access.revocations.notice()
 
 

@@ -69,6 +69,15 @@ _DIAGNOSE: Final = Rule("diagnose", here=True, away=True)
 _ADMINISTER: Final = Rule("administer")
 _WATCH: Final = Rule("see_station", locked=True, away=True)
 
+_RENAMED: Final[Mapping[str, str]] = MappingProxyType({"set_side": "turn", "reduce_range": "less"})
+"""The former names of renamed routes. They stay the action codes of the audit trail, because stored rows contain them."""
+
+
+def audit_action(route: str) -> str:
+    """Return the audit trail's action code of a route: its name, or its former name where it was renamed."""
+    return _RENAMED.get(route, route)
+
+
 RULES: Final[Mapping[str, Rule]] = MappingProxyType(
     {
         # The page itself, and the description of the interface.
@@ -199,7 +208,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "stop": Rule("stop", locked=True, away=True),
         "take_lease": _GO_ON,
         "release_lease": _GO_ON,
-        "turn": _OPERATE,
+        "set_side": _OPERATE,
         "teach": _OPERATE,
         "finish_teaching": _GO_ON,
         "load": _GO_ON,
@@ -207,7 +216,7 @@ RULES: Final[Mapping[str, Rule]] = MappingProxyType(
         "approach": _GO_ON,
         "play": _GO_ON,
         "pause": _GO_ON,
-        "less": _GO_ON,
+        "reduce_range": _GO_ON,
         "return_to_rest": _GO_ON,
         "release_torque": _GO_ON,
         "acknowledge": _GO_ON,

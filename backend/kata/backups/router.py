@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import ExitStack, asynccontextmanager
 from datetime import datetime, time, timedelta
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Protocol
 from uuid import UUID, uuid4
 from zoneinfo import ZoneInfo
 
@@ -303,9 +303,17 @@ def _shown(row: BackupRow) -> Backup:
     return Backup(**told, there=bool(row.file) and Path(row.file).exists())
 
 
+class BackupServices(Protocol):
+    """The service that this module uses. ``kata.api.services.Services`` provides it."""
+
+    @property
+    def backups(self) -> Backups:
+        """Return the backups."""
+
+
 def _backups(request: Request) -> Backups:
-    backups: Backups = request.app.state.backups
-    return backups
+    services: BackupServices = request.app.state.services
+    return services.backups
 
 
 TheBackups = Annotated[Backups, Depends(_backups)]

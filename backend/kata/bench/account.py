@@ -4,7 +4,7 @@ from typing import Final
 from uuid import uuid4
 
 from kata.actor import Role
-from kata.auth import sign_in
+from kata.auth import login_session
 from kata.auth.tables import AccountRow
 from kata.database.base import utc_now
 from kata.database.engine import Database
@@ -28,5 +28,5 @@ def sign_in_cookie(database: Database, role: Role = "therapist") -> str:
         )
         session.add(account)
         session.flush()
-        secret = sign_in.begin(session, account, "totp", now, "127.0.0.1", "kata bench")
-    return f"{sign_in.COOKIE}={secret}"
+        secret = login_session.begin(session, account, "totp", now, "127.0.0.1", "kata bench")
+    return f"{login_session.COOKIE}={secret}"

@@ -15,6 +15,7 @@ import uvicorn
 from kata.api import live, logs, tls, watchdog
 from kata.api.app import create_app
 from kata.api.security_middleware import allowed_hosts
+from kata.api.services import Services
 from kata.audit.anchor import AnchorError
 from kata.auth import set_up
 from kata.auth.factor_key import FactorKeyError
@@ -70,7 +71,8 @@ class _Server(uvicorn.Server):
 
 def _print_links(application: Any, url: str) -> None:
     """To the terminal, never to the log: whoever reads them is let in."""
-    access = application.state.access
+    services: Services = application.state.services
+    access = services.access
     for role, secret in access.links.secrets.items():
         console.print(f"Demonstration clinic, sign in once as {role}: {url}/sign-in#link={secret}", soft_wrap=True)
     if access.set_up_secret:

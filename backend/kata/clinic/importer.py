@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from kata.actor import by_program
 from kata.clinic.recordings import service as recordings
 from kata.clinic.sessions import runs
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.device import journal
@@ -85,7 +85,7 @@ class Importer:
                 try:
                     self._import(path)
                     self._due.pop(path, None)
-                except (OperationalError, NoConnectionError, DatabaseAwayError, _NotYetError) as error:
+                except (OperationalError, NoConnectionError, DatabaseUnavailableError, _NotYetError) as error:
                     log.warning("%s waits for the database: %s", path.name, error)
                     self._due[path] = None
                 except Exception:
@@ -127,7 +127,7 @@ class Importer:
             return
         try:
             self._give_up_unended(before)
-        except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
+        except (OperationalError, NoConnectionError, DatabaseUnavailableError) as error:
             log.warning("What the device process had loaded when it ended waits for the database: %s", error)
         else:
             self._ended_at = None
@@ -151,7 +151,7 @@ class Importer:
             log.warning("%s ends in a damaged record; what stands before it is imported", path.name)
         # Asked before: what comes in between has not been looked for.
         has_undelivered = self._has_undelivered()
-        if self._database.away_since:
+        if self._database.unavailable_since:
             self._on_waiting(kept)
         with self._database.write() as session:
             saved = self._keep(session, kept, identity)

@@ -38,11 +38,11 @@ _STANDBY: Final = "25006"
 """It only reads: another server is the one to write to by now."""
 
 
-DATABASE_AWAY: Final = "database_away"
+DATABASE_UNAVAILABLE: Final = "database_away"
 """Code of every refusal while the database does not answer."""
 
 
-class DatabaseAwayError(SQLAlchemyError):
+class DatabaseUnavailableError(SQLAlchemyError):
     """The database does not answer, or cannot be written to; ``since`` when, UTC. Nothing is known to have been changed."""
 
     def __init__(self, since: datetime) -> None:
@@ -75,17 +75,17 @@ class AvailabilityMonitor:
     def asking(self, engine: Engine) -> Iterator[None]:
         """What is asked of the database in this block.
 
-        :raises DatabaseAwayError: at once while it is known to be lost, or when that shows.
+        :raises DatabaseUnavailableError: at once while it is known to be lost, or when that shows.
         """
         if since := self._lost.get(engine):
-            raise DatabaseAwayError(since)
+            raise DatabaseUnavailableError(since)
         try:
             yield
         except (DBAPIError, NoConnectionError) as error:
             if _is_lost(error):
-                raise DatabaseAwayError(self._lose(engine, error)) from error
+                raise DatabaseUnavailableError(self._lose(engine, error)) from error
             if isinstance(error, NoConnectionError) or _code(error) in _SLOW:
-                raise DatabaseAwayError(utc_now()) from error
+                raise DatabaseUnavailableError(utc_now()) from error
             raise
 
     def until_back(self, limit_s: float) -> bool:

@@ -14,7 +14,7 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as NoConnectionError
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import Base, UtcDateTime, utc_now
 from kata.database.engine import Database
 from kata.database.spool import Record, Spool
@@ -112,7 +112,7 @@ class Delivery:
                     return
                 self._spool.until_more(self._taken or 0, 0.0 if self._closing else self._again_s)
                 continue
-            except (OperationalError, NoConnectionError, DatabaseAwayError) as error:
+            except (OperationalError, NoConnectionError, DatabaseUnavailableError) as error:
                 log.info("the spool waits for the database: %s", error)
             except Exception:
                 log.exception("the spool could not be read or brought into the database")
@@ -121,8 +121,8 @@ class Delivery:
                     return
                 self._changed.wait_for(lambda: self._closing, pause_s)
             pause_s = min(2 * pause_s, _LONGEST_S)
-            if watch := self._database.watch:
-                watch.until_back(pause_s)
+            if monitor := self._database.monitor:
+                monitor.until_back(pause_s)
 
     def _find(self) -> None:
         """Where it goes on; the spool's row is made where there is none."""
@@ -147,7 +147,7 @@ class Delivery:
                 row.at = utc_now()
                 session.flush()
                 taken = row.taken
-        except (OperationalError, NoConnectionError, DatabaseAwayError):
+        except (OperationalError, NoConnectionError, DatabaseUnavailableError):
             raise
         except (SQLAlchemyError, ValueError) as error:
             if at_once > 1:

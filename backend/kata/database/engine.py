@@ -73,8 +73,8 @@ class Database:
 
         :raises DatabaseError: when it is none, or its driver is not installed.
         """
-        self.witness: SessionHook | None = None
-        self.watch: AvailabilityMonitor | None = None
+        self.session_hook: SessionHook | None = None
+        self.monitor: AvailabilityMonitor | None = None
         """Of a service: whether it answers. Without one, every failure is the caller's."""
         self.on_waited: Callable[[float], None] = lambda waited_s: None
         """Called with the seconds that each writing session has waited for its turn; from any thread, never to fail."""
@@ -100,17 +100,17 @@ class Database:
         return Path(str(self.url.database)) if is_file else None
 
     @property
-    def away_since(self) -> datetime | None:
+    def unavailable_since(self) -> datetime | None:
         """Since when it cannot be written to, UTC; None: it can, as far as is known."""
-        return self.watch.since if self.watch else None
+        return self.monitor.since if self.monitor else None
 
     @contextmanager
     def read(self) -> Iterator[Session]:
         """A session that only reads.
 
-        :raises DatabaseAwayError: where there is a watch, and it does not answer; at once when that is known.
+        :raises DatabaseUnavailableError: where there is a watch, and it does not answer; at once when that is known.
         """
-        with self.watch.asking(self.reader) if self.watch else nullcontext(), Session(self.reader) as session:
+        with self.monitor.asking(self.reader) if self.monitor else nullcontext(), Session(self.reader) as session:
             yield session
 
     @contextmanager
@@ -119,11 +119,11 @@ class Database:
 
         Rows stay readable after the commit.
 
-        :raises DatabaseAwayError: as :meth:`read`. Where that shows in the commit itself, it may stand all the same.
+        :raises DatabaseUnavailableError: as :meth:`read`. Where that shows in the commit itself, it may stand all the same.
         """
-        witness = self.witness
+        witness = self.session_hook
         asked_s = time.monotonic()
-        asking = self.watch.asking(self.writer) if self.watch else nullcontext()
+        asking = self.monitor.asking(self.writer) if self.monitor else nullcontext()
         with asking, Session(self.writer, expire_on_commit=False) as session:
             with session.begin():
                 # Here one waits for the one writer, for a connection of the pool, for a server that is slow.
@@ -140,8 +140,8 @@ class Database:
 
     def close(self) -> None:
         """Close every connection."""
-        if self.watch:
-            self.watch.close()
+        if self.monitor:
+            self.monitor.close()
         self.reader.dispose()
         self.writer.dispose()
 

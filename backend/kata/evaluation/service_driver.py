@@ -15,8 +15,9 @@ import numpy as np
 from fastapi import FastAPI
 from sqlalchemy.orm import Session as DatabaseSession
 
-from kata.api import station as commands
+from kata.api import station_router as commands
 from kata.api.app import create_app
+from kata.api.services import Services
 from kata.clinic.episodes import service as episodes
 from kata.clinic.episodes.schemas import EpisodeCreate
 from kata.clinic.patients import service as patients
@@ -65,10 +66,11 @@ class Rehearsal:
 
     def __init__(self, app: FastAPI, show: Show) -> None:
         """``app`` has been started; see :func:`rehearsing`."""
-        self.station, self.database = app.state.station, app.state.database
-        self._event_spool, self._offline_cache = app.state.event_spool, app.state.offline_cache
+        services: Services = app.state.services
+        self.station, self.database = services.station, services.database
+        self._event_spool, self._offline_cache = services.event_spool, services.offline_cache
         self.browser = Browser(uuid4(), _WHO)
-        self._simulation = app.state.simulation
+        self._simulation = services.simulation
         self._hand = self._simulation.process.client() if self._simulation else None
         self._show = show
         with self.database.write() as session:
@@ -84,7 +86,7 @@ class Rehearsal:
         """Say that the apparatus stands for a side; a simulated one is turned by that."""
         if self.station.config.side == side:
             return
-        await commands.turn(self.station, self._simulation, self.browser, commands.SideRequest(side=side))
+        await commands.set_side(self.station, self._simulation, self.browser, commands.SideRequest(side=side))
         await self.until_mode({"idle"}, "Turning the apparatus", _SPARE_S)
 
     async def guide(self, motion: Taught, what: str, *, pedal: bool) -> None:

@@ -1,6 +1,6 @@
 """REST for reports: pages to be read, printed, or fetched as PDF."""
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Protocol
 from uuid import UUID
 
 from fastapi import APIRouter, Depends, Query, Request
@@ -15,6 +15,7 @@ from kata.reporting.letterhead import Letterhead
 from kata.reporting.note_draft import draft
 from kata.reporting.paper import Page, Print
 from kata.reporting.words import Language
+from kata.settings import Settings
 
 router = APIRouter(tags=["reports"])
 drafts = APIRouter(tags=["sessions"])
@@ -31,12 +32,23 @@ _PDF: Final[dict[int | str, dict[str, Any]]] = PROBLEMS.of(404, 422) | {
 }
 
 
+class ReportServices(Protocol):
+    """The services that this module uses. ``kata.api.services.Services`` provides them."""
+
+    @property
+    def letterhead(self) -> Letterhead:
+        """Return the letterhead."""
+
+    @property
+    def settings(self) -> Settings:
+        """Return the settings."""
+
+
 def _how(
     request: Request, language: Annotated[Language, Query(description="en: English. ja: Japanese.")] = "en"
 ) -> Print:
-    letterhead: Letterhead = request.app.state.letterhead
-    zone: str = request.app.state.clinic_zone
-    return Print(letterhead, language, zone, utc_now())
+    services: ReportServices = request.app.state.services
+    return Print(services.letterhead, language, services.settings.clinic_zone, utc_now())
 
 
 ThePrint = Annotated[Print, Depends(_how)]

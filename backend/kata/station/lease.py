@@ -167,13 +167,13 @@ class Lease:
         """As one browser sees it; None: as nobody in particular does."""
         held = self._held
         if held is None:
-            return LeaseLive(holder=None, mine=False, since=None, taken_from=None, away_since=None, paused=False)
+            return LeaseLive(holder=None, mine=False, since=None, taken_from=None, unreachable_since=None, paused=False)
         return LeaseLive(
             holder=held.browser.name,
             mine=browser is not None and held.browser.id == browser.id,
             since=held.since,
             taken_from=held.taken_from,
-            away_since=held.seen.at if self._away_s(now) > 0 else None,
+            unreachable_since=held.seen.at if self._away_s(now) > 0 else None,
             paused=held.paused,
         )
 

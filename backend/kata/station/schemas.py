@@ -204,21 +204,21 @@ class LeaseLive(_Schema):
     mine: bool = Field(description="It is the browser that this is told to.")
     since: datetime | None
     taken_from: str | None = Field(description="From whom it was taken over; null when it was free.", examples=["Kato"])
-    away_since: datetime | None = Field(
+    unreachable_since: datetime | None = Field(
         description="Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later "
         "the motors let go of the arm. Null while it is there."
     )
     paused: bool = Field(description="The playback was paused for want of the holder's browser.")
 
 
-class Kept(_Schema):
+class DatabaseStatus(_Schema):
     """What happens at the station while the database does not answer: kept on this computer, and written there when it does."""
 
-    away_since: datetime | None = Field(
+    unavailable_since: datetime | None = Field(
         None, description="Since then the database does not answer; null while it does."
     )
     waiting: int = Field(0, ge=0, description="How much of what happened is kept here and not yet written there.")
-    not_kept_since: datetime | None = Field(
+    spool_full_since: datetime | None = Field(
         None, description="Since then this computer's disk takes nothing either; null while it does."
     )
 
@@ -257,7 +257,7 @@ class Live(_Schema):
     )
     lease: LeaseLive
     loop: LoopLive | None
-    kept: Kept = Kept()
+    database: DatabaseStatus = DatabaseStatus()
 
 
 class EventLive(_Schema):

@@ -217,7 +217,7 @@ class Station:
             return _OFFLINE
         return self._snapshot.refusals.get(name)
 
-    async def turn(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
+    async def set_side(self, side: Side, meanwhile: Callable[[], Awaitable[None]]) -> Refusal | None:
         """The apparatus is to stand, or already stands, for a side; None when it then counts as doing so.
 
         The drives then turn the other way round, so that a device process must know before it asks them for the first time: the one

@@ -7,7 +7,7 @@ import { useLive } from "./live/hooks";
 export const ASK_AGAIN_MS = 2000;
 
 /** Whether the database does not answer, as the live state tells. */
-export const useAway = (): boolean => Boolean(useLive("kept")?.away_since);
+export const useAway = (): boolean => Boolean(useLive("database")?.unavailable_since);
 
 /** Whether it is that what was asked for stands in a database that does not answer. */
 export const isAway = (error: unknown): boolean =>

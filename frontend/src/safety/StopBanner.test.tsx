@@ -29,7 +29,7 @@ function show({ arm_held, torque = "off", connected = true, found = false }: Sho
   const refusals: Partial<Live["refusals"]> = found ? {} : { release_torque: NOTHING_FOUND };
   const live = { device: "running", age_ms: 5, mode: "stopped", torque, refusals } as Partial<Live>;
   const stop = { causes: [cause], arm_held };
-  const state = { connected, heardAt: 0, station: null, live: { kept: {}, ...live, stop }, events: [] };
+  const state = { connected, heardAt: 0, station: null, live: { database: {}, ...live, stop }, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
   render(
     <MantineProvider>

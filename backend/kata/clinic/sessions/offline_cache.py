@@ -32,7 +32,7 @@ from kata.clinic.sessions.schemas import (
     SessionPatient,
     SessionUpdate,
 )
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.errors import check_version
@@ -119,7 +119,7 @@ class OfflineCache:
                 wanted = self._wanted(seen, today)
                 known = prefetch.fetch(session, self._station, wanted, before)
                 tested_at = events.estop_tested_at(session, self._station, today)
-        except DatabaseAwayError:
+        except DatabaseUnavailableError:
             return
         with self._lock:
             if changes != self._changes or self._due_s < now_s:
@@ -136,7 +136,7 @@ class OfflineCache:
 
     def ready(self) -> list[ReadyPatient]:
         """Return the patients whose session can begin or continue, by name. Empty while the database is available."""
-        if self._database.away_since is None:
+        if self._database.unavailable_since is None:
             return []
         ready = [known.as_ready() for known in self._ready()]
         return sorted(ready, key=lambda one: (one.patient.name, one.patient.clinic_number))
@@ -174,7 +174,7 @@ class OfflineCache:
         """
         with self._lock:
             known = next((one for one in self._usable() if one.patient.id == patient_id), None)
-            if known is None or self._database.away_since is None:
+            if known is None or self._database.unavailable_since is None:
                 return None
             if known.visit and not known.visit.ended_at:
                 return known.visit, None
@@ -356,7 +356,7 @@ class OfflineCache:
 
     def _usable(self) -> list[Known]:
         """Return the entries that are recent enough to be used."""
-        since = (self._database.away_since or utc_now()) - _MAX_AGE
+        since = (self._database.unavailable_since or utc_now()) - _MAX_AGE
         with self._lock:
             return [known for known in self._known.values() if known.at >= since]
 

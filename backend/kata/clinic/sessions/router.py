@@ -1,6 +1,6 @@
 """REST for sessions and runs."""
 
-from typing import Annotated
+from typing import Annotated, Protocol
 from uuid import UUID, uuid4
 
 from fastapi import APIRouter, Depends, Query, Request
@@ -25,7 +25,7 @@ from kata.clinic.sessions.schemas import (
     SessionSign,
     SessionUpdate,
 )
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.dependencies import PROBLEMS, TheDatabase, TheFigures, TheStation, TheWindow
 from kata.plotting import figures
 from kata.types import Fixture, Side, side_of
@@ -38,14 +38,26 @@ async def _apparatus(station: TheStation) -> checks.Apparatus:
     return checks.apparatus(station.info.name, station.live())
 
 
+class SessionServices(Protocol):
+    """The services that this module uses. ``kata.api.services.Services`` provides them."""
+
+    @property
+    def offline_cache(self) -> OfflineCache:
+        """Return the offline cache."""
+
+    @property
+    def event_spool(self) -> EventSpool:
+        """Return the event spool."""
+
+
 def _offline_cache(request: Request) -> OfflineCache:
-    offline_cache: OfflineCache = request.app.state.offline_cache
-    return offline_cache
+    services: SessionServices = request.app.state.services
+    return services.offline_cache
 
 
 def _event_spool(request: Request) -> EventSpool:
-    event_spool: EventSpool = request.app.state.event_spool
-    return event_spool
+    services: SessionServices = request.app.state.services
+    return services.event_spool
 
 
 async def _on_apparatus(station: TheStation) -> UUID | None:
@@ -88,7 +100,7 @@ def create_session(
     try:
         with database.write() as session:
             begun = service.as_session(service.begin(session, *what, station.info.name, session_id))
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         found = offline_cache.open_session(session_id, *what)
         if found is None:
             raise
@@ -108,7 +120,7 @@ def get_session(database: TheDatabase, offline_cache: TheOfflineCache, session_i
     try:
         with database.read() as session:
             return service.as_session(service.get(session, session_id))
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         known = offline_cache.session(session_id)
         if known is None:
             raise
@@ -127,7 +139,7 @@ def update_session(
     try:
         with database.write() as session:
             changed = service.as_session(service.change(session, session_id, change))
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         said = offline_cache.update_session(session_id, change)
         if said is None:
             raise
@@ -151,7 +163,7 @@ def get_checklist(
     try:
         with database.read() as session:
             return checks.as_checklist(checks.checklist(session, session_id, recording_id, there))
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         known = offline_cache.checklist(session_id, recording_id, there)
         if known is None:
             raise
@@ -173,7 +185,7 @@ def tick_check(
         with database.write() as session:
             told = checks.as_checklist(checks.tick(session, session_id, check, given, there))
             patient_id = service.get(session, session_id).patient_id
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         ticked = offline_cache.answer_check(session_id, given.recording_id, check, given.checked_by)
         known = offline_cache.checklist(session_id, given.recording_id, there)
         if ticked is None or known is None:
@@ -216,7 +228,7 @@ def end_session(
     try:
         with database.write() as session:
             ended = service.as_session(service.end(session, session_id, reason))
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         found = offline_cache.end_session(session_id, reason, played)
         if found is None:
             raise

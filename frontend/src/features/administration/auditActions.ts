@@ -2,10 +2,15 @@ import type { operations } from "../../lib/api/schema";
 import { say } from "../../lib/language";
 
 /** What the service can be asked for; what is said over a WebSocket is described as a post, and is none of its own. */
-type Asked = Exclude<keyof operations, `${string}_post`>;
+type Asked = Exclude<keyof operations, `${string}_post` | Renamed>;
+
+/** Operations that were renamed: the audit trail stores their former names ("turn", "less"). */
+type Renamed = "set_side" | "reduce_range";
 
 /** What the audit trail tells besides; a test of the service's own holds this list. */
 type BesidesAsked =
+  | "turn"
+  | "less"
   | "page"
   | "openapi"
   | "live"

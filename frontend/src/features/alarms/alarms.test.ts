@@ -5,8 +5,15 @@ import { estopLook } from "../../safety/EstopBadge";
 import { type Alarm, alarmsOf } from "./alarms";
 import { BURSTS, PAUSED_MS, Pausing, Sounder } from "./sound";
 
-const KEPT = { away_since: null, waiting: 0, not_kept_since: null };
-const IDLE = { device: "running", age_ms: 5, mode: "idle", estop: "closed", torque: "off", kept: KEPT };
+const DATABASE = { unavailable_since: null, waiting: 0, spool_full_since: null };
+const IDLE = {
+  device: "running",
+  age_ms: 5,
+  mode: "idle",
+  estop: "closed",
+  torque: "off",
+  database: DATABASE,
+};
 
 function priorities(live: object, around: Partial<LiveState> = {}) {
   const state = {
@@ -61,17 +68,17 @@ describe("an alarm's priority", () => {
 
   it("is low for a database that is away, and medium once the disk takes nothing, either", () => {
     const SINCE = "2026-11-22T05:00:07Z";
-    const away = { kept: { ...KEPT, away_since: SINCE } };
+    const away = { database: { ...DATABASE, unavailable_since: SINCE } };
     expect(priorities(away)).toEqual(["low database_away"]);
-    expect(priorities({ kept: { ...KEPT, away_since: SINCE, not_kept_since: SINCE } })).toEqual([
-      "medium not_kept",
-    ]);
+    expect(
+      priorities({ database: { ...DATABASE, unavailable_since: SINCE, spool_full_since: SINCE } }),
+    ).toEqual(["medium not_kept"]);
     expect(priorities(away, { connected: false })).toEqual(["medium connection_lost"]);
   });
 
   it("puts the most urgent first", () => {
     const run = { reversing: true, resistance: "Motor 3 met resistance." };
-    const lease = { away_since: "2026-11-21T09:00:00Z" };
+    const lease = { unreachable_since: "2026-11-21T09:00:00Z" };
     expect(priorities({ run, lease, torque: "on", estop: "unknown" })).toEqual([
       "high estop_missing",
       "medium holder_away",

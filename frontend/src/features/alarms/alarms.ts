@@ -40,15 +40,15 @@ export function alarmsOf(state: LiveState): Alarm[] {
     );
   }
   const cause = live?.stop?.causes[0];
-  if (connected && live?.kept.not_kept_since) {
+  if (connected && live?.database.spool_full_since) {
     note(
       "not_kept",
       "medium",
-      WORDS.notKept(formatClock(new Date(live.kept.not_kept_since))),
+      WORDS.notKept(formatClock(new Date(live.database.spool_full_since))),
       WORDS.notKeptNext,
     );
-  } else if (connected && live?.kept.away_since) {
-    const since = formatClock(new Date(live.kept.away_since));
+  } else if (connected && live?.database.unavailable_since) {
+    const since = formatClock(new Date(live.database.unavailable_since));
     note("database_away", "low", WORDS.databaseAway(since), WORDS.databaseAwayNext);
   }
   if (live?.stop && cause) {
@@ -65,7 +65,7 @@ export function alarmsOf(state: LiveState): Alarm[] {
     if (live.estop === "unknown" && !live.stop) {
       note("estop_missing", "high", WORDS.estopMissing, WORDS.estopMissingNext);
     }
-    if (live.lease?.away_since && live.torque !== "off")
+    if (live.lease?.unreachable_since && live.torque !== "off")
       note("holder_away", "medium", WORDS.away, WORDS.awayNext);
     if (live.teaching && live.pedal === "unknown") {
       note("pedal_unknown", "low", WORDS.pedal, WORDS.pedalNext);

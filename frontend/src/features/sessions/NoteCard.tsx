@@ -39,7 +39,7 @@ function Open({ session }: { session: Session }) {
   const who = useName();
   const keep = useSetSessionCache();
   // Until the record has everything that was done without the database, the draft may not name all that was played.
-  const arriving = (useLive("kept")?.waiting ?? 0) > 0;
+  const arriving = (useLive("database")?.waiting ?? 0) > 0;
   const [language] = usePaperLanguage();
   const draft = useQuery({
     queryKey: ["session", session.id, "draft", language],

@@ -18,7 +18,7 @@ export function ApparatusSideCard({ wanted }: { wanted: Side | undefined }) {
   const side = useLive("side");
   const [asking, dialog] = useDisclosure(false);
   const other: Side = side === "right" ? "left" : "right";
-  const turn = useMutation({ mutationFn: () => api.turn(other), onSuccess: dialog.close });
+  const turn = useMutation({ mutationFn: () => api.setSide(other), onSuccess: dialog.close });
   const differs = wanted !== undefined && side !== null && wanted !== side;
   const button = operates && (
     <Button

@@ -47,7 +47,9 @@ export function LeaseBar() {
             <div>
               <Text fw={600}>{LEASE.other(lease.holder, since)}</Text>
               <Text>
-                {lease.away_since ? LEASE.away(formatClock(new Date(lease.away_since))) : LEASE.youWatch}
+                {lease.unreachable_since
+                  ? LEASE.away(formatClock(new Date(lease.unreachable_since)))
+                  : LEASE.youWatch}
               </Text>
             </div>
             {operates && (

@@ -240,7 +240,7 @@ export function Loaded({ run }: { run: Schemas["RunLive"] }) {
             )}
             <CommandButton
               command="less"
-              send={api.less}
+              send={api.reduceRange}
               variant="default"
               leftSection={<IconArrowsDiagonalMinimize2 size={26} />}
             >

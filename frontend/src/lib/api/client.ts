@@ -368,9 +368,9 @@ export const api = {
   unload: () => unwrap(client.POST("/api/station/unload")),
   approach: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/approach", { body })),
   play: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/play", { body })),
-  turn: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
+  setSide: (side: Schemas["Live"]["side"]) => unwrap(client.POST("/api/station/side", { body: { side } })),
   pause: () => unwrap(client.POST("/api/station/pause")),
-  less: () => unwrap(client.POST("/api/station/reduce-range")),
+  reduceRange: () => unwrap(client.POST("/api/station/reduce-range")),
   goBack: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/return", { body })),
   releaseTorque: (body: Schemas["SeenState"]) => unwrap(client.POST("/api/station/release-torque", { body })),
   /** Somebody waits for this answer with a hand on the switch: after STOP_LIMIT_MS there is none. */

@@ -12,9 +12,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Health Live
-         * @description The service is there: whoever gets no answer may start it anew. It is there without database and apparatus, too: a session that
-         *     goes on is not to be ended for want of them.
+         * Check that the service is alive
+         * @description Answer while the service runs. A supervisor may restart a service that does not answer.
+         *
+         *     The answer does not depend on database or apparatus: a restart would end a running session.
          */
         get: operations["get_health_live"];
         put?: never;
@@ -33,8 +34,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Health Ready
-         * @description Database and device process answer: a session can begin. 503 while they do not; what goes on goes on all the same.
+         * Check that a session can begin
+         * @description Answer 200 while database and device process answer, else 503. A running session continues in both cases.
          */
         get: operations["get_health_ready"];
         put?: never;
@@ -53,8 +54,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Metrics
-         * @description For Prometheus: for technicians and administrators, and for a program that shows the token of ``KATA_METRICS_TOKEN``.
+         * Read the metrics in Prometheus format
+         * @description Return all metrics.
+         *
+         *     Technicians and administrators may read them, and programs that send the token of ``KATA_METRICS_TOKEN``.
          */
         get: operations["get_metrics"];
         put?: never;
@@ -1107,6 +1110,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/sessions/{session_id}/draft": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Draft
+         * @description A note from what was measured, to be read and edited; nothing is kept of it.
+         */
+        get: operations["get_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/patients/{patient_id}/access": {
         parameters: {
             query?: never;
@@ -1380,26 +1403,6 @@ export interface paths {
          *     While the database does not answer, a session that goes on here is ended with the reason that is given, or none.
          */
         post: operations["end_session"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/sessions/{session_id}/draft": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Draft
-         * @description A note from what was measured, to be read and edited; nothing is kept of it.
-         */
-        get: operations["get_draft"];
-        put?: never;
-        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1742,106 +1745,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/sign-in/link": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Sign In By Link
-         * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
-         */
-        post: operations["sign_in_by_link"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/set-up": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Set Up Clinic
-         * @description Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in.
-         */
-        post: operations["set_up_clinic"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/set-password": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Set Password By Code
-         * @description Set a password by the one-time code that an administrator has given; then sign in with it.
-         */
-        post: operations["set_password_by_code"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/sign-out": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Sign Out
-         * @description Nobody is signed in at this browser any more.
-         */
-        post: operations["sign_out"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/api/me": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        /**
-         * Get Me
-         * @description Who is signed in at this browser; while the database does not answer, who it was.
-         */
-        get: operations["get_me"];
-        put?: never;
-        post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/station": {
         parameters: {
             query?: never;
@@ -1898,14 +1801,14 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Turn
+         * Set Side
          * @description Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
          *
          *     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
          *     program starts anew, which takes about a second; the emergency stop has to be tested again. Refused while the motors hold an arm,
          *     or may hold one; an apparatus that is switched off can be turned.
          */
-        post: operations["turn"];
+        post: operations["set_side"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2067,10 +1970,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Less
+         * Reduce Range
          * @description A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition.
          */
-        post: operations["less"];
+        post: operations["reduce_range"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2166,8 +2069,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Stations
-         * @description Every station with what it does now; a patient only to whom that record is open.
+         * List all stations with their states
+         * @description Return every station with its current state. A patient is named only to users who may open that record.
          */
         get: operations["list_stations"];
         put?: never;
@@ -2186,8 +2089,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List Station Versions
-         * @description What a station has run with, the newest first: configuration and calibration.
+         * List a station's configuration versions
+         * @description Return the configurations and calibrations that a station has used, newest first.
          */
         get: operations["list_station_versions"];
         put?: never;
@@ -2206,8 +2109,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get Simulator
-         * @description Hand, pedal, switch and the motions there are.
+         * Read the state of the simulated inputs
+         * @description Return hand, pedal, emergency stop and the available motions.
          */
         get: operations["get_simulator"];
         put?: never;
@@ -2228,8 +2131,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Pedal
-         * @description Put the foot on the pedal or lift it.
+         * Press or release the simulated pedal
+         * @description Press or release the pedal and return the new state.
          */
         post: operations["set_pedal"];
         delete?: never;
@@ -2248,8 +2151,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Set Estop
-         * @description Press the emergency stop or release it.
+         * Press or release the simulated emergency stop
+         * @description Press or release the emergency stop and return the new state.
          */
         post: operations["set_estop"];
         delete?: never;
@@ -2268,8 +2171,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Guide Arm
-         * @description Let the hand take the arm along a motion, foot on the pedal.
+         * Guide the arm with the simulated hand
+         * @description Let the hand guide the arm along a motion with the pedal pressed.
          */
         post: operations["guide_arm"];
         delete?: never;
@@ -2288,8 +2191,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Release Arm
-         * @description Let go of arm and pedal.
+         * Release the arm and the pedal
+         * @description Let the hand release arm and pedal.
          */
         post: operations["release_arm"];
         delete?: never;
@@ -2308,10 +2211,110 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Upload Motion
-         * @description Give the hand a motion of your own: a CSV file of poses.
+         * Upload a motion for the simulated hand
+         * @description Add a motion that the hand can follow, from a CSV file of poses.
          */
         post: operations["upload_motion"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-in/link": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign In By Link
+         * @description Sign in to the demonstration clinic by a link that `kata serve --simulate` has printed.
+         */
+        post: operations["sign_in_by_link"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-up": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Up Clinic
+         * @description Make the first administrator by the set-up link, or a new one where everybody is locked out; and sign in.
+         */
+        post: operations["set_up_clinic"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/set-password": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Password By Code
+         * @description Set a password by the one-time code that an administrator has given; then sign in with it.
+         */
+        post: operations["set_password_by_code"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/sign-out": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Sign Out
+         * @description Nobody is signed in at this browser any more.
+         */
+        post: operations["sign_out"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/me": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Me
+         * @description Who is signed in at this browser; while the database does not answer, who it was.
+         */
+        get: operations["get_me"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2331,7 +2334,7 @@ export interface webhooks {
         put?: never;
         /**
          * Live
-         * @description What the service sends on the WebSocket /api/live.
+         * @description Sent by the service on the WebSocket /api/live.
          */
         post: operations["livelive_post"];
         delete?: never;
@@ -2351,7 +2354,7 @@ export interface webhooks {
         put?: never;
         /**
          * Live Stop
-         * @description What a page may send on the WebSocket /api/live: the same as POST /api/station/stop. Anything else is left unread.
+         * @description Sent by a page on the WebSocket /api/live, with the effect of POST /api/station/stop. Other messages are ignored.
          */
         post: operations["live_stoplive_stop_post"];
         delete?: never;
@@ -2371,7 +2374,7 @@ export interface webhooks {
         put?: never;
         /**
          * Live Stations
-         * @description What the service sends on the WebSocket /api/stations/live. It expects nothing back.
+         * @description Sent by the service on the WebSocket /api/stations/live. Clients send nothing.
          */
         post: operations["live_stationslive_stations_post"];
         delete?: never;
@@ -3121,7 +3124,7 @@ export interface components {
         };
         /**
          * ChangeMessage
-         * @description Ten times a second: the top-level fields of Live that have changed since the last message, perhaps none.
+         * @description Sent ten times a second: the top-level fields of Live that have changed since the last message, perhaps none.
          */
         ChangeMessage: {
             /**
@@ -3259,6 +3262,28 @@ export interface components {
              * @example 123456
              */
             code: string;
+        };
+        /**
+         * DatabaseStatus
+         * @description What happens at the station while the database does not answer: kept on this computer, and written there when it does.
+         */
+        DatabaseStatus: {
+            /**
+             * Unavailable Since
+             * @description Since then the database does not answer; null while it does.
+             */
+            unavailable_since?: string | null;
+            /**
+             * Waiting
+             * @description How much of what happened is kept here and not yet written there.
+             * @default 0
+             */
+            waiting: number;
+            /**
+             * Spool Full Since
+             * @description Since then this computer's disk takes nothing either; null while it does.
+             */
+            spool_full_since?: string | null;
         };
         /**
          * DeviceEvent
@@ -3653,7 +3678,7 @@ export interface components {
         };
         /**
          * EstopRequest
-         * @description Press the switch or release it.
+         * @description Press or release the emergency stop.
          */
         EstopRequest: {
             /** Pressed */
@@ -3689,7 +3714,7 @@ export interface components {
         };
         /**
          * EventMessage
-         * @description Something that happened; none is left out.
+         * @description An event of the apparatus. None is left out.
          */
         EventMessage: {
             /**
@@ -3743,7 +3768,7 @@ export interface components {
         };
         /**
          * GuideRequest
-         * @description Which motion the hand follows; it presses the pedal by itself.
+         * @description The motion that the hand follows. It presses the pedal too.
          */
         GuideRequest: {
             /** Motion Id */
@@ -4006,28 +4031,6 @@ export interface components {
             method: "paper" | "smooth" | "learned";
         };
         /**
-         * Kept
-         * @description What happens at the station while the database does not answer: kept on this computer, and written there when it does.
-         */
-        Kept: {
-            /**
-             * Away Since
-             * @description Since then the database does not answer; null while it does.
-             */
-            away_since?: string | null;
-            /**
-             * Waiting
-             * @description How much of what happened is kept here and not yet written there.
-             * @default 0
-             */
-            waiting: number;
-            /**
-             * Not Kept Since
-             * @description Since then this computer's disk takes nothing either; null while it does.
-             */
-            not_kept_since?: string | null;
-        };
-        /**
          * LeaseLive
          * @description Who operates the apparatus; everybody else watches, and may stop it.
          */
@@ -4052,10 +4055,10 @@ export interface components {
              */
             taken_from: string | null;
             /**
-             * Away Since
+             * Unreachable Since
              * @description Since then the holder's browser cannot be reached: playing is paused 2 s later, and 30 s later the motors let go of the arm. Null while it is there.
              */
-            away_since: string | null;
+            unreachable_since: string | null;
             /**
              * Paused
              * @description The playback was paused for want of the holder's browser.
@@ -4162,7 +4165,7 @@ export interface components {
              *       "waiting": 0
              *     }
              */
-            kept: components["schemas"]["Kept"];
+            database: components["schemas"]["DatabaseStatus"];
         };
         /**
          * LoadRequest
@@ -4975,7 +4978,7 @@ export interface components {
         };
         /**
          * PedalRequest
-         * @description Put the foot down or lift it.
+         * @description Press or release the pedal.
          */
         PedalRequest: {
             /** Down */
@@ -5522,7 +5525,7 @@ export interface components {
         };
         /**
          * Ready
-         * @description A session can begin here.
+         * @description A session can begin at this station.
          */
         Ready: {
             /**
@@ -6214,7 +6217,7 @@ export interface components {
         };
         /**
          * SavedMessage
-         * @description A teaching's take or a run has reached the database.
+         * @description A recording or a run has been saved in the database.
          */
         SavedMessage: {
             /**
@@ -6799,7 +6802,7 @@ export interface components {
         };
         /**
          * SimulatorState
-         * @description What stands in for hand, foot and switch.
+         * @description The state of the simulated hand, pedal and emergency stop.
          */
         SimulatorState: {
             /** Pedal Down */
@@ -6812,7 +6815,7 @@ export interface components {
         };
         /**
          * SnapshotMessage
-         * @description The first message on every connection: everything.
+         * @description The first message on every connection: the complete state.
          */
         SnapshotMessage: {
             /**
@@ -6942,7 +6945,7 @@ export interface components {
         };
         /**
          * Station
-         * @description One that is registered, or was heard.
+         * @description A station that is registered or has sent its state.
          */
         Station: {
             shown: components["schemas"]["StationShown"];
@@ -6950,12 +6953,12 @@ export interface components {
             registered_at: string | null;
             /**
              * Started At
-             * @description When its service last did.
+             * @description Last start of its service.
              */
             started_at: string | null;
             /**
              * Version
-             * @description Of configuration and calibration; 0: not known.
+             * @description Version of configuration and calibration; 0: unknown.
              */
             version: number;
         };
@@ -6994,7 +6997,7 @@ export interface components {
         };
         /**
          * StationList
-         * @description All of them, this service's own first.
+         * @description All stations, this service's own first.
          */
         StationList: {
             /** Items */
@@ -7101,7 +7104,7 @@ export interface components {
         };
         /**
          * StationVersion
-         * @description What a station's device ran with from a moment on.
+         * @description Configuration and calibration that a station's device used from a moment on.
          */
         StationVersion: {
             /** Number */
@@ -7113,7 +7116,7 @@ export interface components {
             since: string;
             /**
              * Software
-             * @description Version of Kata that wrote it down.
+             * @description Version of Kata that recorded it.
              * @example 0.1.0
              */
             software: string;
@@ -7125,7 +7128,7 @@ export interface components {
         };
         /**
          * StationVersionList
-         * @description The newest first.
+         * @description Versions, newest first.
          */
         StationVersionList: {
             /** Items */
@@ -7133,7 +7136,7 @@ export interface components {
         };
         /**
          * StationsMessage
-         * @description All stations: at the beginning, when one of them has said something, and at least every second.
+         * @description All stations. Sent at the beginning, when a state has changed, and at least every second.
          */
         StationsMessage: {
             /**
@@ -7151,7 +7154,7 @@ export interface components {
         };
         /**
          * StopAnswerMessage
-         * @description What came of a Stop that was asked for on this connection.
+         * @description The answer to a Stop that was sent on this connection.
          */
         StopAnswerMessage: {
             /**
@@ -7183,7 +7186,7 @@ export interface components {
             kind: "stop_answer";
             /**
              * Number
-             * @description Of the Stop that it answers.
+             * @description Number of the Stop that it answers.
              */
             number: number;
             /** @description Null: the device has confirmed it. */
@@ -7245,7 +7248,7 @@ export interface components {
         };
         /**
          * StopMessage
-         * @description The one thing that a page sends here: it waits for no handshake, as a request over a new connection may have to.
+         * @description The one message that a page sends here. Unlike a request over a new connection, it needs no handshake.
          */
         StopMessage: {
             /**
@@ -7256,7 +7259,7 @@ export interface components {
             kind: "stop";
             /**
              * Number
-             * @description The page's own; comes back with the answer.
+             * @description Chosen by the page; the answer repeats it.
              */
             number: number;
         };
@@ -12781,6 +12784,85 @@ export interface operations {
             };
         };
     };
+    get_draft: {
+        parameters: {
+            query?: {
+                /** @description en: English. ja: Japanese. */
+                language?: "en" | "ja";
+            };
+            header?: never;
+            path: {
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Draft"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The screen is locked: give the password first. Stop works all the same. */
+            423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_record_access: {
         parameters: {
             query?: never;
@@ -14031,85 +14113,6 @@ export interface operations {
             };
             /** @description Not now: refused, with cause and next step. */
             409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The screen is locked: give the password first. Stop works all the same. */
-            423: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    get_draft: {
-        parameters: {
-            query?: {
-                /** @description en: English. ja: Japanese. */
-                language?: "en" | "ja";
-            };
-            header?: never;
-            path: {
-                session_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Draft"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description There is no such thing. */
-            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15514,222 +15517,6 @@ export interface operations {
             };
         };
     };
-    sign_in_by_link: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["LinkSignIn"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    set_up_clinic: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SetUp"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    set_password_by_code: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SetPassword"];
-            };
-        };
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description The request itself is wrong: see its errors. */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Too many tries: wait for as many seconds as Retry-After says. */
-            429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    sign_out: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            204: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
-    get_me: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody?: never;
-        responses: {
-            /** @description Successful Response */
-            200: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Me"];
-                };
-            };
-            /** @description Nobody is signed in at this browser. */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Not from this page, or not for this account. */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description What this takes does not answer: the apparatus' control program, or the database. */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     get_station: {
         parameters: {
             query?: never;
@@ -15920,7 +15707,7 @@ export interface operations {
             };
         };
     };
-    turn: {
+    set_side: {
         parameters: {
             query?: never;
             header?: never;
@@ -16532,7 +16319,7 @@ export interface operations {
             };
         };
     };
-    less: {
+    reduce_range: {
         parameters: {
             query?: never;
             header?: never;
@@ -17387,7 +17174,7 @@ export interface operations {
     upload_motion: {
         parameters: {
             query: {
-                /** @description What to call it. */
+                /** @description Name of the motion. */
                 name: string;
             };
             header?: never;
@@ -17447,6 +17234,222 @@ export interface operations {
             };
             /** @description The screen is locked: give the password first. Stop works all the same. */
             423: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description What this takes does not answer: the apparatus' control program, or the database. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_in_by_link: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LinkSignIn"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_up_clinic: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetUp"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_password_by_code: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetPassword"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request itself is wrong: see its errors. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too many tries: wait for as many seconds as Retry-After says. */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sign_out: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_me: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Nobody is signed in at this browser. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not from this page, or not for this account. */
+            403: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -61,9 +61,9 @@ const SESSION: Session = {
   runs: [],
 };
 
-function since(away_since: string | null, waiting = 0) {
-  const kept = { away_since, waiting, not_kept_since: null };
-  const live = { device: "running", age_ms: 5, mode: "idle", run: null, refusals: {}, kept };
+function since(unavailable_since: string | null, waiting = 0) {
+  const database = { unavailable_since, waiting, spool_full_since: null };
+  const live = { device: "running", age_ms: 5, mode: "idle", run: null, refusals: {}, database };
   const state = { connected: true, heardAt: 0, station: null, live, events: [] };
   vi.spyOn(store, "get").mockReturnValue(state as unknown as LiveState);
 }

@@ -1,4 +1,4 @@
-"""The clinic's stations: the list, the live overview, and what each of them runs with."""
+"""Routes for all the clinic's stations: the list, the live states, and the configuration versions."""
 
 import asyncio
 import logging
@@ -10,14 +10,15 @@ from fastapi import APIRouter, Depends, FastAPI, Query, Request, WebSocket, WebS
 from pydantic import Field
 
 from kata.actor import CURRENT_ACTOR, Actor
-from kata.api.overview import Overview
-from kata.api.redaction import View
+from kata.api.fleet import Fleet
+from kata.api.redaction import Redaction
+from kata.api.services import services_of
 from kata.api.sockets import until_gone
 from kata.clinic.stations import service
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase
-from kata.station.overview import StationShown
+from kata.station.fleet import StationShown
 from kata.types import Schema
 
 log = logging.getLogger(__name__)
@@ -28,37 +29,37 @@ _AT_LEAST_EVERY_S: Final = 1.0
 
 
 class Station(Schema):
-    """One that is registered, or was heard."""
+    """A station that is registered or has sent its state."""
 
     shown: StationShown
     registered_at: datetime | None
-    started_at: datetime | None = Field(description="When its service last did.")
-    version: int = Field(description="Of configuration and calibration; 0: not known.")
+    started_at: datetime | None = Field(description="Last start of its service.")
+    version: int = Field(description="Version of configuration and calibration; 0: unknown.")
 
 
 class StationList(Schema):
-    """All of them, this service's own first."""
+    """All stations, this service's own first."""
 
     items: list[Station]
 
 
 class StationVersion(Schema):
-    """What a station's device ran with from a moment on."""
+    """Configuration and calibration that a station's device used from a moment on."""
 
     number: int = Field(ge=1)
     since: datetime
-    software: str = Field(description="Version of Kata that wrote it down.", examples=["0.1.0"])
+    software: str = Field(description="Version of Kata that recorded it.", examples=["0.1.0"])
     config: str = Field(description="TOML: configuration and calibration.")
 
 
 class StationVersionList(Schema):
-    """The newest first."""
+    """Versions, newest first."""
 
     items: list[StationVersion]
 
 
 class StationsMessage(Schema):
-    """All stations: at the beginning, when one of them has said something, and at least every second."""
+    """All stations. Sent at the beginning, when a state has changed, and at least every second."""
 
     sequence: int = Field(ge=1, description="Without gaps on one connection.")
     sent_at: datetime
@@ -66,20 +67,20 @@ class StationsMessage(Schema):
 
 
 def document(app: FastAPI) -> None:
-    """Put the message into the OpenAPI document."""
+    """Add the WebSocket's message to the OpenAPI document."""
 
     @app.webhooks.post("live_stations", tags=["stations"])
     def live_stations(message: StationsMessage) -> None:
-        """What the service sends on the WebSocket /api/stations/live. It expects nothing back."""
+        """Sent by the service on the WebSocket /api/stations/live. Clients send nothing."""
 
 
-class _Views:
-    """One watcher's, of every station: without patients who are none of their business."""
+class _Redactions:
+    """Redacts the states of all stations for one user."""
 
     def __init__(self, actor: Actor, database: Database) -> None:
-        self._of: defaultdict[str, View] = defaultdict(lambda: View(actor, database))
+        self._by_station: defaultdict[str, Redaction] = defaultdict(lambda: Redaction(actor, database))
 
-    async def of(self, stations: list[StationShown]) -> list[StationShown]:
+    async def apply(self, stations: list[StationShown]) -> list[StationShown]:
         return [await self._shown(one) for one in stations]
 
     async def _shown(self, one: StationShown) -> StationShown:
@@ -91,32 +92,31 @@ class _Views:
 
     async def _may_see(self, station: str, patient_id: Any) -> bool:
         try:
-            return await self._of[station].may_see(patient_id)
+            return await self._by_station[station].may_see(patient_id)
         except Exception as error:
-            # Nobody knows whether they may: then they may not.
-            log.info("a patient is not named: %s", error)
+            # Without an answer the patient is hidden.
+            log.info("a patient's name is hidden because the permission could not be read: %s", error)
             return False
 
 
-async def _overview(request: Request) -> Overview:
-    overview: Overview = request.app.state.overview
-    return overview
+async def _fleet(request: Request) -> Fleet:
+    return services_of(request).fleet
 
 
-TheOverview = Annotated[Overview, Depends(_overview)]
+TheFleet = Annotated[Fleet, Depends(_fleet)]
 
 
-@router.get("/api/stations")
-async def list_stations(database: TheDatabase, overview: TheOverview, actor: TheActor) -> StationList:
-    """Every station with what it does now; a patient only to whom that record is open."""
+@router.get("/api/stations", summary="List all stations with their states")
+async def list_stations(database: TheDatabase, fleet: TheFleet, actor: TheActor) -> StationList:
+    """Return every station with its current state. A patient is named only to users who may open that record."""
 
     def registered() -> dict[str, tuple[datetime, datetime, int]]:
         with database.read() as session:
             return {row.name: (row.registered_at, row.started_at, n) for row, n in service.registered(session)}
 
     known = await asyncio.to_thread(registered)
-    overview.register(list(known))
-    shown = await _Views(actor, database).of(overview.shown())
+    fleet.register(list(known))
+    shown = await _Redactions(actor, database).apply(fleet.shown())
     items = []
     for one in shown:
         registered_at, started_at, version = known.get(one.name, (None, None, 0))
@@ -124,11 +124,11 @@ async def list_stations(database: TheDatabase, overview: TheOverview, actor: The
     return StationList(items=items)
 
 
-@router.get("/api/station-versions", responses=PROBLEMS.of(404, 422))
+@router.get("/api/station-versions", responses=PROBLEMS.of(404, 422), summary="List a station's configuration versions")
 def list_station_versions(
     database: TheDatabase, station: Annotated[str, Query(max_length=100, description="Its name.")]
 ) -> StationVersionList:
-    """What a station has run with, the newest first: configuration and calibration."""
+    """Return the configurations and calibrations that a station has used, newest first."""
     with database.read() as session:
         rows = service.versions(session, station)
         return StationVersionList(items=[StationVersion.model_validate(row, from_attributes=True) for row in rows])
@@ -136,34 +136,34 @@ def list_station_versions(
 
 @router.websocket("/api/stations/live")
 async def live_stations(socket: WebSocket) -> None:
-    """Tell one listener, until it leaves or is signed out."""
-    state = socket.app.state
+    """Send the states to one listener until it leaves or its login session ends."""
+    services = services_of(socket)
     actor = CURRENT_ACTOR.get()
-    # The rule of this route lets nobody through who has not signed in.
+    # The rule of this route requires a login.
     assert actor is not None
     await socket.accept()
-    views = _Views(actor, state.database)
-    await until_gone(socket, actor, _hear_nothing(socket), _tell(socket, state.overview, views))
+    redactions = _Redactions(actor, services.database)
+    await until_gone(socket, actor, _until_disconnected(socket), _send(socket, services.fleet, redactions))
 
 
-async def _hear_nothing(socket: WebSocket) -> None:
+async def _until_disconnected(socket: WebSocket) -> None:
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
 
 
-async def _tell(socket: WebSocket, overview: Overview, views: _Views) -> None:
-    """The newest whenever the listener has taken the last: one that is slow gets fewer, and nothing waits for it."""
+async def _send(socket: WebSocket, fleet: Fleet, redactions: _Redactions) -> None:
+    """Send the newest states when the listener has taken the last message. A slow listener gets fewer messages."""
     sequence = 0
     try:
-        await overview.refresh()
+        await fleet.refresh()
         while True:
             sequence += 1
-            seen = overview.changes
-            stations = await views.of(overview.shown())
+            seen = fleet.changes
+            stations = await redactions.apply(fleet.shown())
             message = StationsMessage(sequence=sequence, sent_at=utc_now(), stations=stations)
             await socket.send_text(message.model_dump_json())
             await asyncio.sleep(_AT_MOST_EVERY_S)
-            if overview.changes == seen:
-                await overview.changed(_AT_LEAST_EVERY_S - _AT_MOST_EVERY_S)
+            if fleet.changes == seen:
+                await fleet.changed(_AT_LEAST_EVERY_S - _AT_MOST_EVERY_S)
     except WebSocketDisconnect:
         return

@@ -13,10 +13,12 @@ from pydantic import AwareDatetime, Field, StrictBool, StrictInt
 from sqlalchemy.orm import Session
 
 from kata.api import texts
-from kata.api.operating import Operator, TheLiveView, Watching, taken_over
-from kata.api.problems import refused
-from kata.api.redaction import View
-from kata.api.simulator import AnySimulation
+from kata.api.errors import refused
+from kata.api.lease import Operator, Watching, record_takeover
+from kata.api.live_view import LiveStateView
+from kata.api.redaction import Redaction
+from kata.api.services import services_of
+from kata.api.simulator_router import AnySimulation
 from kata.clinic import texts as clinic_texts
 from kata.clinic.episodes import limits as doctor
 from kata.clinic.episodes.limits import MotorLimits
@@ -33,7 +35,7 @@ from kata.clinic.sessions.checklist import CheckName
 from kata.clinic.sessions.offline_cache import OfflineCache
 from kata.clinic.sessions.router import TheEventSpool, TheOfflineCache
 from kata.clinic.sessions.schemas import PlaybackSettings, Run
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.database.base import utc_now
 from kata.database.engine import Database
 from kata.dependencies import PROBLEMS, TheActor, TheDatabase, TheStation
@@ -102,6 +104,13 @@ async def guarded(station: TheStation, seen: SeenState) -> Guard:
 Guarded = Annotated[Guard, Depends(guarded)]
 
 
+def _live_view(request: Request) -> LiveStateView:
+    return services_of(request).live_view
+
+
+TheLiveView = Annotated[LiveStateView, Depends(_live_view)]
+
+
 class TeachRequest(Schema):
     """Whom to teach a motion."""
 
@@ -159,7 +168,7 @@ async def get_station(
     here: Watching,
 ) -> StationState:
     """The station and its newest state; the WebSocket /api/live keeps telling it. Patients that are not for you are left out."""
-    state = await View(actor, database, offline_cache).of(live_view.state(here))
+    state = await Redaction(actor, database, offline_cache).apply(live_view.state(here))
     return StationState(station=station.info, live=Live.model_validate(state))
 
 
@@ -174,7 +183,7 @@ async def take_lease(request: Request, station: TheStation, here: Watching, want
     if refusal:
         raise refused(refusal)
     if before and before.id != here.id:
-        taken_over(request.app.state.audit_log, before)
+        record_takeover(services_of(request).audit_log, before)
     return station.operating.told(here)
 
 
@@ -188,7 +197,7 @@ async def release_lease(station: TheStation, here: Watching) -> LeaseLive:
 
 
 @router.post("/side", responses=PROBLEMS.of(409, 422))
-async def turn(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
+async def set_side(station: TheStation, simulation: AnySimulation, here: Operator, wanted: SideRequest) -> Accepted:
     """Say that the apparatus has been turned, with its pin, to stand for a shoulder; a simulated one is turned by this.
 
     Nothing of the other shoulder is taught or played until then: its motors 3 and 4 turn the other way round. The control
@@ -198,9 +207,9 @@ async def turn(station: TheStation, simulation: AnySimulation, here: Operator, w
 
     async def meanwhile() -> None:
         if simulation:
-            await run_in_threadpool(simulation.turn, wanted.side)
+            await run_in_threadpool(simulation.set_side, wanted.side)
 
-    refusal = await station.turn(wanted.side, meanwhile)
+    refusal = await station.set_side(wanted.side, meanwhile)
     if refusal:
         raise refused(refusal)
     return Accepted(accepted=True)
@@ -253,7 +262,7 @@ async def load(
     # Nothing more is asked of the database until the device has answered: lost in between, the run would stand there for ever.
     try:
         begun = await run_in_threadpool(_begin_run, database, event_spool, wanted, there)
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         away = await run_in_threadpool(_begin_without_database, offline_cache, event_spool, wanted, there)
         if away is None:
             raise
@@ -311,7 +320,7 @@ async def pause(station: TheStation, here: Operator) -> Accepted:
 
 
 @router.post("/reduce-range", responses=_COMMAND)
-async def less(station: TheStation, here: Operator) -> Accepted:
+async def reduce_range(station: TheStation, here: Operator) -> Accepted:
     """A tenth less range, towards the middle, while it plays; it comes back slowly, repetition by repetition."""
     return await _send(station, messages.Less(), here)
 
@@ -410,7 +419,7 @@ def _written(
     try:
         with database.write() as session:
             yield session, began
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         for id_ in began:
             event_spool.put_not_begun(what, id_)
         raise
@@ -494,5 +503,5 @@ def _forget_run(database: Database, event_spool: EventSpool, offline_cache: Offl
     try:
         with database.write() as session:
             runs.forget(session, begun.run.id)
-    except DatabaseAwayError:
+    except DatabaseUnavailableError:
         event_spool.put_not_begun("run", begun.run.id)

@@ -4,7 +4,7 @@ from fastapi import APIRouter, Request, Response
 from pydantic import Field
 
 from kata.audit import entries
-from kata.auth import accounts, demonstration, second_factor, set_up, sign_in, texts
+from kata.auth import accounts, demonstration, login_session, second_factor, set_up, texts
 from kata.auth.login import (
     Access,
     Me,
@@ -14,6 +14,7 @@ from kata.auth.login import (
     TheActor,
     Username,
     address_of,
+    auth_services,
     cookie_of,
     end_here,
     let_in,
@@ -21,9 +22,9 @@ from kata.auth.login import (
     name_key,
     whose,
 )
-from kata.auth.sign_in import Method
+from kata.auth.login_session import Method
 from kata.auth.throttle import OF_A_NAME, OF_AN_ADDRESS
-from kata.database.availability import DatabaseAwayError
+from kata.database.availability import DatabaseUnavailableError
 from kata.dependencies import PROBLEMS, TheDatabase
 from kata.errors import ProblemError
 from kata.types import Name, Schema
@@ -195,23 +196,23 @@ def sign_out(request: Request, response: Response, database: TheDatabase, access
         actor = end_here(request, session, access)
         entries.note(session, "sign_out", actor=actor)
     access.revocations.notice()
-    for name in (sign_in.COOKIE, sign_in.SECURE_COOKIE):
-        response.delete_cookie(name, secure=name == sign_in.SECURE_COOKIE, httponly=True, samesite="strict")
+    for name in (login_session.COOKIE, login_session.SECURE_COOKIE):
+        response.delete_cookie(name, secure=name == login_session.SECURE_COOKIE, httponly=True, samesite="strict")
 
 
 @router.get("/api/me", responses=PROBLEMS.of(401))
 def get_me(request: Request, database: TheDatabase, access: TheAccess, actor: TheActor) -> Me:
     """Who is signed in at this browser; while the database does not answer, who it was."""
-    cookie, remembered = cookie_of(request) or "", request.app.state.remembered
+    cookie, auth_cache = cookie_of(request) or "", auth_services(request).auth_cache
     try:
         with database.read() as session:
             told = me(session, actor, access)
-    except DatabaseAwayError:
-        known: Me | None = remembered.told(cookie)
+    except DatabaseUnavailableError:
+        known: Me | None = auth_cache.told(cookie)
         if known is None:
             raise
         return known
-    remembered.tell(cookie, told)
+    auth_cache.tell(cookie, told)
     return told
 
 

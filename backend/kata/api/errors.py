@@ -21,8 +21,8 @@ from kata.station.schemas import TextKey
 
 log = logging.getLogger(__name__)
 
-DATABASE_AWAY: Final = Refusal.of(
-    code=availability.DATABASE_AWAY,
+DATABASE_UNAVAILABLE: Final = Refusal.of(
+    code=availability.DATABASE_UNAVAILABLE,
     message=texts.DATABASE_AWAY(),
     next_step=texts.TRY_AGAIN_STOP_WORKS(),
 )
@@ -82,11 +82,11 @@ def install(app: FastAPI) -> None:
         fields = [_field(*one) for one in wrong]
         return document(422, "invalid", texts.INVALID_INPUT(fields=problems), errors=fields)
 
-    @app.exception_handler(availability.DatabaseAwayError)
-    def away(request: Request, error: availability.DatabaseAwayError) -> JSONResponse:
+    @app.exception_handler(availability.DatabaseUnavailableError)
+    def away(request: Request, error: availability.DatabaseUnavailableError) -> JSONResponse:
         return document(
             503,
-            availability.DATABASE_AWAY,
+            availability.DATABASE_UNAVAILABLE,
             texts.DATABASE_AWAY(),
             texts.TRY_AGAIN_STOP_WORKS(),
             headers={"retry-after": str(_AGAIN_IN_S)},

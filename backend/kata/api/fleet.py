@@ -1,8 +1,8 @@
-"""All the clinic's stations: each service tells the others what its station does, through the database that they share.
+"""Exchange the states of all the clinic's stations through the database that their services share.
 
-On PostgreSQL by NOTIFY, which reaches whoever listens at that moment and is written down nowhere; on SQLite there is the one
-station. A service tells, and listens, on a connection each of its own, so that no request waits for either: a database that is away
-leaves the others silent, and this station's own state as it is.
+On PostgreSQL the services use NOTIFY, which reaches current listeners and stores nothing. On SQLite there is one station. Sending and
+listening each have a connection of their own, so that no request waits for them. While the database is unavailable, the other
+stations are silent and this station's own state stays current.
 """
 
 import asyncio
@@ -18,17 +18,16 @@ from uuid import UUID, uuid4
 from pydantic import ValidationError
 
 from kata.database.engine import Database
+from kata.station.fleet import SILENT_AFTER_S, Roster, StationShown, StationTold, encoded, state_of
 from kata.station.lease import Moment
-from kata.station.overview import SILENT_AFTER_S, Roster, StationShown, StationTold, encoded, state_of
 from kata.station.station import Station
 
 log = logging.getLogger(__name__)
 
 _CHANNEL: Final = "kata_stations"
 _AT_LEAST_EVERY_S: Final = 1.0
-_AGAIN_S: Final = 1.0
-_LIMIT_S: Final = 3.0
-"""So long the database may take for one word."""
+_RECONNECT_AFTER_S: Final = 1.0
+_STATEMENT_LIMIT_S: Final = 3.0
 
 
 def _now() -> Moment:
@@ -36,40 +35,40 @@ def _now() -> Moment:
 
 
 @dataclass
-class Overview:
-    """The stations as this service knows them. Lives in its event loop."""
+class Fleet:
+    """The stations as this service knows them. Use it only from the service's event loop."""
 
     station: Station
     database: Database
     names: Callable[[], list[str]]
-    """Of the stations that are registered; asks the database."""
+    """Returns the names of the registered stations; queries the database."""
     now: Callable[[], Moment] = _now
     service: UUID = field(default_factory=uuid4)
     changes: int = 0
-    """Counts up whenever somebody has said something."""
+    """Incremented by every received state."""
 
     def __post_init__(self) -> None:
-        """Nobody has been heard yet."""
+        """Start with an empty roster."""
         self._roster = Roster(self.station.info.name)
         self._waiting: set[asyncio.Event] = set()
 
     def shown(self) -> list[StationShown]:
-        """Every station, this one first."""
+        """Return every station, this one first."""
         return self._roster.shown(self.now())
 
     def register(self, names: list[str]) -> None:
-        """These are registered by now."""
+        """Add registered stations."""
         self._roster.register(names)
 
     async def refresh(self) -> None:
-        """Look who is registered by now; without the database, whoever was known stays."""
+        """Read the registered stations from the database. Known stations stay if it does not answer."""
         try:
             self.register(await asyncio.to_thread(self.names))
         except Exception as error:
-            log.info("which stations there are is not known anew: %s", error)
+            log.info("the list of stations could not be refreshed: %s", error)
 
     async def changed(self, limit_s: float) -> None:
-        """Until somebody has said something, or so many seconds have passed."""
+        """Wait for the next received state, at most ``limit_s`` seconds."""
         event = asyncio.Event()
         self._waiting.add(event)
         try:
@@ -81,14 +80,14 @@ class Overview:
             self._waiting.discard(event)
 
     @asynccontextmanager
-    async def going_on(self) -> AsyncIterator[None]:
-        """While the context lasts, this station tells, and hears the others."""
+    async def exchanging(self) -> AsyncIterator[None]:
+        """While the context lasts, send this station's state and receive the others'."""
         shared = self.database.url.get_backend_name() == "postgresql"
         tasks = [asyncio.create_task(self._watch_own(), name="own station")]
         if shared:
             tasks += [
-                asyncio.create_task(self._again_and_again(self._tell), name="stations told"),
-                asyncio.create_task(self._again_and_again(self._listen), name="stations heard"),
+                asyncio.create_task(self._with_connection(self._send), name="send own state"),
+                asyncio.create_task(self._with_connection(self._listen), name="receive stations"),
             ]
         try:
             yield
@@ -101,7 +100,7 @@ class Overview:
         return state_of(self.station.info, self.station.live(), self.service)
 
     def take(self, state: StationTold) -> None:
-        """A station has said this, and it has arrived now; from the event loop."""
+        """Store a state that has just arrived."""
         self._roster.take(state, self.now())
         self.changes += 1
         for event in self._waiting:
@@ -112,8 +111,8 @@ class Overview:
             self.take(state)
 
     async def _news(self) -> AsyncIterator[StationTold]:
-        """The own state: at once when more than its progress has changed, and at least every second."""
-        told: StationTold | None = None
+        """Yield the own state at once when more than its progress has changed, and at least every second."""
+        last: StationTold | None = None
         until_s = 0.0
         with self.station.subscribed() as heard:
             while True:
@@ -121,33 +120,33 @@ class Overview:
                 heard.waiting.clear()
                 heard.overflown = False
                 state, now_s = self._own(), time.monotonic()
-                if told is None or now_s >= until_s or state.steady != told.steady:
-                    told, until_s = state, now_s + _AT_LEAST_EVERY_S
+                if last is None or now_s >= until_s or state.steady != last.steady:
+                    last, until_s = state, now_s + _AT_LEAST_EVERY_S
                     yield state
                 with suppress(TimeoutError):
                     async with asyncio.timeout(max(0.01, until_s - time.monotonic())):
                         await heard.changed.wait()
 
-    async def _again_and_again(self, work: Callable[[Any], Any]) -> None:
-        """With a connection of its own, and a new one when it is lost."""
-        # Only a clinic on PostgreSQL has it installed.
+    async def _with_connection(self, work: Callable[[Any], Any]) -> None:
+        """Run ``work`` on a connection of its own. Reconnect after a lost connection."""
+        # Only installations with PostgreSQL have it.
         import psycopg
 
         while True:
             try:
                 given: dict[str, Any] = dict(self.database.writer.dialect.create_connect_args(self.database.url)[1])
-                given |= {"connect_timeout": int(_LIMIT_S), "application_name": "kata overview"}
-                async with asyncio.timeout(2 * _LIMIT_S):
+                given |= {"connect_timeout": int(_STATEMENT_LIMIT_S), "application_name": "kata fleet"}
+                async with asyncio.timeout(2 * _STATEMENT_LIMIT_S):
                     connection = await psycopg.AsyncConnection.connect(**given, autocommit=True)
                 try:
                     await work(connection)
                 finally:
                     await connection.close()
             except (psycopg.Error, OSError, TimeoutError) as error:
-                log.info("the other stations are not heard, or do not hear this one: %s", error)
-            await asyncio.sleep(_AGAIN_S)
+                log.info("the exchange with the other stations is interrupted: %s", error)
+            await asyncio.sleep(_RECONNECT_AFTER_S)
 
-    async def _tell(self, connection: Any) -> None:
+    async def _send(self, connection: Any) -> None:
         async for state in self._news():
             await _in_time(connection, "SELECT pg_notify(%s, %s)", (_CHANNEL, encoded(state)))
 
@@ -159,28 +158,28 @@ class Overview:
             async for notice in connection.notifies(timeout=SILENT_AFTER_S):
                 heard = True
                 self._hear(notice.payload)
-            # It hears itself, too: a connection on which nothing comes is none.
+            # Listening returns this service's own notifications too, so silence means a lost connection.
             if not heard:
-                raise TimeoutError("nothing comes")
+                raise TimeoutError("no notification received")
 
     def _hear(self, payload: str) -> None:
         try:
             state = StationTold.model_validate_json(payload)
         except ValidationError as error:
-            # Of another version. Its station is silent then, which is the truth: nobody here understands it.
-            log.warning("what a station says is not understood: %s", error.errors(include_input=False)[:1])
+            # From another version of Kata. Its station is shown as silent.
+            log.warning("the state of another station could not be decoded: %s", error.errors(include_input=False)[:1])
             return
         if state.service != self.service:
             self.take(state)
 
 
 async def _in_time(connection: Any, statement: str, values: tuple[str, ...]) -> None:
-    """Not by cancelling it, which would ask the same server: a connection that takes too long is given up."""
+    """Execute a statement, or close the connection after the limit. A cancel request would go to the same slow server."""
     asking = asyncio.ensure_future(connection.execute(statement, values))
     try:
-        done, _ = await asyncio.wait({asking}, timeout=_LIMIT_S)
+        done, _ = await asyncio.wait({asking}, timeout=_STATEMENT_LIMIT_S)
         if not done:
-            raise TimeoutError("the database takes too long")
+            raise TimeoutError("the database takes too long to answer")
         await asking
     finally:
         if not asking.done():

@@ -7,8 +7,8 @@ from uuid import UUID
 
 import pytest
 
+from kata.station.fleet import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationShown, StationTold, encoded
 from kata.station.lease import Moment
-from kata.station.overview import LONGEST, SILENT_AFTER_S, PlaybackProgress, Roster, StationShown, StationTold, encoded
 from kata.station.schemas import PatientRef, StopCauseLive
 
 ID = UUID(int=7)

@@ -1,0 +1,61 @@
+"""Dependencies of the lease: the browser that a request comes from, and whether it may operate the apparatus."""
+
+from collections.abc import Callable
+from typing import Annotated
+
+from fastapi import Depends
+
+from kata.actor import CURRENT_ACTOR, REQUEST_CONTEXT, by_program
+from kata.api.errors import refused
+from kata.audit.audit_log import AuditLog
+from kata.audit.entries import entry
+from kata.dependencies import TheStation
+from kata.station.lease import Browser, Due
+
+
+def browser() -> Browser:
+    """Return the browser of the current request, identified by its login session. Only for routes that need a login."""
+    actor = CURRENT_ACTOR.get()
+    # Authorization rejects requests without a login (``api/authorization.py``).
+    assert actor is not None
+    return Browser(actor.sign_in_id, actor.name)
+
+
+async def _watching(station: TheStation) -> Browser:
+    here = browser()
+    station.operating.asked(here)
+    return here
+
+
+async def _operator(station: TheStation) -> Browser:
+    here = browser()
+    refusal = station.operating.take(here)
+    if refusal:
+        raise refused(refusal)
+    return here
+
+
+Watching = Annotated[Browser, Depends(_watching)]
+"""The browser of the request. The request counts as its sign of life."""
+Operator = Annotated[Browser, Depends(_operator)]
+"""The browser that operates the apparatus. The request takes a free lease; it is refused with 409 while another browser holds it."""
+
+
+def record_due_actions(audit_log: AuditLog, station: str) -> Callable[[Browser, Due], None]:
+    """Return a callback that records in the audit trail what the station does when the operating browser is lost."""
+
+    def record(browser: Browser, due: Due) -> None:
+        action = "pause_without_browser" if due == "pause" else "stop_without_browser"
+        with by_program(action, station):
+            audit_log.tell_at_once(
+                entry(action, "done", subject=f"sign_in {browser.id}", detail={"operator": browser.name})
+            )
+
+    return record
+
+
+def record_takeover(audit_log: AuditLog, before: Browser) -> None:
+    """Record a takeover with the previous operator, in place of the request's own audit entry."""
+    audit_log.tell_at_once(entry("take_over", "done", subject=f"sign_in {before.id}", detail={"from": before.name}))
+    if context := REQUEST_CONTEXT.get():
+        context.told.add("done")

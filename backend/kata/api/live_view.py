@@ -1,0 +1,54 @@
+"""The live state as JSON: built once for all listeners, with the parts that differ between browsers laid over it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from kata.api.errors import DATABASE_UNAVAILABLE
+from kata.device.messages import COMMAND_NAMES, Refusal
+from kata.station.lease import Browser
+from kata.station.schemas import DatabaseStatus, RefusalLive
+from kata.station.station import Station
+
+
+class LiveStateView:
+    """Builds the live state for one browser."""
+
+    def __init__(
+        self, station: Station, database_status: Callable[[], DatabaseStatus], may_load: Callable[[], bool]
+    ) -> None:
+        """``may_load`` returns whether something can be loaded without the database."""
+        self._station = station
+        self._database_status = database_status
+        self._may_load = may_load
+        self._version: object = None
+        self._state: dict[str, Any] = {}
+
+    def state(self, seen_by: Browser) -> dict[str, Any]:
+        """Return :class:`~kata.station.schemas.Live` as JSON for that browser."""
+        station = self._station
+        if station.version != self._version:
+            self._version, self._state = station.version, station.live().model_dump(mode="json")
+        database_status = self._database_status()
+        own: dict[str, Any] = {
+            "at": station.clock.now().isoformat().replace("+00:00", "Z"),
+            "age_ms": station.age_ms,
+            "lease": station.operating.told(seen_by).model_dump(mode="json"),
+            "database": database_status.model_dump(mode="json"),
+        }
+        elsewhere = station.operating.refusal(seen_by)
+        if elsewhere:
+            own["refusals"] = _refuse_all_but_stop(elsewhere)
+        elif database_status.unavailable_since:
+            # A running session continues with its prefetched data. Anything new has to be read from and written to the database first.
+            refused = ("teach",) if self._may_load() else ("teach", "load")
+            own["refusals"] = dict.fromkeys(refused, _as_json(DATABASE_UNAVAILABLE)) | self._state["refusals"]
+        return self._state | own
+
+
+def _refuse_all_but_stop(refusal: Refusal) -> dict[str, Any]:
+    refused = _as_json(refusal)
+    return {name: refused for name in COMMAND_NAMES if name != "stop"}
+
+
+def _as_json(refusal: Refusal) -> dict[str, Any]:
+    return RefusalLive.model_validate(refusal, from_attributes=True).model_dump(mode="json")

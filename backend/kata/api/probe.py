@@ -1,0 +1,39 @@
+"""Ask the database whether it answers, with a time limit."""
+
+import asyncio
+import logging
+from typing import Final
+
+from sqlalchemy import text
+
+from kata.database.engine import Database
+
+log = logging.getLogger(__name__)
+
+_ANSWERS_WITHIN_S: Final = 1.0
+
+
+class Probe:
+    """Asks the database at most once at a time: a hanging database keeps one thread waiting, however many requests ask."""
+
+    def __init__(self, database: Database, limit_s: float = _ANSWERS_WITHIN_S) -> None:
+        """``limit_s``: seconds that :meth:`answers` waits."""
+        self._database = database
+        self._limit_s = limit_s
+        self._asking: asyncio.Task[bool] | None = None
+
+    async def answers(self) -> bool:
+        """Return whether the database answers within the limit."""
+        if self._asking is None or self._asking.done():
+            self._asking = asyncio.create_task(asyncio.to_thread(self._ask), name="database probe")
+        done, _ = await asyncio.wait({self._asking}, timeout=self._limit_s)
+        return bool(done) and self._asking.result()
+
+    def _ask(self) -> bool:
+        try:
+            with self._database.read() as session:
+                session.execute(text("SELECT 1"))
+        except Exception as error:
+            log.info("the database does not answer: %s", error)
+            return False
+        return True

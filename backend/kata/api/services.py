@@ -1,0 +1,73 @@
+"""Everything that the routes of one running service use.
+
+``app.state.services`` holds the one instance of :class:`Services`; the application's state holds nothing else. Modules of this package
+read it through :func:`services_of`. Packages below the API may not import it. They read the same object through a Protocol of their own
+that names only what they use; :func:`attach` makes the type checker prove that ``Services`` satisfies each of them.
+"""
+
+from dataclasses import dataclass
+
+from fastapi import FastAPI
+from starlette.requests import HTTPConnection
+
+from kata.api.fleet import Fleet
+from kata.api.live_view import LiveStateView
+from kata.api.metrics import Metrics
+from kata.api.probe import Probe
+from kata.api.simulation import Simulation
+from kata.audit.audit_log import AuditLog
+from kata.audit.router import AuditServices
+from kata.auth.auth_cache import AuthCache
+from kata.auth.login import Access, AuthServices
+from kata.backups.router import Backups, BackupServices
+from kata.clinic.event_spool import EventSpool
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.sessions.router import SessionServices
+from kata.database.engine import Database
+from kata.dependencies import CoreServices
+from kata.plotting.figures import FigureWorker
+from kata.reporting.letterhead import Letterhead
+from kata.reporting.router import ReportServices
+from kata.settings import Settings
+from kata.station.station import Station
+
+
+@dataclass(frozen=True)
+class Services:
+    """What ``api/set_up.py`` sets up."""
+
+    settings: Settings
+    database: Database
+    event_spool: EventSpool
+    audit_log: AuditLog
+    access: Access
+    auth_cache: AuthCache
+    figures: FigureWorker
+    station: Station
+    live_view: LiveStateView
+    offline_cache: OfflineCache
+    fleet: Fleet
+    simulation: Simulation | None
+    """None where the apparatus is real."""
+    probe: Probe
+    metrics: Metrics
+    backups: Backups
+    letterhead: Letterhead
+
+    @property
+    def station_name(self) -> str:
+        """Return the name of this service's station."""
+        return self.station.info.name
+
+
+def attach(app: FastAPI, services: Services) -> None:
+    """Hand the services to the routes of ``app``."""
+    _lower_views: tuple[CoreServices, AuditServices, AuthServices, BackupServices, SessionServices, ReportServices]
+    _lower_views = (services, services, services, services, services, services)
+    app.state.services = services
+
+
+def services_of(connection: HTTPConnection) -> Services:
+    """Return the services of the application that this request or WebSocket came to."""
+    services: Services = connection.app.state.services
+    return services

@@ -1,0 +1,353 @@
+"""Set up the services in order. The exit stack shuts them down in the opposite order, also after a failed start."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+from uuid import UUID
+
+import msgspec
+
+from kata.actor import by_program
+from kata.api import lease
+from kata.api.fleet import Fleet
+from kata.api.live_view import LiveStateView
+from kata.api.metrics import Metrics
+from kata.api.probe import Probe
+from kata.api.services import Services
+from kata.api.simulation import Simulation
+from kata.audit.audit_log import AuditLog
+from kata.audit.entries import entry
+from kata.auth import demonstration, login, second_factor, set_up
+from kata.auth.accounts import count_administrators
+from kata.auth.auth_cache import AuthCache
+from kata.auth.demonstration import DemonstrationLinks
+from kata.auth.login_session import Limits
+from kata.auth.openid import Provider
+from kata.auth.passwords import Passwords, hasher
+from kata.backups.folder import served
+from kata.backups.key import make_key
+from kata.backups.router import Backups
+from kata.clinic.event_spool import EventSpool
+from kata.clinic.events import service as event_service
+from kata.clinic.events.observer import Ended, Happening
+from kata.clinic.events.recording import recording as events_recorded
+from kata.clinic.importer import Importer, Saved
+from kata.clinic.sessions import runs
+from kata.clinic.sessions.offline_cache import OfflineCache
+from kata.clinic.stations import service as station_service
+from kata.database.availability import AvailabilityMonitor
+from kata.database.base import utc_now
+from kata.database.engine import SERVICE_ANSWER_S, Database
+from kata.database.upgrade import upgrade
+from kata.device import config
+from kata.device.journal import Journal
+from kata.plotting.figures import FigureWorker
+from kata.reporting import letterhead
+from kata.settings import Settings
+from kata.simulator.process import SimulatorProcess
+from kata.station.schemas import DatabaseStatus
+from kata.station.station import Station
+
+log = logging.getLogger(__name__)
+
+_NEW_KEY: Final = (
+    "created the key of this clinic's backups: %s. KEEP A COPY OF IT OUTSIDE THIS COMPUTER, printed or on a USB stick in a safe: "
+    "if this computer is lost, the backups cannot be opened without the key"
+)
+_SPOOL_DELIVERY_LIMIT_S: Final = 30.0
+"""The start waits this long for records that the last service left in the spool to reach the database."""
+
+
+@dataclass(frozen=True)
+class Storage:
+    """The services that store the clinic's data."""
+
+    database: Database
+    event_spool: EventSpool
+    audit_log: AuditLog
+
+
+@dataclass(frozen=True)
+class Apparatus:
+    """The apparatus that this service drives, real or simulated."""
+
+    config: config.StationConfig
+    config_file: Path
+    simulation: Simulation | None
+
+
+@dataclass(frozen=True)
+class StationServices:
+    """The services that drive the apparatus and store its measurements."""
+
+    station: Station
+    offline_cache: OfflineCache
+    live_view: LiveStateView
+    importer: Importer
+    finish_imports: Callable[[], Awaitable[None]]
+    """Waits for running imports."""
+
+
+async def set_up_services(settings: Settings, stack: AsyncExitStack) -> Services:
+    """Set up all services. The station starts last, when everything that records its events is ready."""
+    head = letterhead.read(settings.clinic_name, settings.clinic_address, settings.clinic_phone, settings.clinic_logo)
+    await asyncio.to_thread(stack.enter_context, served(settings))
+    storage = await set_up_storage(settings, stack)
+    auth_cache = AuthCache()
+    access = await set_up_access(settings, storage.database, auth_cache, stack)
+    figures = FigureWorker()
+    stack.callback(figures.close)
+    apparatus = await set_up_apparatus(settings, storage.database, stack)
+    at_station = await set_up_station(settings, storage, apparatus)
+    station = at_station.station
+    access.revocations.at_the_arm = lambda: station.at_the_arm
+    await asyncio.to_thread(at_station.importer.run_at_start)
+    fleet = await set_up_fleet(station, storage.database, stack)
+    set_up_delivery_round(storage.event_spool, at_station)
+    metrics = await set_up_metrics(storage, at_station, stack)
+    await set_up_events(storage.event_spool, at_station, stack)
+    stack.push_async_callback(at_station.finish_imports)
+    stack.push_async_callback(station.close)
+    backups = Backups(settings, storage.database, lambda: station.occupied)
+    await stack.enter_async_context(backups.each_night())
+    station.start()
+    return Services(
+        settings=settings,
+        database=storage.database,
+        event_spool=storage.event_spool,
+        audit_log=storage.audit_log,
+        access=access,
+        auth_cache=auth_cache,
+        figures=figures,
+        station=station,
+        live_view=at_station.live_view,
+        offline_cache=at_station.offline_cache,
+        fleet=fleet,
+        simulation=apparatus.simulation,
+        probe=Probe(storage.database),
+        metrics=metrics,
+        backups=backups,
+        letterhead=head,
+    )
+
+
+async def set_up_storage(settings: Settings, stack: AsyncExitStack) -> Storage:
+    """Open database, spool and audit log, and deliver the records that the last service left in the spool.
+
+    ``AuditLog`` registers itself as the database's session hook: from here on every write gets its audit entries.
+    """
+    settings.journal.mkdir(parents=True, exist_ok=True)
+    if await asyncio.to_thread(make_key, settings):
+        log.warning(_NEW_KEY, settings.backup_key_file)
+    await asyncio.to_thread(_upgrade, settings.effective_database_url)
+    database = Database(settings.effective_database_url, answer_s=SERVICE_ANSWER_S)
+    stack.callback(database.close)
+    database.monitor = AvailabilityMonitor(database.writer)
+    event_spool = await asyncio.to_thread(EventSpool, database, _station_name(settings), settings.spool)
+    stack.push_async_callback(asyncio.to_thread, event_spool.close)
+    audit_log = await asyncio.to_thread(AuditLog, database, settings.effective_audit_anchor, event_spool)
+    stack.push_async_callback(asyncio.to_thread, audit_log.close)
+    database.monitor.on_back = partial(_record_outage, audit_log)
+    # Events of the last service are stored before new ones.
+    await asyncio.to_thread(event_spool.until_taken, _SPOOL_DELIVERY_LIMIT_S)
+    return Storage(database, event_spool, audit_log)
+
+
+async def set_up_access(
+    settings: Settings, database: Database, auth_cache: AuthCache, stack: AsyncExitStack
+) -> login.Access:
+    """Prepare logins, and watch for login sessions that end."""
+    links = DemonstrationLinks(allowed=settings.simulate and settings.is_on_loopback)
+    limits = Limits(
+        idle=timedelta(minutes=settings.idle_minutes),
+        longest=timedelta(hours=settings.sign_in_hours),
+        second_factor_of=second_factor.roles_required(settings.second_factor),
+    )
+
+    def prepare() -> str:
+        with by_program("prepare_demonstration"), database.write() as session:
+            demonstration.prepare(session, utc_now(), allowed=links.allowed)
+            needs_administrator = not links.allowed and not count_administrators(session)
+        # A new secret at each start: the terminal may have other readers than yesterday.
+        return set_up.offer(settings.data, utc_now()) if needs_administrator else ""
+
+    access = login.Access(
+        passwords=await asyncio.to_thread(Passwords, hasher()),
+        links=links,
+        set_up_secret=await asyncio.to_thread(prepare),
+        revocations=login.SessionRevocations(database, limits, utc_now),
+        folder=settings.data,
+        factor_key=await asyncio.to_thread(login.opened_key, settings.effective_second_factor_key, database),
+        limits=limits,
+        openid=Provider(settings) if settings.openid_issuer else None,
+    )
+    await stack.enter_async_context(access.revocations.watched(auth_cache))
+    return access
+
+
+async def set_up_apparatus(settings: Settings, database: Database, stack: AsyncExitStack) -> Apparatus:
+    """Read the station's configuration, start the simulator where the settings ask for one, and register the station."""
+    station_config = config.read(settings.station) if settings.station else None
+    simulation: Simulation | None = None
+    if settings.simulate:
+        process = await asyncio.to_thread(SimulatorProcess, settings.data, settings.seed)
+        stack.callback(process.close)
+        simulation = Simulation(process, settings.taught)
+        station_config = (
+            msgspec.structs.replace(station_config, port=process.port)
+            if station_config
+            else config.simulated(process.port)
+        )
+    station_config = station_config or config.StationConfig()
+    if settings.rate_hz is not None:
+        station_config = config.at_rate(station_config, settings.rate_hz)
+    station_file = settings.data / "station-in-use.toml"
+    station_config = _with_last_side(station_config, station_file)
+    if simulation:
+        await asyncio.to_thread(simulation.set_side, station_config.side)
+    config.write(station_config, station_file)
+    await asyncio.to_thread(_register, database, station_config, simulated=settings.simulate)
+    return Apparatus(station_config, station_file, simulation)
+
+
+async def set_up_station(settings: Settings, storage: Storage, apparatus: Apparatus) -> StationServices:
+    """Create the station with its importer, live state and offline cache. This starts no device process."""
+    database, event_spool = storage.database, storage.event_spool
+    loop = asyncio.get_running_loop()
+    running_imports: set[asyncio.Task[None]] = set()
+
+    def notify_saved(record: Saved) -> None:
+        loop.call_soon_threadsafe(station.tell, record)
+
+    def has_undelivered() -> bool:
+        return event_spool.delivery.waiting > 0
+
+    offline_cache = OfflineCache(database, apparatus.config.name, has_undelivered)
+
+    def on_postponed(measured: Journal) -> None:
+        if measured.kind == "run":
+            offline_cache.finish_run(UUID(measured.id), runs.outcome_of(measured))
+
+    importer = Importer(database, settings.journal, apparatus.config, notify_saved, has_undelivered, on_postponed)
+
+    def import_journal(finished: Path | None) -> None:
+        work = partial(importer.run, finished) if finished else partial(importer.run_ended, utc_now())
+        task = asyncio.create_task(asyncio.to_thread(work), name="import")
+        running_imports.add(task)
+        task.add_done_callback(running_imports.discard)
+
+    async def finish_imports() -> None:
+        await asyncio.gather(*running_imports)
+
+    station = Station(
+        apparatus.config,
+        apparatus.config_file,
+        settings.journal,
+        simulated=settings.simulate,
+        real_time=settings.real_time,
+        on_journal=import_journal,
+        on_due=lease.record_due_actions(storage.audit_log, apparatus.config.name),
+    )
+    live_view = LiveStateView(
+        station, lambda: _database_status(database, event_spool, importer), lambda: offline_cache.may_load
+    )
+    return StationServices(station, offline_cache, live_view, importer, finish_imports)
+
+
+async def set_up_fleet(station: Station, database: Database, stack: AsyncExitStack) -> Fleet:
+    """Exchange states with the clinic's other stations."""
+    fleet = Fleet(station, database, lambda: _station_names(database))
+    await stack.enter_async_context(fleet.exchanging())
+    return fleet
+
+
+def set_up_delivery_round(event_spool: EventSpool, at_station: StationServices) -> None:
+    """Let the spool's delivery thread also import postponed journals and refresh the offline cache."""
+
+    def each_round() -> None:
+        at_station.importer.run_due()
+        at_station.offline_cache.refresh()
+
+    event_spool.delivery.each_round = each_round
+
+
+async def set_up_metrics(storage: Storage, at_station: StationServices, stack: AsyncExitStack) -> Metrics:
+    """Measure the service for ``/metrics``."""
+    metrics = Metrics(at_station.station)
+    storage.database.on_waited = metrics.write_waited_s.observe
+    metrics.add_gauge(
+        "kata_spool_waiting",
+        "Records of the station that wait on its computer for the database.",
+        lambda: storage.event_spool.delivery.waiting + at_station.importer.due,
+    )
+    metrics.add_gauge(
+        "kata_ready_patients",
+        "Patients of this day whose session could begin or continue without the database.",
+        lambda: at_station.offline_cache.ready_patients,
+    )
+    await stack.enter_async_context(metrics.counting_stops(at_station.station))
+    return metrics
+
+
+async def set_up_events(event_spool: EventSpool, at_station: StationServices, stack: AsyncExitStack) -> None:
+    """Write every event of the device to the spool."""
+
+    def on_event(item: Happening | Ended) -> None:
+        event_spool.put_event(item)
+        at_station.offline_cache.on_event(item)
+
+    await stack.enter_async_context(events_recorded(at_station.station, on_event))
+
+
+def _station_name(settings: Settings) -> str:
+    return config.read(settings.station).name if settings.station else config.StationConfig().name
+
+
+def _record_outage(audit_log: AuditLog, since: datetime) -> None:
+    with by_program("database_away"):
+        audit_log.tell_at_once(entry("database_away", "done", detail={"since": since.isoformat(timespec="seconds")}))
+
+
+def _database_status(database: Database, event_spool: EventSpool, importer: Importer) -> DatabaseStatus:
+    return DatabaseStatus(
+        unavailable_since=database.unavailable_since,
+        waiting=event_spool.delivery.waiting + importer.due,
+        spool_full_since=event_spool.spool.full_since,
+    )
+
+
+def _upgrade(url: str) -> None:
+    """Migrate the database. There is no time limit."""
+    database = Database(url)
+    try:
+        upgrade(database)
+    finally:
+        database.close()
+
+
+def _register(database: Database, station_config: config.StationConfig, *, simulated: bool) -> None:
+    now = utc_now()
+    with by_program("register_station", station_config.name), database.write() as session:
+        station_service.register(session, station_config, version("kata"), now, simulated=simulated)
+        event_service.end_left_open(session, station_config.name, now)
+
+
+def _station_names(database: Database) -> list[str]:
+    with database.read() as session:
+        return [row.name for row, _ in station_service.registered(session)]
+
+
+def _with_last_side(station_config: config.StationConfig, station_file: Path) -> config.StationConfig:
+    """Return the configuration with the side that was last in use: a restart does not turn the apparatus."""
+    try:
+        before = config.read(station_file)
+    except config.ConfigError:
+        return station_config
+    return msgspec.structs.replace(station_config, side=before.side)
