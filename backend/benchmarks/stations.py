@@ -120,7 +120,9 @@ def run(stations: int, presses: int, seconds: float, progress: Callable[[str], N
         _tell(report, f"cycles missed in {seconds:g} s, while it hangs", "missed_hanging", missed)
         progress("Waiting for what was kept")
         for one in there:
-            one.service.until(lambda live: live.database.waiting == 0 and not live.database.unavailable_since, _DELIVERED_LIMIT_S)
+            one.service.until(
+                lambda live: live.database.waiting == 0 and not live.database.unavailable_since, _DELIVERED_LIMIT_S
+            )
         growth_mb = [one.service.service_mb - mb for one, mb in zip(there, before_mb, strict=True)]
         _tell(report, "growth of a service's memory, MB", "growth_mb", growth_mb)
     report.notes.append(
