@@ -122,7 +122,9 @@ def test_empty_token_file_grants_no_access(client: TestClient, tmp_path: Path, c
     if content is not None:
         (tmp_path / "token").write_text(content)
     header = {"authorization": f"Bearer {content or ''}"}
-    with replaced(client.app, metrics_token=tmp_path / "token"):
+    app: Any = client.app
+    settings = app.state.services.settings.model_copy(update={"metrics_token": tmp_path / "token"})
+    with replaced(app, settings=settings):
         assert TestClient(client.app).get("/metrics", headers=header).status_code == 401
 
 

@@ -19,6 +19,7 @@ PLACE: Final = {"note": 1, "entry": 0, "by_program": 0, "RequestContext": 0}
 ELSEWHERE: Final = {
     "action": {"pause_without_browser", "stop_without_browser", "unnamed"},
     "context.action": set(map(audit_action, RULES)),
+    "audit_action(route)": set(map(audit_action, RULES)),
     "audit_action(request.scope['route'].name)": set(map(audit_action, RULES)),
     "f'backup_{note.kind}'": {f"backup_{kind}" for kind in get_args(Kind)},
     "_DOOR": {"at_the_door"},
