@@ -1,7 +1,7 @@
 """Does the campaign find what it was built for? ``python -m tests.campaign.reverts [number ...]``
 
 Each fix of the outside review's defects is taken back in a copy of the package, and the campaign runs on the copy until it fails. Prints
-the table of docs/figures.md: how many sequences that took.
+the table of docs/explanation/figures.md: how many sequences that took.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""The pictures of docs/tour.md, taken anew of a demonstration clinic: a session from the patient's page to its error plots."""
+"""The pictures of docs/tutorial/tour.md, taken anew of a demonstration clinic: a session from the patient's page to its error plots."""
 
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect

@@ -4,7 +4,7 @@ Every change of :mod:`tests.mutation.mutants` is made to one of the eleven modul
 the changed module afresh and runs the tests that come by there, the fastest first, until one fails. What survives is
 printed; more survivors than :data:`ALLOWED`, or one that has no reason in survivors.toml, fail the run.
 
-Why not a library's: backend/decisions/0009-mutations-of-our-own.md.
+Why not a library's: docs/explanation/decisions/0009-mutation-testing-uses-our-own-script.md.
 """
 
 import ast

@@ -1,4 +1,4 @@
-"""docs/security.md names tests that exist, and sections that stand on it; and no requirement of the standard is left out."""
+"""docs/explanation/security.md names tests that exist, and sections that stand on it; and no requirement of the standard is left out."""
 
 import ast
 import re
@@ -6,7 +6,7 @@ import tomllib
 
 from tests.support.paths import ROOT
 
-_PAGE = (ROOT / "docs/security.md").read_text()
+_PAGE = (ROOT / "docs/explanation/security.md").read_text()
 _TABLE, _, _BEHIND = _PAGE.split("## OWASP ASVS 5.0.0, level 2")[1].partition("### What does not apply")
 _APART, _, _OPEN = _BEHIND.partition("### Open")
 

@@ -16,7 +16,7 @@ from kata.bench.running_service import BenchError, RunningService, causes, prepa
 from kata.station.schemas import LoopLive
 
 SLOWEST_CYCLE_HZ: Final = 100
-"""A slower station reads its bus this often all the same (decisions/0002)."""
+"""A slower station reads its bus this often all the same (decision 0002)."""
 _LOOK_AGAIN_S: Final = 0.5
 _SPARE_S: Final = 60.0
 """The recording is this much longer than the measurement: it must not end within."""

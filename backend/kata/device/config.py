@@ -1,7 +1,7 @@
 """A station's configuration: one TOML file, read once, checked before anything moves.
 
 The defaults describe the apparatus of Sun et al. (2025) with drives that speak Dynamixel Protocol 2.0. What each field may be is in
-:mod:`kata.device.config_rules`; docs/configuration.md shows it.
+:mod:`kata.device.config_rules`; docs/reference/configuration.md shows it.
 """
 
 import re
@@ -47,7 +47,7 @@ class Axis(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """The mechanism's range of motor angle. Commands and measurements beyond it (and a tolerance) stop the apparatus."""
     max_speed_deg_s: float = 100.0
     """The fastest recorded motion has 60 deg/s, and 90 when it is played at 150 %; 10 % more are for noise. A measured speed of 1.5 times
-    as much is a fault. A doctor can allow a patient less. See backend/decisions/0022-speed-and-acceleration-limits.md."""
+    as much is a fault. A doctor can allow a patient less. See docs/explanation/decisions/0022-motion-limits-come-from-recorded-motions.md."""
     max_acceleration_deg_s2: float = 4_000.0
     """2.6 times the 1,505 deg/s2 that the drives reach for longer than 30 ms in the paper's way of playing at 150 %. A reference may take
     half of it, 2,000; the sharpest recorded motion takes 600, and 1,163 at 150 %. See the same page."""

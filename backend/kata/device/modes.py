@@ -101,7 +101,7 @@ TRANSITIONS: Final[dict[tuple[Mode, Mode], str]] = {
     ("returning", "stopped"): "stop or fault",
     ("stopped", "idle"): "acknowledge, once every cause has cleared",
 }
-"""Every way from one mode to another, and what takes it; docs/state-machine.md is drawn from it."""
+"""Every way from one mode to another, and what takes it; docs/reference/state-machine.md is drawn from it."""
 
 _SWITCH_FAULTS: Final = frozenset({"estop_pressed", "contacts_disagree"})
 """They may hold when the apparatus is switched on: everything else is known then."""

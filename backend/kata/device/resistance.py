@@ -1,6 +1,6 @@
 """Resistance: which drive pushes against the patient, and how a held setpoint gives way to the push.
 
-Numbers and reasons: backend/decisions/0020-resistance-in-every-phase.md.
+Numbers and reasons: docs/explanation/decisions/0020-resistance-is-monitored-in-every-phase.md.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """The lease: one person at one browser operates the apparatus, others watch. Pure: it is told the time.
 
-Stop needs no lease. Why it is so, and what is done without the holder's browser: decisions/0015-the-lease.md.
+Stop needs no lease. Why it is so, and what is done without the holder's browser: docs/explanation/decisions/0015-one-browser-holds-the-lease.md.
 """
 
 from collections import Counter

@@ -79,7 +79,7 @@ class Reading(Struct, frozen=True):
 class Bus(Protocol):
     """A driver. Every call returns within a limit worked out from bytes and baud rate, and retries nothing.
 
-    What a driver has to do is written down as tests: `tests/support/driver_conformance.py`; docs/drivers.md says how to add one.
+    What a driver has to do is written down as tests: `tests/support/driver_conformance.py`; docs/how-to/write-a-driver.md says how to add one.
     """
 
     errors: int

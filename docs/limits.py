@@ -1,0 +1,252 @@
+"""Makes the reference page of limits and timeouts: each value is read from the source file that defines it."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).parents[1]
+_BACKEND: Final = "backend/kata/"
+_PAGE: Final = "frontend/src/"
+
+_SUBJECTS: Final[dict[str, tuple[tuple[str, str, str], ...]]] = {
+    "The operator and the browser": (
+        ("station/lease.py", "GRACE_S", "A playback is paused when the operator's browser has been gone for so long."),
+        (
+            "station/lease.py",
+            "GIVEN_UP_S",
+            "The lease survives without its browser for so long. Then the arm is let go.",
+        ),
+        (
+            "station/guard.py",
+            "SEEN_LIMIT_S",
+            "A command that can start motion expires so long after the state it was based on.",
+        ),
+        ("station/station.py", "_REPLY_LIMIT_S", "The service waits for the device's answer to a command."),
+        ("station/station.py", "_LOAD_LIMIT_S", "The service waits for the device's answer to a Load."),
+        ("api/live.py", "_PERIOD_S", "Period of the live state."),
+        ("api/live.py", "PING_S", "The service pings each WebSocket so often."),
+        ("api/live.py", "PONG_S", "A WebSocket without an answer to the ping is closed."),
+        ("safety/useHold.ts", "HOLD_MS", "The press that moves the arm to the start is held for so long."),
+        (
+            "lib/live/store.ts",
+            "STOP_ANSWER_MS",
+            "Stop is repeated as an HTTP request when the WebSocket has not answered.",
+        ),
+        ("lib/live/store.ts", "LOST_AFTER_MS", "The page shows the connection as lost when no message has come."),
+        ("lib/api/client.ts", "STOP_LIMIT_MS", "The page waits for the answer to a Stop request."),
+        ("features/alarms/sound.ts", "PAUSED_MS", "The alarm sound stays paused for so long."),
+    ),
+    "The device": (
+        ("device/config.py", "StationConfig.cycle_hz", "Bus cycles a second."),
+        ("device/config.py", "StationConfig.rate_hz", "Samples and setpoints a second."),
+        ("device/loop.py", "SNAPSHOT_HZ", "Snapshots a second."),
+        ("device/config.py", "StationConfig.service_silence_ms", "A silent service stops the arm."),
+        ("station/device_process.py", "_HEARTBEAT_S", "Heartbeat of the service."),
+        ("device/config.py", "StationConfig.silence_ms", "A silent drive is a fault."),
+        ("device/config.py", "StationConfig.bus_watchdog_ms", "A drive stops itself when the bus is silent."),
+        ("device/config.py", "Inputs.max_age_cycles", "An input is valid for so many cycles."),
+        ("device/config.py", "Inputs.contacts_disagree_ms", "The two contacts of the emergency stop may be equal."),
+        ("device/faults.py", "OVERRUN_LIMIT_MS", "A setpoint that is so late is the fault `overrun`."),
+        ("device/config.py", "StationConfig.following_error_deg", "Following error that is a fault."),
+        (
+            "device/config.py",
+            "StationConfig.following_error_ms",
+            "A following error lasts so long before it is a fault.",
+        ),
+        ("device/config.py", "StationConfig.limit_tolerance_deg", "A measured angle may exceed its range by so much."),
+        ("device/config.py", "Axis.max_speed_deg_s", "Highest speed of an axis."),
+        ("device/config.py", "Axis.max_acceleration_deg_s2", "Highest acceleration of an axis."),
+        ("device/config.py", "Axis.max_torque_nm", "Highest torque of an axis."),
+        ("device/config.py", "StationConfig.approach_speed_deg_s", "Speed of approach and return."),
+        ("device/movement.py", "RAMP_S", "Time constant of a ramp."),
+        ("device/resistance.py", "RESISTS_NS", "A push lasts so long before it counts as resistance."),
+        ("device/resistance.py", "RELIEVE_NS", "After a reversal the push has so long to end."),
+        ("device/config.py", "StationConfig.reversal_s", "Resistance takes the arm back along the path by so much."),
+        ("device/messages.py", "LOAD_LEVELS", "Number of resistance levels."),
+        ("device/range_override.py", "STEP", "One press of Reduce range removes this share of the range."),
+        ("device/range_override.py", "LEAST", "Reduce range leaves at least this share."),
+        ("device/loader.py", "LIMIT_S", "A recording is checked within this time or refused."),
+        ("device/journal_set.py", "_SYNC_NS", "The journal is synced to the disk so often."),
+        ("station/device_process.py", "_RESTART_S", "Pauses before the device process is restarted."),
+    ),
+    "Login sessions": (
+        ("settings.py", "Settings.idle_minutes", "An unused browser is locked."),
+        ("settings.py", "Settings.sign_in_hours", "A login session ends."),
+        (
+            "auth/sign_in.py",
+            "Limits.extension",
+            "A login session that operates a moving arm is extended by at most this.",
+        ),
+        ("auth/sign_in.py", "_FRESH", "A login or reauthentication counts as recent for so long."),
+        (
+            "auth/auth_cache.py",
+            "Remembered._STOPS_FOR_S",
+            "A user who was authenticated within this time can stop without the database.",
+        ),
+        ("auth/login.py", "_LOOK_EVERY_S", "Ended login sessions are looked for so often."),
+        ("auth/accounts.py", "CODE_LASTS", "A one-time code is valid."),
+        ("auth/set_up.py", "LASTS", "The set-up link is valid."),
+        ("auth/passwords.py", "SHORTEST", "Shortest password, in characters."),
+        ("auth/openid.py", "_CONNECT_S", "The OpenID provider accepts a connection within this time."),
+        ("auth/openid_router.py", "_LONGEST_S", "The OpenID provider answers within this time."),
+        ("clinic/restricted/service.py", "GLASS_LASTS", "Emergency access to a restricted record lasts."),
+    ),
+    "The database and the station's disk": (
+        ("database/engine.py", "_CONNECT_S", "A connection to PostgreSQL takes at most this."),
+        ("database/engine.py", "SERVICE_ANSWER_S", "The database answers within this time or counts as unavailable."),
+        ("database/availability.py", "_AGAIN_S", "An unavailable database is tried again so often."),
+        ("database/delivery.py", "_LONGEST_S", "Longest pause between two deliveries of the spool."),
+        ("database/spool.py", "_MOST", "Records that may wait in memory while the disk takes none."),
+        ("clinic/sessions/offline_cache.py", "_REFRESH_S", "The patients of the day are fetched so often."),
+        ("clinic/sessions/offline_cache.py", "_MAX_PATIENTS", "Patients of the day that are kept."),
+        ("clinic/sessions/prefetch.py", "_MOST_SAMPLES", "Samples of them that are kept."),
+        ("database/series.py", "BLOCK_SAMPLES", "Samples in one block."),
+        ("plotting/downsampling.py", "LINE_POINTS", "Points of each line in an overview."),
+        ("audit/deduplication.py", "WINDOW_S", "Equal audit entries within this time are one."),
+    ),
+    "The clinic": (
+        ("station/overview.py", "SILENT_AFTER_S", "Another station is shown as silent."),
+        ("api/security_middleware.py", "LARGEST_BODY", "Largest request, in bytes."),
+        ("api/security_middleware.py", "LARGEST_FILE", "Largest file to import, in bytes."),
+        ("clinic/recordings/service.py", "SHORTEST_TAKE_S", "Shortest take."),
+        ("clinic/programmes/schemas.py", "MOST_ITEMS", "Items in a programme."),
+        ("clinic/assessments/spadi.py", "MOST_UNANSWERED", "SPADI items that may be left out."),
+        ("interop/fhir_import.py", "MOST_PATIENTS", "Patients in one FHIR import."),
+        ("backups/making.py", "_DAYS", "Days for which every backup is kept."),
+        ("backups/making.py", "_MONTHS", "Months for which the first backup is kept."),
+        ("settings.py", "Settings.backup_at", "Time of the nightly backup."),
+    ),
+}
+"""File, constant (or class and field), and what the value limits."""
+
+_SKIPPED: Final = re.compile(r"^(simulator|bench|evaluation|cli/seed|cli/demo|device/bus/registers)")
+_UNIT: Final = re.compile(r"_(S|MS|NS|HZ|DEG|DEG_S|BYTES|MINUTES|HOURS|DAYS)$|MOST|LONGEST|LARGEST|SHORTEST|^_?MAX_")
+
+
+def limits() -> str:
+    """Return the page of limits and timeouts."""
+    tables = "\n\n".join(
+        f"## {subject}\n\n| Limit | Value | Constant | File |\n|---|---|---|---|\n"
+        + "\n".join(_row(file, constant, what) for file, constant, what in rows)
+        for subject, rows in _SUBJECTS.items()
+    )
+    chosen = {(file, constant) for rows in _SUBJECTS.values() for file, constant, _ in rows}
+    others = "\n".join(
+        f"| `{name}` | {value} | `{_BACKEND}{file}` |" for file, name, value in _all() if (file, name) not in chosen
+    )
+    return f"""# Limits and timeouts
+
+This page is generated by `python -m docs.generate`. Do not edit it.
+Values are read from the source. The suffix of a constant is its unit. Fields of `StationConfig`, `Axis` and `Inputs` are defaults that the
+[station's file](configuration.md) can change; fields of `Settings` can be changed in the [settings](settings.md).
+
+{tables}
+
+## Other constants of the backend
+
+| Constant | Value | File |
+|---|---|---|
+{others}
+"""
+
+
+def _row(file: str, constant: str, what: str) -> str:
+    folder = _PAGE if file.endswith((".ts", ".tsx")) else _BACKEND
+    return f"| {what} | {_value(folder + file, constant)} | `{constant}` | `{folder}{file}` |"
+
+
+def _value(path: str, constant: str) -> str:
+    """Return a constant's value as it is shown.
+
+    :raises KeyError: when the file does not define it.
+    """
+    text = (ROOT / path).read_text()
+    if path.startswith(_PAGE):
+        found = re.search(rf"const {constant}(?:: \w+)? = ([^;]+);", text)
+        if not found:
+            raise KeyError(f"{path}: {constant}")
+        return _shown(constant, found[1].replace("_", ""))
+    body = ast.parse(text).body
+    owner, _, name = constant.rpartition(".")
+    if owner:
+        body = next((one.body for one in body if isinstance(one, ast.ClassDef) and one.name == owner), [])
+    for found_name, value in _assigned(body):
+        if found_name == name:
+            return _shown(name, value)
+    raise KeyError(f"{path}: {constant}")
+
+
+def _assigned(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each annotated or plain assignment."""
+    for node in body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.value:
+            yield node.target.id, ast.unparse(node.value)
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            yield node.targets[0].id, ast.unparse(node.value)
+
+
+_UNITS: Final = {
+    "_S": "s", "_MS": "ms", "_HZ": "Hz", "_DEG": "deg", "_BYTES": "bytes", "_S2": "deg/s²", "_NM": "Nm", "_NS": "ms", "_MINUTES": "minutes",
+    "_HOURS": "hours", "_DEG_S": "deg/s", "_DAYS": "days", "_MONTHS": "months", "_CYCLES": "cycles",
+}  # fmt: skip
+
+
+def _shown(name: str, value: str) -> str:
+    """Return a value with its unit: from a number, a field's default or a timedelta."""
+    default = re.match(r"Field\(default=([^,]+),", value)
+    value = default[1] if default else value
+    span = re.fullmatch(r"timedelta\((\w+)=([\d.]+)\)", value)
+    if span:
+        return f"{span[2]} {span[1]}"
+    unit = next(
+        (unit for end, unit in sorted(_UNITS.items(), reverse=True, key=_length) if name.upper().endswith(end)), ""
+    )
+    try:
+        number = _number(ast.parse(value, mode="eval").body)
+    except (ValueError, SyntaxError):
+        return f"{value.strip('()').replace(chr(39), '')} {unit}".strip()
+    if name.upper().endswith("_NS"):
+        number /= 1_000_000
+    shown = f"{number:,.10g}" if isinstance(number, float) else f"{number:,}"
+    return f"{shown} {unit}".strip()
+
+
+def _length(ending: tuple[str, str]) -> int:
+    return len(ending[0])
+
+
+def _number(node: ast.expr) -> int | float:
+    """Return the value of a number or of an arithmetic expression of numbers.
+
+    :raises ValueError: when the expression is another one.
+    """
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return value
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            return -_number(inner)
+        case ast.BinOp(left=left, op=ast.Mult(), right=right):
+            return _number(left) * _number(right)
+        case ast.BinOp(left=left, op=ast.LShift(), right=right):
+            return int(_number(left)) << int(_number(right))
+        case ast.BinOp(left=left, op=ast.Div(), right=right):
+            return _number(left) / _number(right)
+    raise ValueError("no number")
+
+
+def _all() -> Iterator[tuple[str, str, str]]:
+    """Yield file, name and value of every numeric constant with a unit or a limit in its name."""
+    for path in sorted((ROOT / _BACKEND).rglob("*.py")):
+        file = path.relative_to(ROOT / _BACKEND).as_posix()
+        if _SKIPPED.match(file):
+            continue
+        for name, value in _assigned(ast.parse(path.read_text()).body):
+            if not (name.isupper() and _UNIT.search(name)):
+                continue
+            try:
+                _number(ast.parse(value, mode="eval").body)
+            except (ValueError, SyntaxError):
+                continue
+            yield file, name, _shown(name, value)
