@@ -66,7 +66,7 @@ def run(pages: int, stalled: int, seconds: float, progress: Callable[[str], None
             delivery = (told.delivery_p50_ms, told.delivery_p99_ms, told.delivery_max_ms)
             report.rows.append(
                 (one.name, *(f"{value:.1f}" for value in delivery), f"{measured.loop.lateness_p999_ms:.3f}",
-                 str(measured.missed), f"{one.growth_mb:+.1f}", str(told.hung_up))
+                 str(measured.missed), f"{one.growth_mb:+.1f}", str(told.connections_lost))
             )  # fmt: skip
     report.notes.append(
         "delivery: from the message's own time until the page has read it; the pages are on this computer, too."

@@ -141,7 +141,7 @@ def _tell(report: Report, key: str, name: str, measured: LoopFigures, quiet: Loo
     before = {one: float(getattr(quiet.loop, f"lateness_{one}_ms")) for one in _NAMES}
     ratios = {one: told[one] / before[one] if before[one] else float("nan") for one in _NAMES}
     report.figures |= {f"lateness_{one}_ms_{key}": value for one, value in told.items()}
-    report.figures |= {f"missed_{key}": measured.missed, f"floor_p999_ms_{key}": measured.floor.p999_ms}
+    report.figures |= {f"missed_{key}": measured.missed, f"floor_p999_ms_{key}": measured.reference.p999_ms}
     if key != "quiet":
         report.figures |= {f"lateness_{one}_ratio_{key}": value for one, value in ratios.items()}
     report.rows.append(
@@ -149,7 +149,7 @@ def _tell(report: Report, key: str, name: str, measured: LoopFigures, quiet: Loo
             name,
             *(f"{value:.3f}" for value in told.values()),
             str(measured.missed),
-            f"{measured.floor.p999_ms:.3f}",
+            f"{measured.reference.p999_ms:.3f}",
             "" if key == "quiet" else f"{ratios['p999']:.2f}",
         )
     )

@@ -86,7 +86,7 @@ def _watch(
             )
         if live.mode == "idle":
             if played and played % _RUNS_A_SESSION == 0:
-                records = service.begin_another(records)
+                records = service.begin_next_session(records)
             service.play(records)
             played += 1
         at_s = time.monotonic() - began

@@ -143,7 +143,7 @@ def _server() -> Iterator[postgresql.Server]:
 def _start(stack: ExitStack, folder: Path, name: str, server: postgresql.Server, play_s: float) -> _Station:
     data = folder / name
     records = prepare_records(data, play_s=play_s, plot_s=1.0, database_url=server.url)
-    service = RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=server.url)
+    service = RunningService(data, records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name)
     return _Station(name, stack.enter_context(service), records)
 
 

@@ -111,7 +111,7 @@ def test_a_session_ends_and_the_next_is_played_in(tmp_path: Path) -> None:
     with RunningService(tmp_path, records, cycle_hz=100, rate_hz=100, real_time=False) as clinic:
         clinic.play(records)
         clinic.until(lambda live: live.mode == "idle", 60)
-        after = clinic.begin_another(records)
+        after = clinic.begin_next_session(records)
         assert after.session_id != records.session_id
         clinic.play(after)
 

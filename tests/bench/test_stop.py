@@ -104,6 +104,6 @@ def test_benchmark_gives_up_when_every_load_is_too_early() -> None:
 def test_loads_left_out_are_reported() -> None:
     report = Report("Stop", ("While",))
     loaded = next(case for case in stop.CASES if case.name == "loaded")
-    stop._tell(report, loaded, stop.StopFigures([2.0], 0, [], accepted_first=3))
+    stop._add_row(report, loaded, stop.StopFigures([2.0], 0, [], accepted_first=3))
     assert report.rows[0][1] == "1"
     assert any("3 Loads were accepted before the Stop was sent" in note for note in report.notes)

@@ -64,9 +64,7 @@ class TreatingStation:
         self.name, self.data, self._over = name, folder / name, over
         self.records: BenchRecords = prepare_records(self.data, play_s=_PLAY_S, plot_s=1.0, database_url=database_url)
         self.clinic = stack.enter_context(
-            RunningService(
-                self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name, database_url=database_url
-            )
+            RunningService(self.data, self.records, cycle_hz=_RATE_HZ, rate_hz=_RATE_HZ, name=name)
         )
         self.hand = _Hand(self.clinic.hand)
         self.clinic.hand = self.hand  # type: ignore[assignment]

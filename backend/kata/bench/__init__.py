@@ -1,1 +1,1 @@
-"""Benchmarks: the timing goals, measured on whatever computer this is. They run the real processes and print figures."""
+"""``kata bench``: measures the timing goals on this computer with the real processes and prints figures."""

@@ -1,4 +1,4 @@
-"""A benchmark's own account: it asks the service as a therapist does, signed in."""
+"""Signs a benchmark in to the service with an account of its own."""
 
 from typing import Final
 from uuid import uuid4
@@ -10,11 +10,11 @@ from kata.database.base import utc_now
 from kata.database.engine import Database
 
 ACTIVE_HEADER: Final = {"X-Kata-Active": "1"}
-"""Goes with every request: a benchmark of hours never leaves its place."""
+"""Sent with every request, so that a long benchmark is never signed out as inactive."""
 
 
 def sign_in_cookie(database: Database, role: Role = "therapist") -> str:
-    """Make an account of this role; the ``Cookie`` header of somebody who is signed in to it, with its second factor given."""
+    """Create an account and return the ``Cookie`` header of a login session of it, second factor included."""
     now, account_id = utc_now(), uuid4()
     with database.write() as session:
         account = AccountRow(

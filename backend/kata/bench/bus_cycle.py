@@ -1,4 +1,4 @@
-"""What ``kata bench bus`` asks of everybody: one cycle, over and over; and what it is told of them."""
+"""The cycle that ``kata bench bus`` measures, and the messages between the benchmark and the process that drives the bus."""
 
 from typing import Final, Protocol
 
@@ -10,53 +10,53 @@ _SWING_DEG: Final = 1.0
 
 
 class CycleRunner(Protocol):
-    """A library with its port open."""
+    """One library with its port open."""
 
     def cycle(self) -> int:
-        """One cycle; how many of the five drives answered soundly."""
+        """Run one cycle and return how many of the five drives answered correctly."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 class Goals:
-    """Two sets in turn, in the middle of the axes' ranges: no library may send what it has sent before."""
+    """Two alternating sets of goals in the middle of the axes' ranges, so that no library can repeat its last message."""
 
     def __init__(self, config: StationConfig) -> None:
         middle = [(axis.min_deg + axis.max_deg) / 2 for axis in config.axes]
-        self._sets = middle, [angle + _SWING_DEG for angle in middle]
-        self._turn = 0
+        self._goals = middle, [angle + _SWING_DEG for angle in middle]
+        self._next = 0
 
     def next_deg(self) -> list[float]:
-        """Motor angles of the next cycle."""
-        self._turn = 1 - self._turn
-        return self._sets[self._turn]
+        """Return the motor angles of the next cycle."""
+        self._next = 1 - self._next
+        return self._goals[self._next]
 
 
 class CycleOrder(msgspec.Struct, frozen=True):
-    """Cycles to measure: for so long, or so many of them."""
+    """Cycles to measure, by duration or by number."""
 
     seconds: float = 0.0
     cycles: int = 0
     before: int = 0
-    """Cycles that come first and are not measured."""
+    """Cycles before the measurement."""
     hz: int = 0
-    """Cycles a second as the control loop paces them; 0 is one after the other."""
+    """Cycles per second, paced like the control loop; 0: without a pause."""
 
 
 class CycleFigures(msgspec.Struct, frozen=True):
-    """What came of an order."""
+    """The figures of one :class:`CycleOrder`."""
 
     cycles: int
     per_s: float
     mean_ms: float
-    """Time a cycle took, without the wait for the next."""
+    """Duration of a cycle without the wait for the next."""
     p50_ms: float
     max_ms: float
     sd_us: float
     spread_us: float
     """99th percentile minus median."""
     cpu_percent: float
-    """Of one core, this process."""
+    """Processor time of this process, in percent of one core."""
     lost: int
-    """Answers of drives that did not come or were not taken, of five a cycle."""
+    """Missing or rejected answers, of five per cycle."""

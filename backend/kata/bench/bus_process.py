@@ -1,6 +1,6 @@
-"""A process that does nothing but one library's cycles: its processor time is the library's, and nobody else's garbage is.
+"""A process that only runs one library's bus cycles, so that its processor time and garbage collection are the library's.
 
-It takes orders from the benchmark, one line of JSON each, and answers each with what it has measured.
+It reads one :class:`~kata.bench.bus_cycle.CycleOrder` per line of standard input, as JSON, and answers each with its figures.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from kata.device.bus.port import BusError
 from kata.device.config import StationConfig
 from kata.system import realtime
 
-_TRIES: Final = 10
+_OPEN_ATTEMPTS: Final = 10
 
 RUNNERS: Final[dict[str, Callable[[StationConfig], CycleRunner]]] = {
     "kata": KataDrives,
@@ -40,7 +40,7 @@ RUNNERS: Final[dict[str, Callable[[StationConfig], CycleRunner]]] = {
 def main() -> None:
     """Entry of ``python -m kata.bench.bus_process``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.bus_process", description=__doc__)
-    parser.add_argument("--name", choices=sorted(RUNNERS), required=True, help="what drives the bus")
+    parser.add_argument("--name", choices=sorted(RUNNERS), required=True, help="the library that drives the bus")
     parser.add_argument("--station", type=Path, required=True, help="the station's configuration")
     parser.add_argument("--no-real-time", action="store_true", help="without SCHED_FIFO")
     arguments = parser.parse_args()
@@ -51,34 +51,34 @@ def main() -> None:
         sys.exit(f"{arguments.name}: {error}")
     realtime.settle()
     granted = not arguments.no_real_time and realtime.schedule(realtime.CONTROL_PRIORITY)
-    _tell(b"real time" if granted else b"ordinary")
+    _reply(b"real time" if granted else b"ordinary")
     for line in sys.stdin.buffer:
-        _tell(msgspec.json.encode(_measure(host, msgspec.json.decode(line, type=CycleOrder))))
+        _reply(msgspec.json.encode(_measure(host, msgspec.json.decode(line, type=CycleOrder))))
     host.close()
 
 
 def _open_runner(name: str, station: StationConfig) -> CycleRunner:
-    """A busy computer may delay an answer for longer than a driver waits: that is no reason to give up."""
-    for _ in range(_TRIES - 1):
+    """Open the port; try again after a time-out, which a busy computer may cause."""
+    for _ in range(_OPEN_ATTEMPTS - 1):
         with contextlib.suppress(BusError):
             return RUNNERS[name](station)
     return RUNNERS[name](station)
 
 
-def _tell(line: bytes) -> None:
+def _reply(line: bytes) -> None:
     os.write(sys.stdout.fileno(), line + b"\n")
 
 
 def _measure(host: CycleRunner, order: CycleOrder) -> CycleFigures:
     for _ in range(order.before):
         host.cycle()
-    took_ns: list[int] = []
+    durations_ns: list[int] = []
     answers = 0
     period_ns = 1_000_000_000 // order.hz if order.hz else 0
     cpu_ns, began_ns = time.process_time_ns(), time.monotonic_ns()
     deadline_ns = now_ns = began_ns
     end_ns = began_ns + int(order.seconds * 1e9)
-    while len(took_ns) < order.cycles or now_ns < end_ns:
+    while len(durations_ns) < order.cycles or now_ns < end_ns:
         if period_ns:
             deadline_ns += max(1, (now_ns - deadline_ns) // period_ns + 1) * period_ns
             time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
@@ -86,19 +86,19 @@ def _measure(host: CycleRunner, order: CycleOrder) -> CycleFigures:
         start_ns = now_ns
         answers += host.cycle()
         now_ns = time.monotonic_ns()
-        took_ns.append(now_ns - start_ns)
+        durations_ns.append(now_ns - start_ns)
     spent_ns, cpu_ns = now_ns - began_ns, time.process_time_ns() - cpu_ns
-    ordered_ns = sorted(took_ns)
+    sorted_ns = sorted(durations_ns)
     return CycleFigures(
-        cycles=len(took_ns),
-        per_s=len(took_ns) / spent_ns * 1e9,
-        mean_ms=statistics.fmean(took_ns) / 1e6,
-        p50_ms=ordered_ns[len(ordered_ns) // 2] / 1e6,
-        max_ms=ordered_ns[-1] / 1e6,
-        sd_us=statistics.pstdev(took_ns) / 1e3,
-        spread_us=(ordered_ns[len(ordered_ns) * 99 // 100] - ordered_ns[len(ordered_ns) // 2]) / 1e3,
+        cycles=len(durations_ns),
+        per_s=len(durations_ns) / spent_ns * 1e9,
+        mean_ms=statistics.fmean(durations_ns) / 1e6,
+        p50_ms=sorted_ns[len(sorted_ns) // 2] / 1e6,
+        max_ms=sorted_ns[-1] / 1e6,
+        sd_us=statistics.pstdev(durations_ns) / 1e3,
+        spread_us=(sorted_ns[len(sorted_ns) * 99 // 100] - sorted_ns[len(sorted_ns) // 2]) / 1e3,
         cpu_percent=cpu_ns / spent_ns * 100,
-        lost=5 * len(took_ns) - answers,
+        lost=5 * len(durations_ns) - answers,
     )
 
 

@@ -1,4 +1,4 @@
-"""The benchmark's end of a process that drives a bus: see :mod:`kata.bench.bus_process`, which imports as little as it can."""
+"""Starts and orders :mod:`kata.bench.bus_process`; apart from it, because that module imports as little as possible."""
 
 import select
 import subprocess
@@ -18,16 +18,22 @@ _END_LIMIT_S: Final = 5.0
 
 
 class BusProcess:
-    """One such process, its port open."""
+    """A process that drives the bus, with its port open."""
 
     def __init__(self, child: "subprocess.Popen[bytes]") -> None:
-        """:raises BenchError: when it could not open the port."""
+        """Wait until the port is open.
+
+        :raises BenchError: when the process could not open it.
+        """
         self._child = child
         self.real_time = self._line() == b"real time"
-        """SCHED_FIFO was granted to it."""
+        """True if the process has SCHED_FIFO."""
 
     def measure(self, order: CycleOrder) -> CycleFigures:
-        """:raises BenchError: when it does not answer."""
+        """Measure some cycles.
+
+        :raises BenchError: when the process does not answer.
+        """
         assert self._child.stdin is not None
         self._child.stdin.write(msgspec.json.encode(order) + b"\n")
         self._child.stdin.flush()
@@ -40,16 +46,14 @@ class BusProcess:
             raise BenchError("the process that drives the bus hangs")
         line = self._child.stdout.readline()
         if not line:
-            told = self._child.stderr.read().decode(errors="replace").strip()
-            raise BenchError(
-                f"the process that drives the bus has ended: {told.splitlines()[-1] if told else 'unsaid'}"
-            )
+            lines = self._child.stderr.read().decode(errors="replace").splitlines()
+            raise BenchError(f"the process that drives the bus has ended: {lines[-1] if lines else 'no reason given'}")
         return line.rstrip()
 
 
 @contextmanager
 def bus_process(name: str, station: Path, *, real_time: bool) -> Iterator[BusProcess]:
-    """A process with the port open, while the block lasts."""
+    """Run a process with the port open during the block."""
     command = [sys.executable, "-m", "kata.bench.bus_process", "--name", name, "--station", str(station)]
     if not real_time:
         command.append("--no-real-time")

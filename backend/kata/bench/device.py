@@ -1,4 +1,4 @@
-"""A device process and a simulated apparatus without a service: the benchmark holds the service's end of the socket."""
+"""A device process with a simulated apparatus, without a service: the benchmark holds the service's end of the socket."""
 
 import itertools
 import socket
@@ -37,20 +37,20 @@ _END_LIMIT_S: Final = 10.0
 
 @dataclass(frozen=True)
 class Answered:
-    """A reply, and when it came by ``time.monotonic_ns``."""
+    """A reply, and its arrival by ``time.monotonic_ns``."""
 
     at_ns: int
     refusal: Refusal | None
 
 
 class Device:
-    """Both processes, and threads that send heartbeats and receive; ends them with the ``with`` block.
+    """Both processes, and threads that send heartbeats and receive. The end of the ``with`` block ends them.
 
-    Several threads may send at once. Frames never mix; a Load's parts leave room for others between them, as the service's do.
+    Several threads may send at once. Frames never mix. Other frames may go between the parts of a Load, as in the service.
     """
 
     def __init__(self, folder: Path, *, cycle_hz: int, real_time: bool, module: str = "kata.device") -> None:
-        """``module``: what is started as the device process."""
+        """``module``: the module started as the device process."""
         folder.mkdir()
         self.simulator = SimulatorProcess(folder)
         self.hand = self.simulator.client()
@@ -65,12 +65,14 @@ class Device:
             self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stderr=log_file)
         self._numbers = itertools.count(1)
         self._sending = threading.Lock()
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         self._answers: dict[int, Answered] = {}
         self._snapshot: Snapshot | None = None
         self._gone = False
         self._closing = threading.Event()
-        self._threads = [threading.Thread(target=part, daemon=True) for part in (self._beat, self._listen)]
+        self._threads = [
+            threading.Thread(target=part, daemon=True) for part in (self._send_heartbeats, self._receive_messages)
+        ]
 
     def __enter__(self) -> Self:
         for thread in self._threads:
@@ -95,29 +97,29 @@ class Device:
 
     @property
     def snapshot(self) -> Snapshot:
-        """The newest one.
+        """The newest snapshot.
 
-        :raises BenchError: when none has come.
+        :raises BenchError: when none has arrived.
         """
         if self._snapshot is None:
-            raise BenchError("the device process has said nothing yet")
+            raise BenchError("the device process has sent no snapshot yet")
         return self._snapshot
 
     def until_mode(self, mode: str) -> None:
         """Wait for a snapshot in this mode.
 
-        :raises BenchError: when none comes in time.
+        :raises BenchError: when none arrives in time.
         """
         self._wait(lambda: self._snapshot and self._snapshot.mode == mode, mode)
 
     def send(self, command: Command) -> tuple[int, int]:
-        """Send it: its number, and when it was on its way by ``time.monotonic_ns``."""
+        """Send a command; return its number and the time its last frame was sent, by ``time.monotonic_ns``."""
         number = next(self._numbers)
         parts = frames_of(Request(id=number, command=command))
         return number, self.send_frames(parts)
 
     def send_frames(self, parts: Iterable[bytes]) -> int:
-        """Send frames, with room for others between them; when the last one was on its way."""
+        """Send frames; others may go between them. Return the time the last one was sent."""
         at_ns = 0
         for part in parts:
             with self._sending:
@@ -126,7 +128,7 @@ class Device:
         return at_ns
 
     def send_until_answered(self, number: int, parts: Iterable[bytes]) -> None:
-        """Send a Load's frames until it is answered, as the service does: of one that is refused only the first."""
+        """Send a Load's frames until it is answered, as the service does; a refused Load is not sent to its end."""
         self._answers.pop(number, None)
         for part in parts:
             if number in self._answers:
@@ -134,13 +136,13 @@ class Device:
             self.send_frames([part])
 
     def answered(self, number: int) -> bool:
-        """True when the reply to a command has come."""
+        """True if the reply to a command has arrived."""
         return number in self._answers
 
     def answer(self, number: int) -> Answered:
         """Wait for the reply to a command.
 
-        :raises BenchError: when none comes in time.
+        :raises BenchError: when none arrives in time.
         """
         self._wait(lambda: number in self._answers, "an answer")
         return self._answers.pop(number)
@@ -155,31 +157,31 @@ class Device:
             raise BenchError(f"{type(command).__name__}: {refusal.message} {refusal.next_step}")
 
     def _wait(self, condition: Callable[[], object], for_what: str) -> None:
-        with self._news:
-            if not self._news.wait_for(lambda: self._gone or condition(), _ANSWER_LIMIT_S) or self._gone:
-                there = self._snapshot.mode if self._snapshot else "not heard yet"
-                raise BenchError(f"the device process is {'gone' if self._gone else there}; waited for {for_what}")
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._gone or condition(), _ANSWER_LIMIT_S) or self._gone:
+                mode = self._snapshot.mode if self._snapshot else "not connected"
+                raise BenchError(f"the device process is {'gone' if self._gone else mode}; waited for {for_what}")
 
-    def _beat(self) -> None:
+    def _send_heartbeats(self) -> None:
         while not self._closing.wait(_HEARTBEAT_S):
             try:
                 self.send_frames([frame(Heartbeat())])
             except OSError:
                 return
 
-    def _listen(self) -> None:
+    def _receive_messages(self) -> None:
         incoming = bytearray()
         decoder = msgspec.msgpack.Decoder(FromDevice)
         while data := self._receive():
             at_ns = time.monotonic_ns()
             incoming += data
-            with self._news:
+            with self._changed:
                 for encoded in frames(incoming):
-                    self._take(decoder.decode(encoded), at_ns)
-                self._news.notify_all()
-        with self._news:
+                    self._handle(decoder.decode(encoded), at_ns)
+                self._changed.notify_all()
+        with self._changed:
             self._gone = True
-            self._news.notify_all()
+            self._changed.notify_all()
 
     def _receive(self) -> bytes:
         try:
@@ -187,7 +189,7 @@ class Device:
         except OSError:
             return b""
 
-    def _take(self, message: FromDevice, at_ns: int) -> None:
+    def _handle(self, message: FromDevice, at_ns: int) -> None:
         match message:
             case Snapshot():
                 self._snapshot = message

@@ -1,7 +1,7 @@
-"""``kata bench estop``: from the emergency stop's contact opening to torque off at all five drives, by the simulator's clock.
+"""``kata bench estop``: the time from the opening of the emergency stop's contact to torque off at all five drives.
 
-Both ends are seen on the simulator's side of the wire: the moment of the press, and the moment the last byte of the
-instruction that switches a drive's torque off has come. Presses fall anywhere in the control loop's cycle.
+The simulator's clock measures both ends: the press, and the arrival of the last byte of the instruction that switches a drive's
+torque off. The phase of a press within the control loop's cycle is random.
 """
 
 import random
@@ -25,9 +25,9 @@ from kata.simulator.apparatus import State
 
 _PLAY_S: Final = 10.0
 _SETTLE_S: Final = (0.02, 0.06)
-"""Torque has been on for this long at a press: several cycles, so that its phase within one is random."""
-_LOOK_AFTER_S: Final = 0.03
-"""Looking costs the simulator time that the drives' answers need, so not before the stop should be over."""
+"""Torque is on for this long before a press: several cycles, so that its phase within a cycle is random."""
+_READ_AFTER_S: Final = 0.03
+"""Wait before reading the simulator's state: reading takes time that the drives' answers need."""
 _OFF_LIMIT_S: Final = 2.0
 _ON_LIMIT_S: Final = 2.0
 _CAUSE: Final = "estop_pressed"
@@ -38,15 +38,15 @@ class Press:
     """One press with torque on."""
 
     off_ms: float
-    """Until the last of the five was without torque."""
+    """Until the last of the five drives has no torque."""
     cause: str
-    """First cause of the stop that came."""
+    """First cause of the stop."""
 
 
 def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], None]) -> Report:
-    """Press again and again.
+    """Press the emergency stop ``presses`` times.
 
-    :raises BenchError: when torque does not go off, or does not come on again.
+    :raises BenchError: when torque does not switch off, or not on again.
     """
     load = "loaded" if case.loaded else "idle"
     report = Report(
@@ -60,35 +60,35 @@ def run(presses: int, case: LoopCase, plot_s: float, progress: Callable[[str], N
                 Path(folder), records, cycle_hz=case.cycle_hz, rate_hz=case.rate_hz, real_time=case.real_time
             )
         )
-        told = stack.enter_context(page_load(service, records)) if case.loaded else None
+        clients = stack.enter_context(page_load(service, records)) if case.loaded else None
         before = service.live().loop
         done: list[Press] = []
         early: list[str] = []
         while len(done) < presses:
             if len(done) % 50 == 0:
                 progress(f"{len(done)} of {presses} presses")
-            one = _press(service, records)
-            if isinstance(one, Press):
-                done.append(one)
+            pressed = _press(service, records)
+            if isinstance(pressed, Press):
+                done.append(pressed)
             else:
-                early.append(one)
+                early.append(pressed)
         after = service.live().loop
-    _tell(report, done, early)
+    _add_figures(report, done, early)
     if before and after:
         granted = "with" if after.real_time else "without"
         report.notes.append(
-            f"The loop ran {granted} SCHED_FIFO and missed {after.overruns - before.overruns} cycles meanwhile."
+            f"The loop ran {granted} SCHED_FIFO and missed {after.overruns - before.overruns} cycles during the presses."
         )
-    if told:
-        report.notes.append(f"{told.line()}.")
+    if clients:
+        report.notes.append(f"{clients.line()}.")
     return report
 
 
 def _press(service: RunningService, records: BenchRecords) -> Press | str:
-    """Torque on, press, and put everything back; the cause, when something else stopped it before the press."""
+    """Switch torque on, press, and acknowledge. Return the cause when another stop came before the press."""
     try:
         service.approach(records)
-        _until(service, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
+        _wait_for_state(service, lambda state: all(axis.torque_on for axis in state.axes), _ON_LIMIT_S)
     except BenchError:
         live = service.live()
         if not live.stop:
@@ -97,8 +97,8 @@ def _press(service: RunningService, records: BenchRecords) -> Press | str:
         return causes(live)[0]
     time.sleep(random.uniform(*_SETTLE_S))
     service.hand.estop(pressed=True)
-    time.sleep(_LOOK_AFTER_S)
-    state = _until(service, lambda state: not any(axis.torque_on for axis in state.axes), _OFF_LIMIT_S)
+    time.sleep(_READ_AFTER_S)
+    state = _wait_for_state(service, lambda state: not any(axis.torque_on for axis in state.axes), _OFF_LIMIT_S)
     pressed_ns = max(event.t_ns for event in state.events if event.what == "estop_pressed")
     off = {event.motor: event.t_ns for event in state.events if event.what == "torque_off" and event.t_ns >= pressed_ns}
     live = service.until(lambda live: live.mode == "stopped", _OFF_LIMIT_S)
@@ -110,7 +110,7 @@ def _press(service: RunningService, records: BenchRecords) -> Press | str:
     return Press((max(off.values()) - pressed_ns) / 1e6, cause)
 
 
-def _until(service: RunningService, condition: Callable[[State], object], within_s: float) -> State:
+def _wait_for_state(service: RunningService, condition: Callable[[State], object], within_s: float) -> State:
     limit = time.monotonic() + within_s
     while not condition(state := service.hand.state()):
         if time.monotonic() > limit:
@@ -119,7 +119,7 @@ def _until(service: RunningService, condition: Callable[[State], object], within
     return state
 
 
-def _tell(report: Report, done: list[Press], early: list[str]) -> None:
+def _add_figures(report: Report, done: list[Press], early: list[str]) -> None:
     by_estop = [press.off_ms for press in done if press.cause == _CAUSE]
     others = [press.cause for press in done if press.cause != _CAUSE] + early
     if not by_estop:
@@ -137,6 +137,4 @@ def _tell(report: Report, done: list[Press], early: list[str]) -> None:
     figures = (f"{value:.2f}" for value in (p50, p99, p999, longest))
     report.rows.append((str(len(done) + len(early)), *figures, str(len(others))))
     for cause in sorted(set(others)):
-        report.notes.append(
-            f"{others.count(cause)} stops had {cause} as their first cause; the figures are without them."
-        )
+        report.notes.append(f"{others.count(cause)} stops had {cause} as their first cause. The figures exclude them.")

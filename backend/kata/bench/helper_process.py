@@ -1,4 +1,4 @@
-"""A process that goes on beside a measurement, and says at its end what came of it."""
+"""Runs a module in a process of its own beside a measurement and reads its result."""
 
 import subprocess
 import sys
@@ -11,16 +11,16 @@ from kata.bench.running_service import BenchError
 
 @dataclass
 class HelperOutput:
-    """What such a process has said last, once it has ended."""
+    """The last output of a helper process; empty until it has ended."""
 
     text: str = ""
 
 
 @contextmanager
 def helper_process(module: str, *arguments: str, failure: str) -> Iterator[HelperOutput]:
-    """``python -m module`` while the block lasts. It says "ready" when it is, and its last word when its input is closed.
+    """Run ``python -m module`` during the block. It prints "ready" first, and its result when its input is closed.
 
-    :raises BenchError: with ``failure``, when it does not get ready.
+    :raises BenchError: with ``failure`` as its message, when the process does not get ready.
     """
     output = HelperOutput()
     command = [sys.executable, "-m", module, *arguments]

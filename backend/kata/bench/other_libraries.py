@@ -1,6 +1,6 @@
-"""The same cycle, carried out by other people's libraries, each as its own documentation uses it and in its fastest way.
+"""The bus cycle with other libraries, each as its documentation recommends and in its fastest mode.
 
-They are for development only, and imported when they are measured.
+They are development dependencies, imported when they are measured.
 """
 
 import contextlib
@@ -18,11 +18,11 @@ _PRESENT_BYTES: Final = 10
 _COUNTS_A_DEG: Final = 4096 / 360
 _HALF_TURN: Final = 2048
 _TIMEOUT_S: Final = 0.02
-"""Where a library lets its user choose: two cycles of the control loop. Their own examples wait longer."""
+"""For libraries with a configurable time-out: two cycles of the control loop. Their own examples use longer ones."""
 
 
 def installed(module: str) -> bool:
-    """Whether it is installed."""
+    """True if the module is installed."""
     return importlib.util.find_spec(module) is not None
 
 
@@ -31,15 +31,15 @@ def _count(angle_deg: float) -> int:
 
 
 class DynamixelSdk:
-    """ROBOTIS' own, with Group Sync Write and Group Sync Read."""
+    """ROBOTIS' library with Group Sync Write and Group Sync Read."""
 
     def __init__(self, config: StationConfig, *, fast: bool) -> None:
-        """``fast``: with Fast Sync Read."""
+        """``fast``: use Fast Sync Read."""
         import dynamixel_sdk as sdk
 
         self._port = sdk.PortHandler(config.port)
         if not self._port.setBaudRate(config.baud):
-            raise OSError(f"dynamixel-sdk does not know {config.baud} baud")
+            raise OSError(f"dynamixel-sdk does not support {config.baud} baud")
         handler = sdk.PacketHandler(2.0)
         self._ids = [axis.id for axis in config.axes]
         self._write = sdk.GroupSyncWrite(self._port, handler, _GOAL, _GOAL_BYTES)
@@ -48,7 +48,7 @@ class DynamixelSdk:
             self._write.addParam(drive_id, bytes(_GOAL_BYTES))
             self._read.addParam(drive_id)
         self._ask = self._read.fastSyncRead if fast else self._read.txRxPacket
-        self._one_packet = fast
+        self._fast = fast
         self._success = sdk.COMM_SUCCESS
         self._goals = Goals(config)
 
@@ -58,15 +58,15 @@ class DynamixelSdk:
             self._write.changeParam(drive_id, _count(angle_deg).to_bytes(_GOAL_BYTES, "little", signed=True))
         self._write.txPacket()
         for drive_id in self._ids:
-            # An answer of the cycle before is not to be taken for one of this.
+            # Forget the answer of the last cycle.
             self._read.data_dict[drive_id] = []
-        whole = self._ask() == self._success
-        if whole:
+        complete = self._ask() == self._success
+        if complete:
             for drive_id in self._ids:
                 self._read.getData(drive_id, 126, 2)
                 self._read.getData(drive_id, 128, 4)
                 self._read.getData(drive_id, 132, 4)
-        return len(self._ids) if whole else sum(1 for data in self._read.data_dict.values() if data)
+        return len(self._ids) if complete else sum(1 for data in self._read.data_dict.values() if data)
 
     def close(self) -> None:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
@@ -74,12 +74,12 @@ class DynamixelSdk:
 
 
 class Rustypot:
-    """Written in Rust; a Sync Read of all three values as one block, which is quicker than its one for each register."""
+    """rustypot, written in Rust: reads all three values as one block, which is faster than one Sync Read per register."""
 
     def __init__(self, config: StationConfig) -> None:
         import rustypot
 
-        # Of those with Protocol 2.0 the one whose registers are where an XH540 has them.
+        # The Protocol 2.0 controller with the register addresses of an XH540.
         self._controller: Any = rustypot.Xl430PyController(config.port, config.baud, _TIMEOUT_S)
         self._ids = [axis.id for axis in config.axes]
         self._goals = Goals(config)
@@ -99,19 +99,19 @@ class Rustypot:
         return len(blocks)
 
     def close(self) -> None:
-        """See :class:`~kata.bench.bus_cycle.CycleRunner`. It closes its port when it is forgotten."""
+        """See :class:`~kata.bench.bus_cycle.CycleRunner`. The controller closes its port when it is deleted."""
         self._controller = None
 
 
 class Pymodbus:
-    """Function 23 for each drive and the two inputs, as our own driver does."""
+    """pymodbus: function 23 for each drive, and the two inputs, like our own driver."""
 
     def __init__(self, config: StationConfig) -> None:
         from pymodbus import ModbusException
         from pymodbus.client import ModbusSerialClient
 
         self._config = config
-        self._refused = ModbusException
+        self._exception = ModbusException
         self._client: Any = ModbusSerialClient(config.port, baudrate=config.baud, timeout=_TIMEOUT_S, retries=0)
         if not self._client.connect():
             raise OSError(f"pymodbus cannot open {config.port}")
@@ -120,7 +120,7 @@ class Pymodbus:
     def cycle(self) -> int:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""
         registers, inputs = self._config.modbus, self._config.inputs
-        sound = 0
+        answers = 0
         for axis, angle_deg in zip(self._config.axes, self._goals.next_deg(), strict=True):
             goal = round(angle_deg * registers.position_per_deg) & 0xFFFFFFFF
             try:
@@ -131,14 +131,14 @@ class Pymodbus:
                     values=[goal >> 16, goal & 0xFFFF],
                     device_id=axis.id,
                 )
-                sound += not answer.isError()
-            except self._refused:
+                answers += not answer.isError()
+            except self._exception:
                 continue
         first = min(inputs.estop_port, inputs.pedal_port)
         count = abs(inputs.estop_port - inputs.pedal_port) + 1
-        with contextlib.suppress(self._refused):
+        with contextlib.suppress(self._exception):
             self._client.read_discrete_inputs(first - 1, count=count, device_id=inputs.drive_id)
-        return sound
+        return answers
 
     def close(self) -> None:
         """See :class:`~kata.bench.bus_cycle.CycleRunner`."""

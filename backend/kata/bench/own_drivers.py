@@ -1,4 +1,4 @@
-"""One cycle of a bus, carried out by our own drivers: five goals written, position, velocity and current of five drives read."""
+"""The bus cycle with our own drivers: writes five goals, reads position, velocity and current of five drives."""
 
 from typing import Final
 
@@ -13,10 +13,10 @@ _FAST_SYNC_READ: Final = 0x8A
 
 
 class KataDrives:
-    """Our Dynamixel driver: goals, and the answers to one request; what other libraries are asked for too."""
+    """Our Dynamixel driver: goals and one read request, the same work as for the other libraries."""
 
     def __init__(self, config: StationConfig, *, fast: bool = True) -> None:
-        """``fast``: the drives know Fast Sync Read."""
+        """``fast``: the drives support Fast Sync Read."""
         self._bus = DynamixelBus(config, SerialLine if fast else _OlderDrives)
         self._bus.open()
         self._bus.configure(range(len(config.axes)))
@@ -34,7 +34,7 @@ class KataDrives:
 
 
 class KataCycle:
-    """What the control loop does in a cycle, with either driver: drives, their status, the two inputs, and the goals."""
+    """The control loop's whole cycle with either driver: goals, drives, their status and the two inputs."""
 
     def __init__(self, config: StationConfig) -> None:
         self._bus = make_bus(config)
@@ -53,7 +53,7 @@ class KataCycle:
 
 
 class _OlderDrives(SerialLine):
-    """A line to drives that do not know Fast Sync Read: for them it is as if it had not been sent."""
+    """A serial line whose drives do not support Fast Sync Read: the request is dropped."""
 
     def send(self, data: bytes) -> None:
         """See :class:`~kata.device.bus.serial_transport.Line`."""

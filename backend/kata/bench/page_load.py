@@ -1,5 +1,5 @@
-"""A busy service: many pages open, of which some may have stalled, and one user who draws a long run again and again. In a process
-of its own.
+"""The load of many clients on a service, in a process of its own: open pages, some of them stalled, and a user who repeatedly plots
+a long run.
 """
 
 import argparse
@@ -31,25 +31,25 @@ _FIGURE_LIMIT_S: Final = 600.0
 
 
 class PageLoadFigures(msgspec.Struct):
-    """What the clients got."""
+    """Figures of the clients."""
 
     messages: int = 0
-    hung_up: int = 0
-    """Connections that did not last."""
-    figures: int = 0
-    figure_mb: float = 0.0
-    figure_s: float = 0.0
-    """Seconds for the slowest one."""
+    connections_lost: int = 0
+    """Lost connections."""
+    plots: int = 0
+    plot_mb: float = 0.0
+    plot_s: float = 0.0
+    """Duration of the slowest plot, seconds."""
     delivery_p50_ms: float = 0.0
-    """From the message's own time to its arrival, read; half of them took no longer."""
+    """Median from the message's own time until it is read."""
     delivery_p99_ms: float = 0.0
     delivery_max_ms: float = 0.0
 
     def line(self) -> str:
-        """In words."""
+        """Return the figures as a sentence."""
         return (
-            f"load: {self.messages} WebSocket messages read, {self.hung_up} connections lost, {self.figures} times the plot "
-            f"({self.figure_mb:.0f} MB, {self.figure_s:.1f} s at worst)"
+            f"load: {self.messages} WebSocket messages read, {self.connections_lost} connections lost, {self.plots} plots "
+            f"({self.plot_mb:.0f} MB, {self.plot_s:.1f} s at worst)"
         )
 
 
@@ -57,21 +57,19 @@ class PageLoadFigures(msgspec.Struct):
 def page_load(
     service: RunningService, records: BenchRecords | None, pages: int = PAGES, stalled: int = 0
 ) -> Iterator[PageLoadFigures]:
-    """Clients on the service while the block lasts, all connected when it begins; then it is told what they got.
+    """Run clients on the service during the block, which begins when all are connected; the figures are filled in at its end.
 
-    ``records`` None: nobody draws. ``stalled``: so many of the pages read nothing after their first message.
+    Without ``records``, no client plots. ``stalled``: the number of pages that stop reading after their first message.
     """
     arguments = ["--url", service.url, "--pages", str(pages), "--stalled", str(stalled), "--cookie", service.cookie]
     if records:
         arguments += ["--run", str(records.run_id)]
-    told = PageLoadFigures()
-    with helper_process(
-        "kata.bench.page_load", *arguments, failure="the clients that make the load could not connect"
-    ) as output:
-        yield told
+    figures = PageLoadFigures()
+    with helper_process("kata.bench.page_load", *arguments, failure="the clients could not connect") as output:
+        yield figures
     with contextlib.suppress(msgspec.DecodeError):
         for name, value in msgspec.structs.asdict(msgspec.json.decode(output.text, type=PageLoadFigures)).items():
-            setattr(told, name, value)
+            setattr(figures, name, value)
 
 
 class _Sent(msgspec.Struct):
@@ -81,8 +79,14 @@ class _Sent(msgspec.Struct):
 _SENT: Final = msgspec.json.Decoder(_Sent)
 
 
-async def _page(
-    url: str, cookie: str, told: PageLoadFigures, connected: asyncio.Semaphore, took_ms: list[float], *, stalls: bool
+async def _open_page(
+    url: str,
+    cookie: str,
+    figures: PageLoadFigures,
+    connected: asyncio.Semaphore,
+    delays_ms: list[float],
+    *,
+    stalls: bool,
 ) -> None:
     try:
         live, headers = url.replace("http", "ws", 1) + "/api/live", {"Cookie": cookie}
@@ -90,17 +94,17 @@ async def _page(
             await socket.recv()
             connected.release()
             if stalls:
-                # Nothing is taken from it any more: soon nothing is read of the connection, either.
+                # When its queue is full, the library stops reading the connection.
                 await asyncio.Event().wait()
             async for message in socket:
-                told.messages += 1
-                took_ms.append((time.time() - _SENT.decode(message).sent_at.timestamp()) * 1000)
+                figures.messages += 1
+                delays_ms.append((time.time() - _SENT.decode(message).sent_at.timestamp()) * 1000)
     except (OSError, WebSocketException):
         pass
-    told.hung_up += 1
+    figures.connections_lost += 1
 
 
-def _draw(url: str, cookie: str, run: str) -> int:
+def _download_plot(url: str, cookie: str, run: str) -> int:
     request = Request(f"{url}/api/runs/{run}/figures", headers={"Cookie": cookie} | ACTIVE_HEADER)
     with urlopen(request, timeout=_FIGURE_LIMIT_S) as answer:
         size = 0
@@ -109,39 +113,40 @@ def _draw(url: str, cookie: str, run: str) -> int:
         return size
 
 
-async def _user(url: str, cookie: str, run: str, told: PageLoadFigures) -> None:
+async def _plot_repeatedly(url: str, cookie: str, run: str, figures: PageLoadFigures) -> None:
     while True:
         began = time.monotonic()
-        told.figure_mb = await asyncio.to_thread(_draw, url, cookie, run) / 1e6
-        told.figures += 1
-        told.figure_s = max(told.figure_s, time.monotonic() - began)
+        figures.plot_mb = await asyncio.to_thread(_download_plot, url, cookie, run) / 1e6
+        figures.plots += 1
+        figures.plot_s = max(figures.plot_s, time.monotonic() - began)
 
 
 async def _serve(url: str, cookie: str, run: str | None, pages: int, stalled: int) -> None:
-    told, took_ms = PageLoadFigures(), list[float]()
+    figures, delays_ms = PageLoadFigures(), list[float]()
     connected = asyncio.Semaphore(0)
     clients = [
-        asyncio.create_task(_page(url, cookie, told, connected, took_ms, stalls=n < stalled)) for n in range(pages)
+        asyncio.create_task(_open_page(url, cookie, figures, connected, delays_ms, stalls=n < stalled))
+        for n in range(pages)
     ]
     async with asyncio.timeout(_START_LIMIT_S):
         for _ in clients:
             await connected.acquire()
-    # What came while they all connected at once is no page's day.
-    took_ms.clear()
+    # Leave out what arrived while all connected at once.
+    delays_ms.clear()
     if run:
-        clients.append(asyncio.create_task(_user(url, cookie, run, told)))
+        clients.append(asyncio.create_task(_plot_repeatedly(url, cookie, run, figures)))
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     reader = asyncio.StreamReader()
     await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     await reader.read()
-    if took_ms:
-        told.delivery_p50_ms, told.delivery_p99_ms, told.delivery_max_ms = (
-            float(value) for value in np.percentile(took_ms, (50, 99, 100))
+    if delays_ms:
+        figures.delivery_p50_ms, figures.delivery_p99_ms, figures.delivery_max_ms = (
+            float(value) for value in np.percentile(delays_ms, (50, 99, 100))
         )
-    sys.stdout.write(json.dumps(msgspec.structs.asdict(told)))
+    sys.stdout.write(json.dumps(msgspec.structs.asdict(figures)))
     sys.stdout.flush()
-    # Not by way of asyncio's own end: that would wait for a plot that is still on its way.
+    # Without asyncio's shutdown, which would wait for an unfinished plot.
     os._exit(0)
 
 
@@ -149,10 +154,10 @@ def main() -> None:
     """Entry of ``python -m kata.bench.page_load``."""
     parser = argparse.ArgumentParser(prog="python -m kata.bench.page_load", description=__doc__)
     parser.add_argument("--url", required=True, help="the service")
-    parser.add_argument("--cookie", required=True, help="header of somebody who is signed in")
+    parser.add_argument("--cookie", required=True, help="Cookie header of a login session")
     parser.add_argument("--pages", type=int, required=True, help="WebSocket clients")
-    parser.add_argument("--stalled", type=int, default=0, help="of them, so many that read nothing")
-    parser.add_argument("--run", help="the run to draw; none unless given")
+    parser.add_argument("--stalled", type=int, default=0, help="how many of them stop reading")
+    parser.add_argument("--run", help="the run to plot; none by default")
     arguments = parser.parse_args()
     asyncio.run(_serve(arguments.url, arguments.cookie, arguments.run, arguments.pages, arguments.stalled))
 

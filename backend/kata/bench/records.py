@@ -1,7 +1,7 @@
-"""The records that a benchmark works with, put into the database through the clinic's own functions."""
+"""Creates the records of a benchmark through the clinic's own functions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Final, Literal
@@ -28,35 +28,37 @@ _RATE_HZ: Final = 100
 _SWING_DEG: Final = 10.0
 _PERIOD_S: Final = 8.0
 _ROWS_A_FLUSH: Final = 5000
-"""Less than a journal's ring holds."""
+"""Fewer than the ring buffer of a journal holds."""
 
 
 @dataclass(frozen=True)
 class BenchRecords:
-    """What there is in the database."""
+    """The records of a benchmark in the database."""
 
     session_id: UUID
     recording_id: UUID
-    """To be played: begins where the arm rests, all five axes move."""
+    """For playback: it begins at the arm's rest pose and moves all five axes."""
     run_id: UUID
-    """To be drawn."""
+    """For plotting."""
     cookie: str
-    """Header of somebody who is signed in."""
+    """``Cookie`` header of a login session."""
+    database_url: str | None = None
+    """Without one, the database is a file in the service's folder."""
 
 
 def make_records(
     data: Path, rest_deg: Sequence[float], *, play_s: float, plot_s: float, database_url: str | None = None
 ) -> BenchRecords:
-    """A patient with a recording of ``play_s`` to play and a run of ``plot_s`` to draw; ``rest_deg`` are motor angles.
+    """Create a patient with a recording of ``play_s`` to play and a run of ``plot_s`` to plot. ``rest_deg``: motor angles.
 
-    ``database_url`` None: a file in ``data``.
+    Without ``database_url``, the database is a file in ``data``.
     """
     folder = data / "journal"
     folder.mkdir(parents=True)
     database = Database(database_url or f"sqlite:///{data / 'kata.db'}")
     try:
         upgrade(database)
-        return _Records(database, folder, rest_deg).make(play_s, plot_s)
+        return replace(_Records(database, folder, rest_deg).make(play_s, plot_s), database_url=database_url)
     finally:
         database.close()
 
@@ -79,12 +81,12 @@ class _Records:
             )
             patient_id = patients.create(session, wanted).id
             visit_id = sessions.begin(session, patient_id).id
-        to_play = self._recording(patient_id, play_s)
-        to_draw = self._recording(patient_id, plot_s)
+        playback_id = self._recording(patient_id, play_s)
+        plotted_id = self._recording(patient_id, plot_s)
         with self._database.write() as session:
-            run_id = runs.begin(session, visit_id, to_draw).id
+            run_id = runs.begin(session, visit_id, plotted_id).id
         self._journal("run", run_id, plot_s, JournalEnd(reason="completed"))
-        return BenchRecords(visit_id, to_play, run_id, sign_in_cookie(self._database))
+        return BenchRecords(visit_id, playback_id, run_id, sign_in_cookie(self._database))
 
     def _recording(self, patient_id: UUID, duration_s: float) -> UUID:
         row = TeachingRow(
@@ -95,10 +97,10 @@ class _Records:
         self._journal("teaching", row.id, duration_s, JournalEnd(reason="finished"))
         return self._saved[-1].id
 
-    def _journal(self, kind: Literal["teaching", "run"], identity: UUID, duration_s: float, end: JournalEnd) -> None:
+    def _journal(self, kind: Literal["teaching", "run"], journal_id: UUID, duration_s: float, end: JournalEnd) -> None:
         header = JournalHeader(
             kind=kind,
-            id=str(identity),
+            id=str(journal_id),
             recording_id=None,
             station="Benchmark",
             rate_hz=_RATE_HZ,
@@ -108,10 +110,10 @@ class _Records:
         writer = JournalWriter(self._folder, header, Files())
         for n in range(round(duration_s * _RATE_HZ) + 1):
             time_s = n / _RATE_HZ
-            turn = 2 * np.pi * time_s / _PERIOD_S
-            setpoint = (self._rest_deg + self._swing_deg * (1 - np.cos(turn)) / 2).tolist()
-            # As it is with a real arm: behind the setpoint by a little that changes, so that the error is no straight line.
-            measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(turn) for angle in setpoint]
+            angle_rad = 2 * np.pi * time_s / _PERIOD_S
+            setpoint = (self._rest_deg + self._swing_deg * (1 - np.cos(angle_rad)) / 2).tolist()
+            # Like a real arm: behind the setpoint by a small, varying angle, so that the error is not constant.
+            measured = setpoint if kind == "teaching" else [angle - 0.4 * np.sin(angle_rad) for angle in setpoint]
             phase = 0 if kind == "teaching" else journal.PHASE_PLAYING
             writer.sample(
                 n * (1_000_000_000 // _RATE_HZ),

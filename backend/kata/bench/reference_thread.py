@@ -1,7 +1,7 @@
-"""A thread that does nothing but wake at every deadline, beside the control loop: how late this computer itself makes it.
+"""A reference thread that only wakes at every deadline, beside the control loop: it measures the computer's own lateness.
 
-What the loop is later than the witness is its own doing or the work's beside it in the device process; what both are late,
-the kernel's or, on a virtual machine, the host's.
+Lateness of both the loop and the reference comes from the kernel or, on a virtual machine, from its host. What the loop has on
+top of it comes from the device process.
 """
 
 import argparse
@@ -20,25 +20,27 @@ from kata.system import realtime
 
 
 class ReferenceLateness(msgspec.Struct):
-    """How late the witness woke."""
+    """How late the reference thread woke."""
 
     p999_ms: float = 0.0
     max_ms: float = 0.0
     missed: int = 0
-    """Deadlines that it slept through whole, as the loop counts its own."""
+    """Deadlines missed by a whole period, counted like the loop's."""
 
 
 @contextmanager
 def reference_thread(hz: int, *, real_time: bool) -> Iterator[ReferenceLateness]:
-    """A witness while the block lasts; then it is told how late it was."""
+    """Run a reference thread during the block; the result is filled in at its end."""
     arguments = ["--hz", str(hz)]
     if not real_time:
         arguments.append("--no-real-time")
-    floor = ReferenceLateness()
-    with helper_process("kata.bench.reference_thread", *arguments, failure="the witness did not start") as output:
-        yield floor
-    told = msgspec.json.decode(output.text, type=ReferenceLateness)
-    floor.p999_ms, floor.max_ms, floor.missed = told.p999_ms, told.max_ms, told.missed
+    lateness = ReferenceLateness()
+    with helper_process(
+        "kata.bench.reference_thread", *arguments, failure="the reference thread did not start"
+    ) as output:
+        yield lateness
+    result = msgspec.json.decode(output.text, type=ReferenceLateness)
+    lateness.p999_ms, lateness.max_ms, lateness.missed = result.p999_ms, result.max_ms, result.missed
 
 
 def main() -> None:
@@ -63,7 +65,7 @@ def _watch(period_ns: int, until_closed: int) -> tuple[Lateness, int]:
     cycles = missed = 0
     while cycles % 100 or not select.select([until_closed], [], [], 0)[0]:
         cycles += 1
-        # As the control loop: a missed deadline is skipped whole.
+        # Like the control loop, skip missed deadlines.
         steps = max(1, (time.monotonic_ns() - deadline_ns) // period_ns + 1)
         missed += steps - 1
         deadline_ns += steps * period_ns

@@ -1,4 +1,4 @@
-"""What every benchmark prints and writes: on which machine, with which privileges, and its figures."""
+"""The report of a benchmark: computer, privileges, table, figures and notes."""
 
 import json
 import os
@@ -14,12 +14,12 @@ from kata.system.privileges import fifo_granted, kernel_preemption, memory_lock_
 
 _CPU_INFO: Final = Path("/proc/cpuinfo")
 _CPU_NAMES: Final = ("model name", "Model", "Hardware")
-"""How x86 and various ARM kernels call it."""
+"""The field's names on x86 and on various ARM kernels."""
 
 
 @dataclass(frozen=True)
 class Computer:
-    """The computer, what this user is granted on it, and how busy it was before the benchmark."""
+    """The computer, this user's privileges on it, and its load before the benchmark."""
 
     cpu: str
     cores: int
@@ -33,7 +33,7 @@ class Computer:
     """Load average of the last minute."""
 
     def lines(self) -> list[str]:
-        """In words."""
+        """Return the description as lines of text."""
         granted = {True: "granted", False: "not granted"}
         return [
             f"{self.cpu}, {self.cores} cores, Linux {self.kernel}, Python {self.python}",
@@ -42,7 +42,7 @@ class Computer:
 
 
 def computer() -> Computer:
-    """The one we run on, now."""
+    """Return the description of this computer now."""
     return Computer(
         cpu=_cpu(),
         cores=len(os.sched_getaffinity(0)),
@@ -56,7 +56,7 @@ def computer() -> Computer:
 
 @dataclass
 class Report:
-    """A table for people, and figures by name for everybody else."""
+    """A table for people, and figures by name for programs."""
 
     title: str
     columns: tuple[str, ...]
@@ -64,10 +64,10 @@ class Report:
     rows: list[tuple[str, ...]] = field(default_factory=list)
     figures: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    """What a reader has to know to believe the figures."""
+    """Facts that a reader needs to interpret the figures."""
 
     def show(self, console: Console) -> None:
-        """Print machine, table and notes."""
+        """Print the computer, the table and the notes."""
         table = Table(title=self.title)
         for n, column in enumerate(self.columns):
             table.add_column(column, justify="right" if n else "left")
@@ -80,14 +80,14 @@ class Report:
             console.print(note, highlight=False, soft_wrap=True)
 
     def write(self, path: Path) -> None:
-        """Write ``{"figures": {name: number}}``, and beside them the machine and the notes, as JSON."""
-        told: dict[str, Any] = {"figures": self.figures, "machine": self.on.lines(), "notes": self.notes}
-        path.write_text(json.dumps(told, indent=2) + "\n")
+        """Write ``{"figures": {name: number}, "machine": lines, "notes": lines}`` as JSON."""
+        content: dict[str, Any] = {"figures": self.figures, "machine": self.on.lines(), "notes": self.notes}
+        path.write_text(json.dumps(content, indent=2) + "\n")
 
 
 def _cpu() -> str:
-    told: dict[str, str] = {}
+    fields: dict[str, str] = {}
     for line in _CPU_INFO.read_text().splitlines():
         name, _, value = line.partition(":")
-        told[name.strip()] = value.strip()
-    return next((told[name] for name in _CPU_NAMES if name in told), platform.machine())
+        fields[name.strip()] = value.strip()
+    return next((fields[name] for name in _CPU_NAMES if name in fields), platform.machine())

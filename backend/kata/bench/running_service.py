@@ -1,4 +1,4 @@
-"""The real service on a simulated apparatus, started for a benchmark and driven over HTTP as a page drives it."""
+"""The real service with a simulated apparatus, started for a benchmark and used over HTTP like from the page."""
 
 import json
 import os
@@ -26,21 +26,21 @@ from kata.simulator.process import SimulatorProcess
 from kata.station.schemas import Live
 
 GUARDED: Final = frozenset({"approach", "play", "return", "release-torque", "acknowledge"})
-"""Commands that carry the state that their sender saw last."""
+"""Commands that carry the last state that their sender saw."""
 _START_LIMIT_S: Final = 60.0
 _ANSWER_LIMIT_S: Final = 60.0
-_LOOK_AGAIN_S: Final = 0.005
+_POLL_S: Final = 0.005
 _READY: Final = "Kata is ready: "
 
 
 class BenchError(Exception):
-    """The benchmark could not go on; the message says why."""
+    """The benchmark failed; the message is the reason."""
 
 
 def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: str | None = None) -> BenchRecords:
-    """The records of a benchmark: a recording to play that begins where the simulated arm rests, and a run to draw.
+    """Create the records of a benchmark: a recording that begins at the simulated arm's rest pose, and a run to plot.
 
-    ``database_url`` None: in a file in ``data``.
+    Without ``database_url``, the database is a file in ``data``.
     """
     data.mkdir(parents=True, exist_ok=True)
     simulator = SimulatorProcess(data)
@@ -53,9 +53,9 @@ def prepare_records(data: Path, *, play_s: float, plot_s: float, database_url: s
 
 
 class RunningService:
-    """A service process, its device process and a simulated apparatus; ends them with the ``with`` block.
+    """A service process, its device process and a simulated apparatus. The end of the ``with`` block ends them.
 
-    The simulator is the benchmark's own child, so that what it saw can be asked for: the service has a station as any.
+    The simulator is a child of the benchmark, which can read its state. For the service it is an ordinary station.
     """
 
     def __init__(
@@ -67,9 +67,8 @@ class RunningService:
         rate_hz: int,
         real_time: bool = True,
         name: str = "Benchmark",
-        database_url: str | None = None,
     ) -> None:
-        """``data`` holds the records, unless ``database_url`` does; ``name`` is the station's."""
+        """``name`` is the station's."""
         self.cookie = records.cookie
         self.simulator = SimulatorProcess(data)
         self.hand = self.simulator.client()
@@ -81,11 +80,11 @@ class RunningService:
         self._log_path = data / "service.log"
         self._log_path.write_text("")
         self._log = self._log_path.open("ab")
-        # What this user has set for a clinic of their own is not for this one.
+        # Ignore this user's settings of another clinic.
         environment = {name: value for name, value in os.environ.items() if not name.startswith("KATA_")}
         environment |= {"COLUMNS": "200", "KATA_REAL_TIME": "1" if real_time else "0"}
-        if database_url:
-            environment["KATA_DATABASE_URL"] = database_url
+        if records.database_url:
+            environment["KATA_DATABASE_URL"] = records.database_url
         command = [sys.executable, "-m", "kata", "serve", "--port", "0"]
         self._service = subprocess.Popen(
             [*command, "--station", str(station), "--data", str(data)],
@@ -111,12 +110,15 @@ class RunningService:
 
     @property
     def service_pid(self) -> int:
-        """The service's process."""
+        """Process id of the service."""
         return self._service.pid
 
     @property
     def device_pid(self) -> int:
-        """The device process."""
+        """Process id of the device process.
+
+        :raises BenchError: when it has ended.
+        """
         for pid in children(self._service.pid):
             if b"kata.device" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
                 return pid
@@ -124,93 +126,95 @@ class RunningService:
 
     @property
     def service_mb(self) -> float:
-        """Memory that the service's process really occupies.
+        """Resident memory of the service's process, MB.
 
         :raises BenchError: when it has ended.
         """
         return rss_mb(self._service.pid)
 
     def live(self) -> Live:
-        """The newest state."""
-        return Live.model_validate(self._ask("GET", "/api/station")["live"])
+        """Return the newest state."""
+        return Live.model_validate(self._request("GET", "/api/station")["live"])
 
     def until(self, condition: Callable[[Live], object], within_s: float) -> Live:
-        """Look until it holds.
+        """Wait until the condition holds; return the state.
 
-        :raises BenchError: when it does not in time.
+        :raises BenchError: when it does not hold in time.
         """
         limit = time.monotonic() + within_s
         while not condition(live := self.live()):
             if time.monotonic() > limit:
                 raise BenchError(f"the apparatus is {live.mode} after {within_s:.0f} s; {causes(live)}")
-            time.sleep(_LOOK_AGAIN_S)
+            time.sleep(_POLL_S)
         return live
 
     def command(self, name: str, **body: object) -> str | None:
-        """Ask for it; the refusal's code when it is refused.
+        """Send a command; return the code of its refusal, if it is refused.
 
-        :raises BenchError: when the service cannot answer.
+        :raises BenchError: when the service answers with another error.
         """
-        return self._post(f"/api/station/{name}", body | (self._seen() if name in GUARDED else {}))
+        return self._post(f"/api/station/{name}", body | (self._guard_body() if name in GUARDED else {}))
 
     def insist(self, name: str, within_s: float = 5.0, **body: object) -> None:
-        """Ask for it until it is accepted.
+        """Send a command until it is accepted.
 
-        :raises BenchError: when it is not in time.
+        :raises BenchError: when it is still refused after ``within_s``.
         """
         self._until_accepted(name, lambda: self.command(name, **body), within_s)
 
-    def begin_another(self, records: BenchRecords) -> BenchRecords:
-        """The patient's session ends, as soon as what was played in it is kept, and the next one begins."""
+    def begin_next_session(self, records: BenchRecords) -> BenchRecords:
+        """End the patient's session when its runs are saved, and begin the next one."""
         here = f"/api/sessions/{records.session_id}"
         self._until_accepted("end", lambda: self._post(f"{here}/end", {}), _ANSWER_LIMIT_S)
-        patient_id = self._ask("GET", here)["patient"]["id"]
-        return replace(records, session_id=UUID(self._ask("POST", "/api/sessions", {"patient_id": patient_id})["id"]))
+        patient_id = self._request("GET", here)["patient"]["id"]
+        return replace(
+            records, session_id=UUID(self._request("POST", "/api/sessions", {"patient_id": patient_id})["id"])
+        )
 
     def approach(self, records: BenchRecords) -> None:
-        """From idle: load the recording and go to its start, which switches torque on."""
+        """From idle, load the recording and approach its start, which switches torque on."""
         self._go_through_checklist(records)
         session_id, recording_id = str(records.session_id), str(records.recording_id)
         self.insist("load", session_id=session_id, recording_id=recording_id, load_level=LOAD_LEVELS)
         self.insist("approach")
 
     def play(self, records: BenchRecords) -> None:
-        """From idle: load, approach and play."""
+        """From idle, load, approach and play the recording."""
         self.approach(records)
         self.until(lambda live: live.mode == "paused", 30.0)
         self.insist("play")
 
     def _go_through_checklist(self, records: BenchRecords) -> None:
-        """As a therapist would; what is given already is not asked again."""
+        """Answer the open checks, as a therapist would."""
         path = f"/api/sessions/{records.session_id}/checklist"
         about = f"?recording_id={records.recording_id}"
-        for check in self._still_open(path + about):
+        for check in self._open_checks(path + about):
             if check == "estop":
-                self._try_estop(path + about)
+                self._test_estop(path + about)
             else:
                 body = {"checked_by": "Benchmark", "recording_id": str(records.recording_id)}
-                self._ask("PUT", f"{path}/{check}", body)
+                self._request("PUT", f"{path}/{check}", body)
 
-    def _try_estop(self, checklist: str) -> None:
+    def _test_estop(self, checklist: str) -> None:
         self.hand.estop(True)
         self.until(lambda live: live.estop == "pressed", _ANSWER_LIMIT_S)
         self.hand.estop(False)
         self.until(lambda live: live.estop == "released", _ANSWER_LIMIT_S)
         self.insist("acknowledge")
         limit = time.monotonic() + _ANSWER_LIMIT_S
-        while "estop" in self._still_open(checklist):
+        while "estop" in self._open_checks(checklist):
             if time.monotonic() > limit:
-                raise BenchError("that the emergency stop was tried is not written down")
-            time.sleep(_LOOK_AGAIN_S)
+                raise BenchError("the test of the emergency stop was not detected")
+            time.sleep(_POLL_S)
 
     def _post(self, path: str, body: object) -> str | None:
         try:
-            self._ask("POST", path, body)
+            self._request("POST", path, body)
         except HTTPError as error:
-            told = json.loads(error.read())
+            problem = json.loads(error.read())
             if error.code != 409:
-                raise BenchError(f"{path}: {told.get('detail', error)}") from error
-            return str(told["code"])
+                raise BenchError(f"{path}: {problem.get('detail', error)}") from error
+            return str(problem["code"])
         return None
 
     def _until_accepted(self, what: str, ask: Callable[[], str | None], within_s: float) -> None:
@@ -218,17 +222,17 @@ class RunningService:
         while refusal := ask():
             if time.monotonic() > limit:
                 raise BenchError(f"{what} is still refused after {within_s:.0f} s: {refusal}; {causes(self.live())}")
-            time.sleep(_LOOK_AGAIN_S)
+            time.sleep(_POLL_S)
 
-    def _seen(self) -> dict[str, object]:
+    def _guard_body(self) -> dict[str, object]:
         """Return the body of a guarded command that is based on the newest state."""
-        live = self._ask("GET", "/api/station")["live"]
+        live = self._request("GET", "/api/station")["live"]
         return {"stops": live["stops"], "seen_at": live["at"]}
 
-    def _still_open(self, checklist: str) -> list[str]:
-        return [one["check"] for one in self._ask("GET", checklist)["checks"] if not one["given"]]
+    def _open_checks(self, checklist: str) -> list[str]:
+        return [check["check"] for check in self._request("GET", checklist)["checks"] if not check["given"]]
 
-    def _ask(self, method: str, path: str, body: object = None) -> Any:
+    def _request(self, method: str, path: str, body: object = None) -> Any:
         request = Request(self.url + path, method=method, headers={"Cookie": self.cookie} | ACTIVE_HEADER)
         if method != "GET":
             request.add_header("Content-Type", "application/json")
@@ -238,11 +242,11 @@ class RunningService:
 
     def _wait_until_ready(self) -> str:
         limit = time.monotonic() + _START_LIMIT_S
-        while _READY not in (told := self._log_path.read_text()):
+        while _READY not in (text := self._log_path.read_text()):
             if self._service.poll() is not None or time.monotonic() > limit:
-                raise BenchError(f"the service did not start: {told[-500:].strip()}")
+                raise BenchError(f"the service did not start: {text[-500:].strip()}")
             time.sleep(0.02)
-        return told.partition(_READY)[2].split()[0]
+        return text.partition(_READY)[2].split()[0]
 
     def _end(self) -> None:
         self._service.terminate()
@@ -257,7 +261,7 @@ class RunningService:
 
 
 def rss_mb(pid: int) -> float:
-    """Memory that a process really occupies.
+    """Return the resident memory of a process, MB.
 
     :raises BenchError: when it has ended.
     """
@@ -268,12 +272,12 @@ def rss_mb(pid: int) -> float:
 
 
 def causes(live: Live) -> Sequence[str]:
-    """Codes of a stop's causes, first one first; none without a stop."""
+    """Return the codes of a stop's causes in their order; empty without a stop."""
     return [cause.code for cause in live.stop.causes] if live.stop else []
 
 
 def children(pid: int) -> list[int]:
-    """The processes that a process has started and that still are its own."""
+    """Return the process ids of a process's children."""
     return [
         int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()
     ]

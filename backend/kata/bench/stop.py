@@ -1,11 +1,10 @@
-"""``kata bench stop``: from a Stop on the service's socket to torque off at all five drives, while the device process is kept busy.
+"""``kata bench stop``: the time from a Stop on the service's socket to torque off at all five drives, while the device process is busy.
 
-A Stop ramps the arm down before it cuts the torque. So the arm is held at rest when it comes: nothing is left to ramp down, and
-torque goes off in the very cycle in which a moving arm's first setpoint of the ramp would be sent. The Stop's moment is when it
-goes into the socket, behind whatever the benchmark has sent before; torque off is when the last byte of the instruction has come
-to the simulated drive. Both are read off one clock.
+A Stop ramps a moving arm down before torque is switched off. The benchmark therefore holds the arm at rest: torque then switches off
+in the cycle in which a moving arm would get the first setpoint of its ramp. The time begins when the Stop is written to the socket,
+behind everything sent before. It ends when the last byte of the instruction reaches the simulated drive. One clock measures both.
 
-While torque is on no recording is loaded, and so one row ends earlier: at the answer to a Stop that comes behind a Load.
+No recording can be loaded while torque is on. The row ``loaded`` therefore ends at the answer to a Stop that follows a Load.
 """
 
 import random
@@ -35,55 +34,55 @@ _CYCLE_HZ: Final = 100
 _HOUR_SAMPLES: Final = 360_000
 _EXTREME_DEG: Final = 1e308
 _SHORT_S: Final = 2.0
-_HELD_S: Final = (0.02, 0.06)
-"""The arm is held for this long before a Stop: several cycles, so that its phase within one is random."""
-_LOOK_AFTER_S: Final = 0.03
-"""Looking costs the simulator time that the drives' answers need, so not before the stop should be over."""
+_HOLD_S: Final = (0.02, 0.06)
+"""The arm is held for this long before a Stop: several cycles, so that its phase within a cycle is random."""
+_READ_AFTER_S: Final = 0.03
+"""Wait before reading the simulator's state: reading takes time that the drives' answers need."""
 _LIMIT_S: Final = 5.0
 _VALID_S: Final = 2.0
 _FEWER: Final = 10
-"""An hour-long Load takes seconds until it may be followed by the next: so many times fewer Stops."""
+"""Divides the number of Stops behind an hour-long Load, which takes seconds each."""
 _BUILDING_S: Final = 0.5
 """The longest time from an hour-long Load to its Stop; half of the Stops follow at once."""
 _DRAWS: Final = 100
 """Give up after so many Loads in a row that were accepted before the Stop was sent."""
 _PAUSE_S: Final = 0.002
-"""Between one disturbance and the next."""
+"""Pause between two disturbances."""
 _UNANSWERED: Final = 0
-"""Number of the Loads that only keep the device process busy; nothing waits for their answers."""
+"""Id of the Loads that only keep the device process busy; nothing waits for their answers."""
 
 Disturbance = Callable[[Device], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True)
 class StopLoad:
-    """What goes on while Stops are sent."""
+    """What the device process does while Stops are sent."""
 
     name: str
     title: str
     busy: Disturbance = field(default=lambda device: nullcontext())
     module: str = "kata.device"
     torque: bool = True
-    """Ends with torque off at the drives; else at the answer to a Stop behind an hour-long Load."""
+    """True: measured until torque is off at the drives. False: until the answer to a Stop behind an hour-long Load."""
 
 
 @dataclass(frozen=True)
 class StopFigures:
-    """What came of a case."""
+    """The figures of a load."""
 
     took_ms: list[float]
     missed: int
-    """Cycles, meanwhile."""
+    """Cycles missed during the measurement."""
     other_causes: list[str]
-    """Of stops that came by themselves before the one that was sent."""
+    """Causes of stops that came before the one that was sent."""
     accepted_first: int = 0
-    """Loads that were accepted before their Stop was sent: no sample."""
+    """Loads accepted before their Stop was sent; they are no samples."""
 
 
 def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[str], None]) -> Report:
-    """Stop again and again under each of the :data:`LOADS` that are named.
+    """Stop ``stops`` times under each of the named :data:`LOADS`.
 
-    :raises BenchError: when torque does not go off, or a command of the benchmark is refused.
+    :raises BenchError: when torque does not switch off, or a command of the benchmark is refused.
     """
     report = Report(
         f"Stop to torque off, {_CYCLE_HZ} Hz, {stops} each",
@@ -91,14 +90,14 @@ def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[s
     )
     with TemporaryDirectory(prefix="kata-bench-") as folder:
         for case in [case for case in CASES if case.name in loads]:
-            _tell(report, case, _measure(Path(folder) / case.name, case, stops, real_time, progress))
+            _add_row(report, case, _measure(Path(folder) / case.name, case, stops, real_time, progress))
     report.notes += [
-        "From the Stop going into the socket to the last of the five drives without torque, by the simulator's clock. The arm is held "
-        "at rest, so that there is nothing to ramp down: of a moving arm the first setpoint of the ramp goes out in the same cycle.",
-        "A second client's Loads are refused by mode while torque is on; what has been sent until then passes through the same socket.",
-        "being built: by a builder that the benchmark starts besides, as the device's own has nothing to do while torque is on.",
-        f"being loaded, torque off: to the answer to the Stop, right behind the Load or within {_BUILDING_S:g} s; no torque is there to be "
-        f"switched off. A {_FEWER}th as often. A Load that is accepted before its Stop is sent is no sample.",
+        "From the Stop's write to the socket until the last of the five drives has no torque, by the simulator's clock. The arm is held "
+        "at rest. A moving arm gets the first setpoint of its ramp in the same cycle.",
+        "A second client's Loads are refused because torque is on; the frames sent before the refusal pass through the same socket.",
+        "being built: by a builder of the benchmark, because the device's own builder has no work while torque is on.",
+        f"being loaded, torque off: until the answer to the Stop, which follows the Load at once or within {_BUILDING_S:g} s. One "
+        f"{_FEWER}th of the Stops. A Load that is accepted before its Stop is sent is no sample.",
     ]
     return report
 
@@ -106,11 +105,11 @@ def run(stops: int, loads: Sequence[str], real_time: bool, progress: Callable[[s
 def _measure(folder: Path, case: StopLoad, stops: int, real_time: bool, progress: Callable[[str], None]) -> StopFigures:
     with Device(folder, cycle_hz=_CYCLE_HZ, real_time=real_time, module=case.module) as device:
         device.until_mode("idle")
-        time.sleep(0.2)  # the reading of every drive has settled
-        at_rest = _still([axis.angle_deg for axis in device.hand.state().axes], round(_SHORT_S * _CYCLE_HZ))
+        time.sleep(0.2)  # until the reading of every drive has settled
+        at_rest = _motionless([axis.angle_deg for axis in device.hand.state().axes], round(_SHORT_S * _CYCLE_HZ))
         before = device.snapshot.loop.overruns
         took_ms: list[float] = []
-        other: list[str] = []
+        other_causes: list[str] = []
         accepted_first = 0
         with case.busy(device):
             while len(took_ms) < (stops if case.torque else -(-stops // _FEWER)):
@@ -125,31 +124,33 @@ def _measure(folder: Path, case: StopLoad, stops: int, real_time: bool, progress
                 except BenchError:
                     if not device.snapshot.stop:
                         raise
-                    other.append(_put_back(device, device.snapshot.stop.causes[0].code))
-        return StopFigures(took_ms, device.snapshot.loop.overruns - before, other, accepted_first)
+                    other_causes.append(_acknowledge(device, device.snapshot.stop.causes[0].code))
+        return StopFigures(took_ms, device.snapshot.loop.overruns - before, other_causes, accepted_first)
 
 
 def _stop_held(device: Device, recording: Load) -> float:
-    """Hold the arm, stop, and put everything back."""
+    """Hold the arm, stop, and acknowledge; return ms until torque off."""
     device.insist(structs.replace(recording, run_id=str(uuid4())))  # the name of its journal
     device.until_mode("ready")
-    device.insist(Approach(stops=device.snapshot.stops, expires_ns=_valid()))
+    device.insist(Approach(stops=device.snapshot.stops, expires_ns=_expires_ns()))
     device.until_mode("paused")
-    time.sleep(random.uniform(*_HELD_S))
+    time.sleep(random.uniform(*_HOLD_S))
     _, sent_ns = device.send(Stop())
-    time.sleep(_LOOK_AFTER_S)
-    state = _until(device, lambda state: not any(axis.torque_on for axis in state.axes))
+    time.sleep(_READ_AFTER_S)
+    state = _wait_for_state(device, lambda state: not any(axis.torque_on for axis in state.axes))
     off = {event.motor: event.t_ns for event in state.events if event.what == "torque_off" and event.t_ns >= sent_ns}
     if set(off) != set(AXES):
         raise BenchError("torque went off before the Stop was sent")
     device.until_mode("stopped")
-    device.insist(Acknowledge(stops=device.snapshot.stops, expires_ns=_valid()))
+    device.insist(Acknowledge(stops=device.snapshot.stops, expires_ns=_expires_ns()))
     device.until_mode("idle")
     return (max(off.values()) - sent_ns) / 1e6
 
 
 def _stop_loading(device: Device) -> tuple[float, int]:
-    """Stop an hour-long Load before it is answered: ms until the Stop's answer, and how many Loads were accepted too early.
+    """Stop an hour-long Load before it is answered.
+
+    Return ms until the Stop's answer, and the number of Loads that were accepted before their Stop was sent.
 
     :raises BenchError: when every Load is accepted before its Stop is sent, or one is refused for another reason.
     """
@@ -158,7 +159,7 @@ def _stop_loading(device: Device) -> tuple[float, int]:
         limit = time.monotonic() + 10 * _LIMIT_S
         while (refusal := device.answer(device.send(_extreme())[0]).refusal) and refusal.code == "busy":
             if time.monotonic() > limit:
-                raise BenchError("the builder does not come to its end")
+                raise BenchError("the builder does not finish")
             time.sleep(0.1)
         if took_ms is not None:
             return took_ms, accepted_first
@@ -166,7 +167,7 @@ def _stop_loading(device: Device) -> tuple[float, int]:
 
 
 def _stop_one_load(device: Device) -> float | None:
-    """Send an hour-long Load and a Stop behind it: ms until the Stop's answer, or None when the Load was accepted before."""
+    """Send an hour-long Load and a Stop behind it; return ms until the Stop's answer, or None if the Load was accepted before."""
     load, _ = device.send(structs.replace(_hour(), run_id=str(uuid4())))  # the name of its journal, if it is accepted
     time.sleep(random.choice((0.0, random.uniform(0.0, _BUILDING_S))))
     if device.answered(load):
@@ -178,8 +179,8 @@ def _stop_one_load(device: Device) -> float | None:
     _check_load(loaded.refusal)
     stopped = device.answer(number)
     if loaded.refusal is None:
-        # It was accepted while the Stop was being sent. The Stop then latches, as in any loaded station.
-        _put_back(device, "stop")
+        # It was accepted while the Stop was on its way. A Stop of a loaded station latches.
+        _acknowledge(device, "stop")
         if loaded.at_ns < sent_ns:
             return None
     return (stopped.at_ns - sent_ns) / 1e6
@@ -190,13 +191,13 @@ def _check_load(refusal: Refusal | None) -> None:
         raise BenchError(f"the Load was refused: {refusal.message} {refusal.next_step}")
 
 
-def _put_back(device: Device, cause: str) -> str:
-    """Acknowledge a stop that came by itself, and return its first cause.
+def _acknowledge(device: Device, cause: str) -> str:
+    """Acknowledge a stop and return its cause.
 
     :raises BenchError: when it cannot be acknowledged.
     """
     limit = time.monotonic() + _LIMIT_S
-    while device.answer(device.send(Acknowledge(stops=device.snapshot.stops, expires_ns=_valid()))[0]).refusal:
+    while device.answer(device.send(Acknowledge(stops=device.snapshot.stops, expires_ns=_expires_ns()))[0]).refusal:
         if time.monotonic() > limit:
             raise BenchError(f"a stop by {cause} cannot be acknowledged")
         time.sleep(0.05)
@@ -204,7 +205,7 @@ def _put_back(device: Device, cause: str) -> str:
     return cause
 
 
-def _until(device: Device, condition: Callable[[State], object]) -> State:
+def _wait_for_state(device: Device, condition: Callable[[State], object]) -> State:
     limit = time.monotonic() + _LIMIT_S
     while not condition(state := device.hand.state()):
         if time.monotonic() > limit:
@@ -213,15 +214,15 @@ def _until(device: Device, condition: Callable[[State], object]) -> State:
     return state
 
 
-def _valid() -> int:
+def _expires_ns() -> int:
     return time.monotonic_ns() + int(_VALID_S * 1e9)
 
 
-# -- what keeps the device process busy ---------------------------------------------------------------------------
+# -- loads of the device process ----------------------------------------------------------------------------------
 
 
-def _still(angles_deg: list[float], samples: int) -> Load:
-    """A recording that stands still; played as in the paper, its approach only holds."""
+def _motionless(angles_deg: list[float], samples: int) -> Load:
+    """Return a recording without movement; played as in the paper, its approach only holds the arm."""
     times = np.arange(samples) / _CYCLE_HZ
     angles = np.tile(angles_deg, (samples, 1))
     return Load(
@@ -230,16 +231,16 @@ def _still(angles_deg: list[float], samples: int) -> Load:
 
 
 def _hour() -> Load:
-    return _still([15.0, 109.0, 10.0, 0.0, 0.0], _HOUR_SAMPLES)
+    return _motionless([15.0, 109.0, 10.0, 0.0, 0.0], _HOUR_SAMPLES)
 
 
 def _extreme() -> Load:
-    return _still([_EXTREME_DEG] * N_AXES, round(_SHORT_S * _CYCLE_HZ))
+    return _motionless([_EXTREME_DEG] * N_AXES, round(_SHORT_S * _CYCLE_HZ))
 
 
 @contextmanager
-def _over_and_over(step: Callable[[], None]) -> Iterator[None]:
-    """Repeat a step in a thread until the block ends."""
+def _repeating(step: Callable[[], None]) -> Iterator[None]:
+    """Repeat a step in a thread during the block."""
     ended = threading.Event()
 
     def repeat() -> None:
@@ -256,7 +257,7 @@ def _over_and_over(step: Callable[[], None]) -> Iterator[None]:
 
 
 def _sending(load: Callable[[], Load]) -> Disturbance:
-    """Send a Load again and again, as a second client would; only while the arm is held, or it would be the one that is loaded."""
+    """Send a Load repeatedly, as a second client would; only while the arm is held, because otherwise it would be accepted."""
 
     def busy(device: Device) -> AbstractContextManager[None]:
         parts = list(frames_of(Request(id=_UNANSWERED, command=load())))
@@ -265,14 +266,14 @@ def _sending(load: Callable[[], Load]) -> Disturbance:
             if device.snapshot.mode == "paused":
                 device.send_until_answered(_UNANSWERED, parts)
 
-        return _over_and_over(send)
+        return _repeating(send)
 
     return busy
 
 
 @contextmanager
 def _building(device: Device) -> Iterator[None]:
-    """An hour-long recording after the other, by a builder of the benchmark's own."""
+    """Build hour-long recordings, one after another, with a builder of the benchmark."""
     hour = _hour()
     built = threading.Event()
     loader = ReferenceLoader(device.config)
@@ -286,7 +287,7 @@ def _building(device: Device) -> Iterator[None]:
         list(loader.results())
 
     try:
-        with _over_and_over(build):
+        with _repeating(build):
             yield
     finally:
         loader.finish()
@@ -296,15 +297,15 @@ CASES: Final = (
     StopLoad("idle", "nothing else"),
     StopLoad("built", "an hour is being built", _building),
     StopLoad("loaded", "an hour is being loaded, torque off", torque=False),
-    StopLoad("second_client", "a second client loads an hour over and over", _sending(_hour)),
-    StopLoad("slow_disk", "the journal's disk stands still every other second", module="kata.bench.slow_disk"),
-    StopLoad("extreme", "a second client loads angles of 1e308 deg", _sending(_extreme)),
+    StopLoad("second_client", "a second client sends hour-long Loads", _sending(_hour)),
+    StopLoad("slow_disk", "the journal's disk blocks every other second", module="kata.bench.slow_disk"),
+    StopLoad("extreme", "a second client sends Loads of 1e308 deg", _sending(_extreme)),
 )
 LOADS: Final = tuple(case.name for case in CASES)
 """Names of the cases."""
 
 
-def _tell(report: Report, case: StopLoad, measured: StopFigures) -> None:
+def _add_row(report: Report, case: StopLoad, measured: StopFigures) -> None:
     p50, p999 = np.percentile(measured.took_ms, (50, 99.9), method="inverted_cdf").tolist()
     longest = max(measured.took_ms)
     report.figures |= {
@@ -323,5 +324,5 @@ def _tell(report: Report, case: StopLoad, measured: StopFigures) -> None:
     for cause in sorted(set(measured.other_causes)):
         count = measured.other_causes.count(cause)
         report.notes.append(
-            f"{case.title}: {count} stops by {cause} came before the one that was sent, and are left out."
+            f"{case.title}: {count} stops by {cause} came before the one that was sent. They are left out."
         )
